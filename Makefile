@@ -1,0 +1,37 @@
+# make run: analyse the seed four-bar into out/.   make test: run the tests.   Both install what is missing first.
+# OMP_NUM_THREADS=1: the matrices are small, threads only get in each other's way.
+SHELL := /bin/bash
+export OMP_NUM_THREADS ?= 1
+# The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
+SYSTEM_PYTHON ?= /usr/bin/python3
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+APT := python3-dolfinx python3-slepc4py python3-scipy python3-venv \
+       libegl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
+PYTHON := .venv/bin/python
+
+.PHONY: run test lint install clean
+run: install
+	$(PYTHON) -m fenics_mech run demos/four_bar.toml -o out
+
+test: install lint
+	$(PYTHON) -m pytest
+
+lint: install
+	$(PYTHON) -m ruff check .
+	$(PYTHON) -m ruff format --check .
+	$(PYTHON) -m mypy
+
+install: .venv/installed
+
+.venv/installed: pyproject.toml
+	@missing=$$(for p in $(APT); do dpkg -s $$p >/dev/null 2>&1 || echo $$p; done); \
+	if [ -n "$$missing" ]; then \
+	    $(SUDO) apt-get update && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	        apt-get install -y --no-install-recommends $$missing; \
+	fi
+	$(SYSTEM_PYTHON) -m venv --clear --system-site-packages .venv
+	$(PYTHON) -m pip install --quiet --editable '.[test]'
+	touch $@
+
+clean:
+	rm -rf .venv out

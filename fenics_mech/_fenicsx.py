@@ -1,0 +1,105 @@
+"""Every call to dolfinx whose name or signature differs between its versions 0.5 and 0.10."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+try:  # dolfinx >= 0.10
+    from dolfinx.io import gmsh as gmshio
+except ImportError:
+    from dolfinx.io import gmshio
+try:  # explicit import from 0.7
+    import dolfinx.fem.petsc as fem_petsc
+except ImportError:
+    fem_petsc = fem.petsc
+
+Array = NDArray[np.float64]
+DOLFINX_VERSION: str = dolfinx.__version__
+
+
+def line_mesh(model: Any, places: Array) -> tuple[Any, Array, NDArray[np.int64]]:
+    """Read a gmsh model of lines on the x axis.
+
+    Parameters
+    ----------
+    model
+        The gmsh model, meshed.
+    places
+        Where the nodes were asked for; they are moved there, as gmsh's transfinite curves are good to 1e-12 only.
+
+    Returns
+    -------
+    tuple
+        The mesh, the x of each cell's two vertices in the order of the cell's dofs, shape ``(cells, 2)``, and each
+        cell's physical group, shape ``(cells,)``.
+    """
+    read = gmshio.model_to_mesh(model, MPI.COMM_SELF, 0, gdim=1)
+    mesh, tags = read[0], read[1]
+    dofmap = mesh.geometry.dofmap
+    cells = dofmap.array if hasattr(dofmap, "array") else np.asarray(dofmap)
+    places = np.sort(places)
+    middles = (places[1:] + places[:-1]) / 2
+    mesh.geometry.x[:, 0] = places[np.searchsorted(middles, mesh.geometry.x[:, 0])]
+    ends = mesh.geometry.x[cells.reshape(-1, 2), 0]
+    groups = np.empty(len(ends), dtype=np.int64)
+    groups[tags.indices] = tags.values
+    return mesh, ends, groups
+
+
+def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
+    """Give the mixed space of discontinuous Lagrange elements of the given degrees."""
+    if hasattr(fem, "functionspace"):  # 0.7
+        from basix.ufl import element, mixed_element  # noqa: PLC0415
+
+        parts = [element("Lagrange", mesh.basix_cell(), degree, discontinuous=True) for degree in degrees]
+        return fem.functionspace(mesh, mixed_element(parts))
+    parts = [ufl.FiniteElement("DG", mesh.ufl_cell(), degree) for degree in degrees]
+    return fem.FunctionSpace(mesh, ufl.MixedElement(*parts))
+
+
+def cell_dofs(space: Any, part: int) -> tuple[NDArray[np.int64], Array]:
+    """Give the dofs of one part of a mixed space, ``(cells, dofs)``, and their places 0..1 in the reference cell."""
+    part_space = space.sub(part)
+    cells = space.mesh.topology.index_map(1).size_local
+    dofs = np.array([part_space.dofmap.cell_dofs(cell) for cell in range(cells)], dtype=np.int64)
+    points = part_space.collapse()[0].element.interpolation_points
+    return dofs, np.asarray(points() if callable(points) else points)[:, 0]
+
+
+def cellwise(mesh: Any, values: Array) -> Any:
+    """Give the function that takes one value per cell."""
+    space = fem.functionspace(mesh, ("DG", 0)) if hasattr(fem, "functionspace") else fem.FunctionSpace(mesh, ("DG", 0))
+    function = fem.Function(space)
+    function.x.array[[space.dofmap.cell_dofs(cell)[0] for cell in range(len(values))]] = values
+    return function
+
+
+def assemble(form: Any) -> PETSc.Mat:
+    """Compile a bilinear form and assemble it."""
+    with _quiet():
+        compiled = fem.form(form)
+    matrix = fem_petsc.assemble_matrix(compiled)
+    matrix.assemble()
+    return matrix
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the C compiler's command lines, which setuptools logs as information, off the screen."""
+    before = logging.root.manager.disable
+    logging.disable(max(before, logging.INFO))
+    try:
+        yield
+    finally:
+        logging.disable(before)

@@ -1,0 +1,57 @@
+"""PETSc options of one solver: the program's defaults, then what the scene asks for, under a prefix of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from petsc4py import PETSc
+
+from fenics_mech.errors import SolverError
+
+
+@contextmanager
+def configured(solver: Any, prefix: str, defaults: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Any]:
+    """Give a solver its options and destroy it at the end.
+
+    Parameters
+    ----------
+    solver
+        A new KSP or EPS.
+    prefix
+        The prefix of its options, such as "periodic_".
+    defaults
+        Options without prefix.
+    asked
+        Options with prefix, which win over the defaults; those of other prefixes are passed over. Options on the PETSc
+        command line or in the environment variable PETSC_OPTIONS win over both.
+    """
+    solver.setOptionsPrefix(prefix)
+    base = PETSc.Options()
+    options = {prefix + key: value for key, value in defaults.items()}
+    options |= {key: value for key, value in asked.items() if key.startswith(prefix)}
+    ours = {key: value for key, value in options.items() if not base.hasName(key)}
+    for key, value in ours.items():
+        base.setValue(key, value)
+    try:
+        solver.setFromOptions()
+        yield solver
+    except PETSc.Error as error:
+        raise SolverError(f"the solver with the options {prefix}* stopped: {reason(error)}") from error
+    finally:
+        for key in ours:
+            base.delValue(key)
+        solver.destroy()
+
+
+def reason(error: PETSc.Error) -> str:
+    """Give the line of a PETSc error that says what went wrong."""
+    lines = [line.split("] ", 1)[-1].strip() for line in str(error).splitlines() if line.strip()]
+    return lines[-1] if lines else "unknown reason"
+
+
+def name_of(enumeration: Any, code: int) -> str:
+    """Give the name of a converged reason, as KSP and EPS report it."""
+    names = [name for name, value in vars(enumeration).items() if value == code and not name.startswith("_")]
+    return names[0] if names else str(code)

@@ -1,0 +1,8 @@
+"""The UFL forms of a beam in its member's axes, one a file: u along the member, w along its normal."""
+
+from fenics_mech.beams.forms.axial import axial
+from fenics_mech.beams.forms.bending import bending
+from fenics_mech.beams.forms.gyroscopic import gyroscopic
+from fenics_mech.beams.forms.mass import mass
+
+__all__ = ["axial", "bending", "gyroscopic", "mass"]

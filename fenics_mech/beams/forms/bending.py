@@ -1,0 +1,12 @@
+"""Bending stiffness."""
+
+from typing import Any
+
+import ufl
+
+
+def bending(space: Any, stiffness: Any) -> Any:
+    """Give ``int EI w'' z'' dx``, the bending part of (7.2); `stiffness` is EI (N m^2)."""
+    _, w = ufl.TrialFunctions(space)
+    _, z = ufl.TestFunctions(space)
+    return stiffness * w.dx(0).dx(0) * z.dx(0).dx(0) * ufl.dx

@@ -1,0 +1,16 @@
+"""Coupling of the two displacements by the rotation of their axes."""
+
+from typing import Any
+
+import ufl
+
+
+def gyroscopic(space: Any, line_density: Any) -> Any:
+    """Give ``s = int rho A (u z - w v) dx``; `line_density` is rho A (kg/m).
+
+    With it the matrices of (4.29) and (4.30) of a link that turns at omega are m_v = omega s and
+    m_a = alpha s - omega^2 m, as T^T T' = omega [0, -1; 1, 0].
+    """
+    u, w = ufl.TrialFunctions(space)
+    v, z = ufl.TestFunctions(space)
+    return line_density * (u * z - w * v) * ufl.dx

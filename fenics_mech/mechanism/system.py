@@ -1,0 +1,146 @@
+"""System matrices and load of the mechanism at every drive angle (4.47)-(4.66)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fenics_mech.beams import Beams
+from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.transformation import Transformation, build_transformation
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class System:
+    """The equation of motion (4.66) at a set of drive angles.
+
+    Parameters
+    ----------
+    beams
+        Matrices of the links in their own axes.
+    motion
+        Rigid-body motion at the drive angles.
+    transformation
+        P(theta).
+    """
+
+    beams: Beams
+    motion: Motion
+    transformation: Transformation
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates q."""
+        return self.transformation.shape[1]
+
+    @cached_property
+    def values(self) -> Array:
+        """Nonzeros of P at all angles, ``(angles, nonzeros)``."""
+        return self.transformation.values(self.motion)
+
+    @cached_property
+    def link_mass(self) -> sp.csr_matrix:
+        """Mass matrix m of all links in link axes, for products with many vectors at once."""
+        return sp.csr_matrix(self.beams.mass.getValuesCSR()[::-1], shape=self.beams.mass.size)
+
+    @cached_property
+    def link_stiffness(self) -> sp.csr_matrix:
+        """Stiffness matrix k of all links in link axes."""
+        return sp.csr_matrix(self.beams.stiffness.getValuesCSR()[::-1], shape=self.beams.stiffness.size)
+
+    @cached_property
+    def rigid_acceleration(self) -> Array:
+        """Acceleration of the rigid motion in nodal dofs and link axes, ``(angles, nodal dofs)``; eq. (4.17)."""
+        mesh, motion = self.beams.mesh, self.motion
+        phi, omega, alpha = (array[:, mesh.node_link] for array in (motion.angle, motion.omega, motion.alpha))
+        origin = motion.acceleration[:, mesh.node_link]
+        c, s, (x, y) = np.cos(phi), np.sin(phi), mesh.node_xy.T
+        along_x = c * origin[..., 0] + s * origin[..., 1] - alpha * y - omega**2 * x
+        along_y = c * origin[..., 1] - s * origin[..., 0] + alpha * x - omega**2 * y
+        return np.stack([along_x, along_y, alpha], axis=-1).reshape(len(phi), -1)
+
+    @cached_property
+    def load(self) -> Array:
+        """Inertia load of the rigid motion ``-P^T m a``, the last term of (5.1), ``(angles, coordinates)``."""
+        inertia = -(self.link_mass @ self.rigid_acceleration.T).T
+        return self.transformation.backward(self.values, inertia)
+
+    def to_links(self, q: Array) -> Array:
+        """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``."""
+        return self.transformation.forward(self.values, q)
+
+    def positions(self) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
+        """Walk over the angles: yields index, M (4.57) and K (4.58).
+
+        The two PETSc matrices are used again at the next angle: copy what has to last.
+        """
+        p = _csr(self.transformation, self.values[0])
+        mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, self.beams.stiffness))
+        for k, values in enumerate(self.values):
+            if k:
+                _refill(p, values)
+                self.beams.mass.PtAP(p, result=mass)  # (4.47)
+                self.beams.stiffness.PtAP(p, result=stiffness)  # (4.48)
+            yield k, mass, stiffness
+        for matrix in (p, mass, stiffness):
+            matrix.destroy()
+
+    def coupling(self, k: int) -> dict[str, PETSc.Mat]:
+        """Matrices that couple rigid and elastic motion at angle number `k`, which (5.1) leaves out.
+
+        Returns
+        -------
+        dict
+            "Md", "Mv", "Mdd", "Mdv" and "Ma" of (4.59)-(4.63), as new PETSc matrices.
+        """
+        p = _csr(self.transformation, self.values[k])
+        rate, second = (_csr(self.transformation, d[k]) for d in self.transformation.derivatives(self.motion))
+        m = self.beams.mass
+        link_of_row = np.repeat(self.beams.mesh.node_link, 3)
+        omega, alpha = (array[k, link_of_row] for array in (self.motion.omega, self.motion.alpha))
+        m_v = _scaled(self.beams.gyroscopic, omega)  # (4.29)
+        m_a = _scaled(self.beams.gyroscopic, alpha)  # (4.30)
+        m_a.axpy(-1.0, _scaled(m, omega**2), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        return {
+            "Md": p.transposeMatMult(m.matMult(rate)),  # (4.52)
+            "Mv": p.transposeMatMult(m_v.matMult(p)),  # (4.53)
+            "Mdd": p.transposeMatMult(m.matMult(second)),  # (4.49)
+            "Mdv": p.transposeMatMult(m_v.matMult(rate)),  # (4.50)
+            "Ma": p.transposeMatMult(m_a.matMult(p)),  # (4.51)
+        }
+
+
+def build_system(scene: Scene, beams: Beams, motion: Motion) -> System:
+    """Join the links of a scene to a mechanism that moves as given."""
+    return System(beams, motion, build_transformation(scene, beams.mesh))
+
+
+def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:
+    """PETSc matrix of P, or of one of its derivatives, from its nonzeros at one angle."""
+    height = transformation.height
+    pointers = np.searchsorted(transformation.rows, np.arange(height + 1)).astype(PETSc.IntType)
+    csr = (pointers, transformation.columns.astype(PETSc.IntType), values)
+    return PETSc.Mat().createAIJ(transformation.shape, csr=csr, comm=PETSc.COMM_SELF)
+
+
+def _refill(matrix: PETSc.Mat, values: Array) -> None:
+    """Put new values in the places of the old ones."""
+    pointers, columns, _ = matrix.getValuesCSR()
+    matrix.setValuesCSR(pointers, columns, values)
+    matrix.assemble()
+
+
+def _scaled(matrix: PETSc.Mat, rows: Array) -> PETSc.Mat:
+    """Copy of a matrix with scaled rows."""
+    copy = matrix.copy()
+    copy.diagonalScale(PETSc.Vec().createWithArray(np.ascontiguousarray(rows), comm=PETSc.COMM_SELF))
+    return copy

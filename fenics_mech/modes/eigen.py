@@ -1,0 +1,91 @@
+"""The generalised Hermitian eigenproblem (E.2) at every position, by SLEPc."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism import System
+from fenics_mech.modes.tracking import Modes, track
+
+Array = NDArray[np.float64]
+DENSE_UP_TO = 120  # coordinates; above, Krylov-Schur with shift-invert is faster than LAPACK
+DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
+SPARSE = {"eps_type": "krylovschur", "eps_target": 0.0, "eps_target_magnitude": "", "st_type": "sinvert"}
+
+
+def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = None) -> Modes:
+    """Solve for the lowest modes at every angle of a system and track them over the cycle.
+
+    Parameters
+    ----------
+    system
+        The mechanism; its angles are taken as one closed cycle.
+    count
+        Number of modes; more than there are coordinates means all.
+    options
+        PETSc options with the prefix "modes_".
+
+    Raises
+    ------
+    SolverError
+        When SLEPc does not converge, or an eigenvalue is not positive.
+    """
+    count = min(count, system.size)
+    squares = np.empty((len(system.motion.theta), count))
+    shapes = np.empty((len(squares), count, system.size))
+    defaults = DENSE if system.size <= DENSE_UP_TO else SPARSE
+    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
+    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    eps.setDimensions(count)
+    with configured(eps, "modes_", defaults, options or {}):
+        for k, mass, stiffness in system.positions():
+            eps.setOperators(stiffness, mass)
+            squares[k], shapes[k] = _solve_position(eps, count, system.motion.theta[k])
+    norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, mass_times(system, shapes)))
+    shapes /= norms[..., None]  # (E.7)
+    return track(system.motion.theta, np.sqrt(squares), shapes, _transfer(system, shapes))
+
+
+def _solve_position(eps: SLEPc.EPS, count: int, theta: float) -> tuple[Array, Array]:
+    """Lowest eigenvalues (rad^2/s^2) and eigenvectors at one position, ascending."""
+    eps.solve()
+    where = f"at drive angle {np.degrees(theta):.6g} deg"
+    if eps.getConvergedReason() <= 0 or eps.getConverged() < count:
+        found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
+        raise SolverError(f"{eps.getConverged()} of {count} modes converged {where} (SLEPc says {found})")
+    values = np.array([eps.getEigenvalue(i).real for i in range(count)])
+    order = np.argsort(values)
+    if values[order[0]] <= 0:
+        raise SolverError(
+            f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive there"
+        )
+    vector = eps.getOperators()[0].createVecRight()
+    shapes = np.empty((count, vector.size))
+    for place, i in enumerate(order):
+        eps.getEigenvector(int(i), vector)
+        shapes[place] = vector.array_r
+    vector.destroy()
+    return values[order], shapes
+
+
+def mass_times(system: System, shapes: Array, shift: int = 0) -> Array:
+    """``M shapes`` at all angles, shapes ``(angles, modes, coordinates)``; M of the position `shift` further on."""
+    product = np.empty_like(shapes)
+    values = np.roll(system.values, -shift, axis=0)
+    for j in range(shapes.shape[1]):
+        nodal = system.transformation.forward(values, shapes[:, j])
+        product[:, j] = system.transformation.backward(values, (system.link_mass @ nodal.T).T)
+    return product
+
+
+def _transfer(system: System, shapes: Array) -> Array:
+    """``Phi_{k+1}^T M_{k+1} Phi_k`` for all k, the last one closing the cycle, ``(angles, modes, modes)``."""
+    return np.roll(shapes, -1, axis=0) @ mass_times(system, shapes, shift=1).transpose(0, 2, 1)

@@ -1,0 +1,86 @@
+"""Tracking of modes over the cycle, by their mass-weighted modal assurance criterion (MAC).
+
+Two modes may come close and exchange their character. A mode is followed by its shape: it is the mode of the next
+position whose MAC with it is largest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural frequencies and mode shapes over a cycle. Mode number i is the i-th lowest at the first angle.
+
+    Parameters
+    ----------
+    theta
+        Drive angles (rad), shape ``(angles,)``.
+    omega
+        Natural circular frequencies (rad/s), ``(angles, modes)``.
+    shapes
+        Mode shapes, orthonormal in M (E.7), with signs that do not jump, ``(angles, modes, coordinates)``.
+    transfer
+        ``Phi_{k+1}^T M_{k+1} Phi_k``, from each position to the next and from the last to the first,
+        ``(angles, modes, modes)``.
+    """
+
+    theta: Array
+    omega: Array
+    shapes: Array
+    transfer: Array
+
+    @property
+    def frequency(self) -> Array:
+        """Natural frequencies (Hz), ``(angles, modes)``."""
+        return self.omega / (2 * np.pi)
+
+    @property
+    def assurance(self) -> Array:
+        """MAC of each mode with itself at the next position, 0 to 1, ``(angles, modes)``; the last is the best match."""
+        mac = self.transfer**2
+        steps = np.einsum("kii->ki", mac).copy()
+        steps[-1] = mac[-1].max(axis=0)
+        return steps
+
+    @property
+    def closing(self) -> Array:
+        """Signed permutation by which the modes come back after a cycle, ``(modes, modes)``."""
+        target = _best_match(self.transfer[-1])
+        closing = np.zeros_like(self.transfer[-1])
+        for mode, place in enumerate(target):
+            closing[place, mode] = 1.0 if self.transfer[-1][place, mode] >= 0 else -1.0
+        return closing
+
+
+def track(theta: Array, omega: Array, shapes: Array, transfer: Array) -> Modes:
+    """Put modes that are sorted by frequency at each position into an order that follows their shapes."""
+    count, modes = omega.shape
+    order = np.empty((count, modes), dtype=np.int64)
+    sign = np.ones((count, modes))
+    order[0] = np.arange(modes)
+    for k in range(1, count):
+        step = transfer[k - 1][:, order[k - 1]] * sign[k - 1]
+        order[k] = _best_match(step)
+        sign[k] = np.where(step[order[k], np.arange(modes)] < 0, -1.0, 1.0)
+    rows = np.arange(count)[:, None]
+    ahead, turn = np.roll(order, -1, axis=0), np.roll(sign, -1, axis=0)
+    moved = transfer[rows[..., None], ahead[:, :, None], order[:, None, :]]
+    return Modes(
+        theta=theta,
+        omega=omega[rows, order],
+        shapes=shapes[rows, order] * sign[..., None],
+        transfer=moved * turn[:, :, None] * sign[:, None, :],
+    )
+
+
+def _best_match(transfer: Array) -> NDArray[np.int64]:
+    """For each mode (column), the mode of the next position (row) that it becomes."""
+    return linear_sum_assignment(transfer.T**2, maximize=True)[1]

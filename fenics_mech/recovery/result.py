@@ -1,0 +1,117 @@
+"""The result of an analysis: a labelled dataset that saves, loads and exports."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._version import __version__
+from fenics_mech.errors import ResultError
+from fenics_mech.scene import Scene
+
+
+@dataclass(frozen=True)
+class Result:
+    """What an analysis found.
+
+    Parameters
+    ----------
+    data
+        Coordinates theta (rad), time (s), member, s (0..1), fibre ("+", "-"), joint, mode, component ("x", "y");
+        variables strain, strain_axial, strain_bending, stress, moment, axial_force, shear_force, deflection,
+        joint_force, input_torque and, where modes were solved, frequency and assurance. SI units in
+        ``attrs["units"]``.
+    """
+
+    data: xr.Dataset
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was analysed."""
+        return Scene.model_validate_json(self.data.attrs["scene"])
+
+    def save(self, path: str | Path) -> Path:
+        """Write the result as NetCDF; the file appears whole or not at all.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        path = Path(path)
+        write_whole(path, lambda temporary: self.data.to_netcdf(temporary, engine="h5netcdf"))
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> Result:
+        """Read a result that was saved.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be read or is not a result of this program.
+        """
+        try:
+            with xr.open_dataset(path, engine="h5netcdf") as data:
+                loaded = data.load()
+        except Exception as error:  # h5py, h5netcdf and xarray raise many types for a file that is not theirs
+            raise ResultError(f"{path}: cannot be read as a result: {error}") from error
+        if "fenics_mech" not in loaded.attrs:
+            raise ResultError(f"{path}: this NetCDF file is not a result of fenics_mech")
+        return cls(loaded)
+
+    def to_csv(self, folder: str | Path) -> list[Path]:
+        """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value."""
+        folder = Path(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ResultError(f"{folder}: cannot make the folder: {error.strerror}") from error
+        paths = []
+        for name, variable in self.data.data_vars.items():
+            table = variable.to_dataframe().reset_index()
+            path = folder / f"{name}.csv"
+            write_whole(path, lambda temporary, table=table: table.to_csv(temporary, index=False))  # type: ignore[misc]
+            paths.append(path)
+        return paths
+
+    def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> np.ndarray:
+        """Strain over the drive angles at a place of a member, interpolated between stations, ``(angles,)``."""
+        return self.data["strain"].sel(member=member, fibre=fibre).interp(s=s).to_numpy()
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` fill a temporary file beside `path`, then put it in its place.
+
+    Raises
+    ------
+    ResultError
+        When it cannot be written; nothing is left behind.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {error.strerror}") from error
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def stamp(scene: Scene) -> dict[str, str]:
+    """Attributes that every result carries."""
+    return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()}

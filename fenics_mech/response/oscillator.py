@@ -1,0 +1,46 @@
+"""A damped oscillator under a load that is linear in time: the exact answer (5.12)-(5.13), with damping (E.13)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Oscillators:
+    """Many oscillators ``y'' + 2 zeta omega y' + omega^2 y = p(t)``, arrays of one shape.
+
+    Their state is y and y'/omega, both (m sqrt(kg)), along a new last axis.
+
+    Parameters
+    ----------
+    omega
+        Circular frequencies (rad/s).
+    zeta
+        Damping ratios, 0 <= zeta < 1.
+    """
+
+    omega: Array
+    zeta: Array
+
+    def transition(self, time: float) -> Array:
+        """Matrix from the state at 0 to the free state after `time` (s), shape ``(..., 2, 2)``."""
+        root = np.sqrt(1 - self.zeta**2)
+        decay = np.exp(-self.zeta * self.omega * time)
+        c = decay * np.cos(root * self.omega * time)
+        s = decay * np.sin(root * self.omega * time) / root
+        return np.stack([np.stack([c + self.zeta * s, s], -1), np.stack([-s, c - self.zeta * s], -1)], -2)
+
+    def particular(self, load: Array, slope: Array, time: float) -> Array:
+        """State at `time` that follows the load ``load + slope t`` without free vibration, ``(..., 2)``."""
+        y = (load + slope * time) / self.omega**2 - 2 * self.zeta * slope / self.omega**3
+        return np.stack([y, slope / self.omega**3], -1)
+
+    def forced(self, load: Array, slope: Array, time: float) -> Array:
+        """State at `time` from rest at 0, the Duhamel integral of (5.12), ``(..., 2)``."""
+        start = self.particular(load, slope, 0.0)
+        return self.particular(load, slope, time) - np.einsum("...ij,...j->...i", self.transition(time), start)

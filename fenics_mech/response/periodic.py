@@ -1,0 +1,147 @@
+"""Periodic response by sub-intervals with constant coefficients (chapter 5, appendices E and F).
+
+Sub-interval k is centred at drive angle theta_k, where M, K and the modes are taken. Inside it each mode is an
+oscillator with an exact answer. The sub-intervals are joined, and the last one with the first, in one block-cyclic
+linear system for the states at their starts, (5.16).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism import System
+from fenics_mech.modes import Modes
+from fenics_mech.response.history import History
+from fenics_mech.response.oscillator import Oscillators
+from fenics_mech.response.quasi_static import solve_static
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+DIRECT = {"ksp_type": "preonly", "pc_type": "lu"}
+LARGEST_RESIDUAL = 1e-8  # of the block-cyclic system, relative to its right-hand side
+
+
+def solve_periodic(scene: Scene, system: System, boundaries: System, modes: Modes) -> History:
+    """Solve for the steady state of the truncated equation (5.1) with modal damping.
+
+    Parameters
+    ----------
+    scene
+        States damping, join, load and static correction.
+    system
+        The mechanism at the middles theta_k of the sub-intervals.
+    boundaries
+        The mechanism at the sub-intervals' starts; the start of the first is the end of the last.
+    modes
+        The modes at the middles.
+
+    Raises
+    ------
+    SolverError
+        When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
+    """
+    analysis = scene.analysis
+    step = scene.period / len(modes.theta)
+    oscillators = Oscillators(modes.omega, _damping_ratios(scene, modes.omega))
+    middle = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
+    if analysis.load == "linear":
+        start = np.einsum("kmi,ki->km", modes.shapes, boundaries.load)
+        slope = (np.einsum("kmi,ki->km", modes.shapes, np.roll(boundaries.load, -1, axis=0)) - start) / step
+    else:
+        start, slope = middle, np.zeros_like(middle)
+    join = modes.transfer if analysis.join == "physical" else _modal_join(modes)
+    states = _solve_cycle(
+        _carry_over(join, modes.omega) @ _block_diagonal(oscillators.transition(step)),
+        np.einsum("kij,kj->ki", _carry_over(join, modes.omega), _flat(oscillators.forced(start, slope, step))),
+        scene.petsc,
+    )
+    half = oscillators.transition(step / 2)
+    state = np.einsum("kmij,kmj->kmi", half, _unflat(states)) + oscillators.forced(start, slope, step / 2)
+    return _superpose(system, modes, state[..., 0], middle, scene)
+
+
+def _superpose(system: System, modes: Modes, y: Array, load: Array, scene: Scene) -> History:
+    """Displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out."""
+    displacement = np.einsum("kmi,km->ki", modes.shapes, y)
+    elastic = -(modes.omega**2) * y
+    inertia = np.zeros_like(system.rigid_acceleration)
+    if scene.analysis.static_correction:
+        static = solve_static(system, scene.petsc)
+        displacement += static.displacement - np.einsum("kmi,km->ki", modes.shapes, load / modes.omega**2)
+        elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
+        inertia += system.rigid_acceleration
+    inertia += system.to_links(np.einsum("kmi,km->ki", modes.shapes, elastic))
+    return History(displacement=displacement, inertia=inertia)
+
+
+def _damping_ratios(scene: Scene, omega: Array) -> Array:
+    """Ratio of every mode (E.12), of the shape of `omega`; the last one stated holds for the modes after it."""
+    stated = np.atleast_1d(scene.damping.ratio)
+    return np.broadcast_to(stated[np.minimum(np.arange(omega.shape[1]), len(stated) - 1)], omega.shape)
+
+
+def _modal_join(modes: Modes) -> Array:
+    """Joining as (5.14) prints it: each modal coordinate goes on by itself."""
+    join = np.broadcast_to(np.eye(modes.omega.shape[1]), modes.transfer.shape).copy()
+    join[-1] = modes.closing
+    return join
+
+
+def _carry_over(join: Array, omega: Array) -> Array:
+    """From the states at the end of each sub-interval to those at the start of the next, ``(angles, 2m, 2m)``."""
+    count, m, _ = join.shape
+    carry = np.zeros((count, 2 * m, 2 * m))
+    carry[:, :m, :m] = join
+    carry[:, m:, m:] = join * omega[:, None, :] / np.roll(omega, -1, axis=0)[:, :, None]  # velocities over omega
+    return carry
+
+
+def _block_diagonal(transition: Array) -> Array:
+    """Put the modes' 2 x 2 matrices into one of all displacements, then all velocities; ``(angles, 2m, 2m)``."""
+    count, m = transition.shape[:2]
+    matrix = np.zeros((count, 2, m, 2, m))
+    i = np.arange(m)
+    matrix[:, :, i, :, i] = transition.transpose(1, 0, 2, 3)
+    return matrix.reshape(count, 2 * m, 2 * m)
+
+
+def _flat(states: Array) -> Array:
+    """``(angles, modes, 2)`` to ``(angles, 2 modes)``: all displacements, then all velocities."""
+    return states.transpose(0, 2, 1).reshape(len(states), -1)
+
+
+def _unflat(states: Array) -> Array:
+    return states.reshape(len(states), 2, -1).transpose(0, 2, 1)
+
+
+def _solve_cycle(blocks: Array, right: Array, options: dict[str, str | float | int | bool]) -> Array:
+    """Solve ``z_{k+1} - blocks_k z_k = right_k`` with ``z_n = z_0`` (5.16); gives z, ``(angles, 2 modes)``."""
+    count, size, _ = blocks.shape
+    block_rows = np.roll(np.arange(count), -1)  # row k + 1 holds the block of k, row 0 that of the last
+    behind = sp.bsr_matrix((np.roll(blocks, 1, axis=0), np.roll(np.arange(count), 1), np.arange(count + 1)))
+    cyclic = (sp.identity(count * size, format="csr") - behind.tocsr()).sorted_indices()
+    csr = (cyclic.indptr.astype(PETSc.IntType), cyclic.indices.astype(PETSc.IntType), cyclic.data)
+    matrix = PETSc.Mat().createAIJ(cyclic.shape, csr=csr, comm=PETSc.COMM_SELF)
+    b, x = matrix.createVecs()
+    b.array.reshape(count, size)[block_rows] = right
+    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
+    with configured(ksp, "periodic_", DIRECT, options):
+        ksp.setOperators(matrix)
+        ksp.solve(b, x)
+        found = ksp.getConvergedReason()
+    answer = x.array_r.copy()
+    residual = np.linalg.norm(cyclic @ answer - b.array_r) / max(np.linalg.norm(b.array_r), 1e-300)
+    for thing in (matrix, b, x):
+        thing.destroy()
+    if found <= 0 or not residual < LARGEST_RESIDUAL:
+        raise SolverError(
+            f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, found)}, "
+            f"relative residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, "
+            "or other solver options"
+        )
+    return answer.reshape(count, size)

@@ -1,0 +1,49 @@
+"""Quasi-static response: the elastic mechanism under the inertia of its rigid motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism import System
+from fenics_mech.response.history import History
+
+DIRECT = {"ksp_type": "preonly", "pc_type": "lu"}
+
+
+def solve_static(system: System, options: Mapping[str, Any] | None = None) -> History:
+    """Solve ``K q = f`` at every angle.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    options
+        PETSc options with the prefix "static_".
+
+    Raises
+    ------
+    SolverError
+        When the KSP does not converge at some angle.
+    """
+    answer = np.empty_like(system.load)
+    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
+    force = PETSc.Vec().createSeq(system.size)
+    displacement = force.duplicate()
+    with configured(ksp, "static_", DIRECT, options or {}):
+        for k, _, stiffness in system.positions():
+            force.array[:] = system.load[k]
+            ksp.setOperators(stiffness)
+            ksp.solve(force, displacement)
+            if ksp.getConvergedReason() <= 0:
+                found = name_of(PETSc.KSP.ConvergedReason, ksp.getConvergedReason())
+                raise SolverError(
+                    f"no static answer at drive angle {np.degrees(system.motion.theta[k]):.6g} deg (PETSc says {found})"
+                )
+            answer[k] = displacement.array_r
+    return History(displacement=answer, inertia=system.rigid_acceleration)

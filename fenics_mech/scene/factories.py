@@ -1,0 +1,95 @@
+"""Scenes of common machines. Here, and only here, a four-bar is special."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.models import Scene
+from fenics_mech.units import in_unit
+
+
+def four_bar(
+    *,
+    crank: float | str,
+    coupler: float | str,
+    follower: float | str,
+    ground: float | str,
+    sections: Sequence[dict[str, Any]],
+    material: dict[str, Any],
+    speed: float | str,
+    masses: Sequence[float | str] = (0.0, 0.0),
+    branch: Literal["open", "crossed"] = "open",
+    **rest: Any,
+) -> Scene:
+    """Make the scene of a planar four-bar, named as in figure 6.2: crank OA, coupler AB, follower CB, ground OC.
+
+    Parameters
+    ----------
+    crank, coupler, follower, ground
+        Lengths (m, or strings with a unit).
+    sections
+        Sections of crank, coupler and follower, as in a scene file ({"area": ..., "inertia": ..., "fibre": ...}).
+    material
+        {"modulus": ..., "density": ...}.
+    speed
+        Speed of the crank (rad/s, or a string with a unit).
+    masses
+        Point masses at A (on the crank) and at B (on the follower) (kg).
+    branch
+        "open": the coupler does not cross the ground line at drive angle 0 with a counter-clockwise crank A, B, C;
+        "crossed": the mirror image of B about the line AC.
+    **rest
+        Other keys of a scene: name, damping, mesh, analysis, measurements, petsc.
+
+    Raises
+    ------
+    SceneError
+        When the loop cannot be closed at drive angle 0, or a value is bad.
+    """
+    lengths = [in_unit("m")(value) for value in (crank, coupler, follower, ground)]
+    angles = _start_angles(*lengths, branch)
+    names = ("crank", "coupler", "follower")
+    ends = (("O", "A"), ("A", "B"), ("C", "B"))
+    links = {
+        name: {
+            "points": {first: (0.0, 0.0), second: (length, 0.0)},
+            "members": {first + second: {"ends": (first, second), "section": name, "material": "material"}},
+            "angle": angle,
+        }
+        for name, length, (first, second), angle in zip(names, lengths, ends, (0.0, *angles))
+    }
+    joints = {
+        "O": {"connect": ("ground.O", "crank.O")},
+        "A": {"connect": ("crank.A", "coupler.A")},
+        "B": {"connect": ("coupler.B", "follower.B")},
+        "C": {"connect": ("ground.C", "follower.C")},
+    }
+    mass_a, mass_b = masses
+    data: dict[str, Any] = {
+        "name": "four-bar",
+        "materials": {"material": material},
+        "sections": dict(zip(names, sections, strict=True)),
+        "ground": {"points": {"O": (0.0, 0.0), "C": (lengths[3], 0.0)}},
+        "links": links,
+        "joints": joints,
+        "masses": {"A": {"at": "crank.A", "mass": mass_a}, "B": {"at": "follower.B", "mass": mass_b}},
+        "drive": {"joint": "O", "speed": speed},
+    }
+    return Scene.model_validate(data | rest)
+
+
+def _start_angles(crank: float, coupler: float, follower: float, ground: float, branch: str) -> tuple[float, float]:
+    """Angles of coupler and follower at drive angle 0 (rad), by the cosine rule on the triangle ABC."""
+    diagonal = ground - crank  # from A to C, along x
+    cosine = (coupler**2 + diagonal**2 - follower**2) / (2 * coupler * diagonal) if diagonal else 2.0
+    if abs(cosine) > 1:
+        raise SceneError(
+            f"lengths {crank:g}, {coupler:g}, {follower:g} and {ground:g} m do not close at drive angle 0",
+            hint="Any of the four must be shorter than the sum of the others",
+        )
+    side = 1 if branch == "open" else -1
+    joint_b = crank + coupler * complex(cosine, side * (1 - cosine**2) ** 0.5)
+    return cmath.phase(joint_b - crank), cmath.phase(joint_b - ground)

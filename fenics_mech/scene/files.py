@@ -1,0 +1,98 @@
+"""Scene files: TOML in, a frozen `Scene` out, errors with their place in the file."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.models import Scene
+
+LARGEST_FILE = 10_000_000  # bytes; a scene file is a few kB
+
+
+def load(path: str | Path) -> Scene:
+    """Read a scene file.
+
+    Parameters
+    ----------
+    path
+        A TOML file. Paths in it are relative to its folder.
+
+    Raises
+    ------
+    SceneError
+        When the file cannot be read or does not describe a scene.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise SceneError(f"the file has {path.stat().st_size} bytes, which is no scene", place=str(path))
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not a UTF-8 text"
+        raise SceneError(f"cannot read the scene file: {reason}", place=str(path)) from error
+    scene = parse(text, file=path.name)
+    measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
+    return scene.model_copy(update={"measurements": measurements})
+
+
+def parse(text: str, *, file: str = "scene") -> Scene:
+    """Make a scene from the text of a scene file; `file` is named in errors."""
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise SceneError(f"not valid TOML: {error}", place=file) from error
+    try:
+        return Scene.model_validate(data)
+    except SceneError as error:
+        line = line_of(text, error.place.split("."))
+        raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None
+    except ValidationError as error:
+        raise _first_error(error, text, file) from None
+
+
+def schema() -> dict[str, Any]:
+    """Give the JSON Schema of scene files."""
+    return Scene.model_json_schema()
+
+
+def _first_error(error: ValidationError, text: str, file: str) -> SceneError:
+    """Turn pydantic's list of errors into one message about the first."""
+    first = error.errors()[0]
+    place = [str(part) for part in first["loc"] if part not in ("custom", "rectangle", "[key]")]
+    message = first["msg"].removeprefix("Value error, ")
+    hint = ""
+    if first["type"] == "extra_forbidden":
+        message, hint = f"unknown key {place[-1]!r}", "Remove it or correct its name; `fenics-mech schema` lists all keys"
+    elif first["type"] == "missing":
+        message = "this key is missing"
+    elif not first["type"].startswith("value_error"):
+        message = f"{message}, found {first['input']!r}"
+    if more := error.error_count() - 1:
+        hint = f"{hint}. And {more} more error{'s' * (more > 1)}".removeprefix(". ")
+    return SceneError(message, place=f"{file}: {'.'.join(place)}", line=line_of(text, place), hint=hint)
+
+
+def line_of(text: str, place: Sequence[str]) -> int | None:
+    """Find the line of a TOML text on which the deepest known part of a dotted place stands."""
+    best, depth_of_best, table = None, 0, []
+    for number, line in enumerate(text.splitlines(), 1):
+        header = re.match(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$", line)
+        if header:
+            table = [part.strip().strip("\"'") for part in header[1].split(".")]
+            path = table
+        else:
+            key = re.match(r"\s*([A-Za-z0-9_\-.\"']+)\s*=", line)
+            if not key:
+                continue
+            path = table + [part.strip("\"'") for part in key[1].split(".")]
+        depth = len(path) if list(place[: len(path)]) == path else 0
+        if depth > depth_of_best:
+            best, depth_of_best = number, depth
+    return best

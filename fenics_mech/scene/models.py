@@ -1,0 +1,226 @@
+"""The scene: pydantic models of what a scene file states. All numbers are in SI once read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.consistency import check_references
+from fenics_mech.scene.sections import CustomSection, RectangleSection
+from fenics_mech.units import Angle, AngularSpeed, Density, Length, Mass, Modulus
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*$")]
+PointName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*\.[A-Za-z_][A-Za-z0-9_\-]*$")]
+Point = tuple[Length, Length]
+AnySection = Annotated[
+    Annotated[CustomSection, Tag("custom")] | Annotated[RectangleSection, Tag("rectangle")],
+    Discriminator(lambda value: value.get("shape", "custom") if isinstance(value, dict) else value.shape),
+]
+
+
+class Material(Part):
+    """Young's modulus E (Pa) and density rho (kg/m^3)."""
+
+    modulus: Annotated[Modulus, Field(gt=0)]
+    density: Annotated[Density, Field(ge=0)]
+
+
+class Mesh(Part):
+    """How a member is cut into elements.
+
+    Parameters
+    ----------
+    elements
+        Number of elements per member.
+    grading
+        Length of each element over that of the element before it.
+    stations
+        Instead of the two above: the nodes, as increasing numbers from 0 to 1 along the member.
+    """
+
+    elements: Annotated[int, Field(ge=1, le=100_000)] = 3
+    grading: Annotated[float, Field(gt=0)] = 1.0
+    stations: tuple[float, ...] | None = None
+
+    @model_validator(mode="after")
+    def _stations_increase(self) -> Self:
+        nodes = self.stations
+        if nodes is not None:
+            if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in zip(nodes, nodes[1:])):
+                raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")
+            if self.model_fields_set & {"elements", "grading"}:
+                raise ValueError("give either stations, or elements and grading")
+        return self
+
+
+class Member(Part):
+    """A straight beam between two points of its link.
+
+    The member's axis runs from its first to its second point; its normal is 90 degrees counter-clockwise of it.
+    """
+
+    ends: tuple[Name, Name]
+    section: Name
+    material: Name
+    mesh: Mesh | None = None
+
+
+class Ground(Part):
+    """The fixed frame, with its named points (m)."""
+
+    points: dict[Name, Point]
+
+
+class Link(Part):
+    """A moving link: named points in its own frame (m), and the beams between them.
+
+    Parameters
+    ----------
+    points
+        Points in the link's frame, whose origin moves with the link.
+    members
+        Beams, by name.
+    angle
+        Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch.
+    """
+
+    points: dict[Name, Point]
+    members: Annotated[dict[Name, Member], Field(min_length=1)]
+    angle: Angle = 0.0
+
+
+class Joint(Part):
+    """A revolute joint: a pin through two or more points, written "link.point"."""
+
+    kind: Literal["revolute"] = "revolute"
+    connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
+
+
+class PointMass(Part):
+    """A mass (kg) fixed to a point of a link."""
+
+    at: PointName
+    mass: Annotated[Mass, Field(ge=0)]
+
+
+class Drive(Part):
+    """The drive turns the second body of a revolute joint against its first at constant speed.
+
+    Parameters
+    ----------
+    joint
+        Name of a joint of two bodies.
+    speed
+        Angular speed (rad/s).
+    """
+
+    joint: Name
+    speed: AngularSpeed
+
+    @model_validator(mode="after")
+    def _speed_is_not_zero(self) -> Self:
+        if self.speed == 0:
+            raise ValueError("the drive's speed must not be 0: the cycle would have no period")
+        return self
+
+
+class Damping(Part):
+    """Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest)."""
+
+    ratio: Annotated[float, Field(ge=0, lt=1)] | tuple[Annotated[float, Field(ge=0, lt=1)], ...] = 0.0
+
+
+class Analysis(Part):
+    """What to compute and with which numerical options.
+
+    Parameters
+    ----------
+    method
+        "periodic" (chapter 5) or "quasi-static" (inertia of the rigid motion only).
+    sub_intervals
+        Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
+    modes
+        Number of modes kept, or "all".
+    static_correction
+        Let the modes that are left out answer statically.
+    join
+        "physical" joins displacement and velocity of the mechanism; "modal" joins each modal coordinate, as (5.14)
+        prints it. Modal joining does not converge to the solution of (5.1) and is kept for the record.
+    load
+        The modal load is "constant" or "linear" in time inside a sub-interval.
+    stations
+        Number of equally spaced points along each member at which results are given.
+    """
+
+    method: Literal["periodic", "quasi-static"] = "periodic"
+    sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
+    modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
+    static_correction: bool = True
+    join: Literal["physical", "modal"] = "physical"
+    load: Literal["constant", "linear"] = "linear"
+    stations: Annotated[int, Field(ge=2, le=10_001)] = 21
+
+
+class Measurement(Part):
+    """Measured strains to be drawn beside the computed ones.
+
+    Parameters
+    ----------
+    file
+        CSV with a header and two columns: drive angle in degrees, strain. Relative to the scene file.
+    member
+        "link", or "link.member" when the link has several members.
+    s
+        Place along the member, 0 to 1.
+    fibre
+        "+" (on the side of the normal) or "-".
+    """
+
+    file: Path
+    member: str
+    s: Annotated[float, Field(ge=0, le=1)] = 0.5
+    fibre: Literal["+", "-"] = "+"
+
+
+class Scene(Part):
+    """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format."""
+
+    name: str = "scene"
+    materials: dict[Name, Material]
+    sections: dict[Name, AnySection]
+    ground: Ground
+    links: Annotated[dict[Name, Link], Field(min_length=1)]
+    joints: Annotated[dict[Name, Joint], Field(min_length=1)]
+    masses: dict[Name, PointMass] = {}
+    drive: Drive
+    damping: Damping = Damping()
+    mesh: Mesh = Mesh()
+    analysis: Analysis = Analysis()
+    measurements: tuple[Measurement, ...] = ()
+    petsc: dict[str, str | float | int | bool] = {}
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> Self:
+        check_references(self)
+        return self
+
+    @property
+    def period(self) -> float:
+        """Duration of one turn of the drive (s)."""
+        return 2 * 3.141592653589793 / abs(self.drive.speed)
+
+    def point(self, name: str) -> tuple[str, Point]:
+        """Split "body.point" into the body's name and the point's coordinates in the body's frame (m)."""
+        body, point = name.split(".")
+        return body, (self.ground if body == "ground" else self.links[body]).points[point]
+
+    def members(self) -> dict[str, tuple[str, Member]]:
+        """Give all members as label -> (link, member); the label is the link's name when it has one member."""
+        return {
+            (link if len(body.members) == 1 else f"{link}.{name}"): (link, member)
+            for link, body in self.links.items()
+            for name, member in body.members.items()
+        }

@@ -1,0 +1,79 @@
+"""Quantities with units: a number is SI, a string is read by pint, the answer is always a float in SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator, WithJsonSchema
+
+if TYPE_CHECKING:
+    import pint
+
+EXAMPLES = {
+    "m": "4.25 in",
+    "m**2": "0.406 cm^2",
+    "m**4": "8.67e-4 cm^4",
+    "kg": "45.2 g",
+    "kg/m**3": "2714 kg/m^3",
+    "Pa": "71 GPa",
+    "rad": "71 deg",
+    "rad/s": "300 rpm",
+}
+
+
+@cache
+def registry() -> pint.UnitRegistry:
+    """Give the unit registry, made once."""
+    import pint  # noqa: PLC0415  (slow to import, and scenes in SI numbers never need it)
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+@cache
+def _parse(text: str, unit: str) -> float:
+    """Convert the text of a quantity to a float in `unit`."""
+    import pint  # noqa: PLC0415
+
+    example = f"write a number in SI ({unit.replace('**', '^')}) or a string such as {EXAMPLES[unit]!r}"
+    try:
+        quantity = registry().Quantity(text)
+    except Exception as error:  # pint raises its parser's own errors of many types
+        raise ValueError(f"cannot read {text!r} as a quantity; {example}") from error
+    if unit == "rad/s" and "hertz" in str(quantity.units):
+        raise ValueError(f"{text!r} is a frequency, and 1 Hz is 2 pi rad/s; write rpm or rad/s")
+    try:
+        return float(quantity.magnitude if quantity.unitless else quantity.to(unit).magnitude)
+    except (pint.DimensionalityError, pint.OffsetUnitCalculusError) as error:
+        raise ValueError(f"{text!r} has the wrong unit; {example}") from error
+
+
+def in_unit(unit: str) -> Callable[[Any], Any]:
+    """Give the validator that turns a number or a string into a finite float in `unit`."""
+
+    def convert(value: Any) -> Any:
+        number = _parse(value, unit) if isinstance(value, str) else value
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise ValueError(f"expected a number or a string with a unit such as {EXAMPLES[unit]!r}, found {value!r}")
+        if not math.isfinite(number):
+            raise ValueError(f"expected a finite number, found {value!r}")
+        return float(number)
+
+    return convert
+
+
+def _quantity(unit: str) -> Any:
+    schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{unit}, or a string with a unit"}
+    return Annotated[float, BeforeValidator(in_unit(unit)), WithJsonSchema(schema)]
+
+
+Length = _quantity("m")
+Area = _quantity("m**2")
+SecondMoment = _quantity("m**4")
+Mass = _quantity("kg")
+Density = _quantity("kg/m**3")
+Modulus = _quantity("Pa")
+Angle = _quantity("rad")
+AngularSpeed = _quantity("rad/s")
