@@ -5,7 +5,7 @@ export OMP_NUM_THREADS ?= 1
 # The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
 SYSTEM_PYTHON ?= /usr/bin/python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
-APT := python3-dolfinx python3-slepc4py python3-scipy python3-venv \
+APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv \
        libegl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
 PYTHON := .venv/bin/python
 

@@ -1,0 +1,5 @@
+"""``python -m fenics_mech``."""
+
+from fenics_mech.cli import main
+
+main()

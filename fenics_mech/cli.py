@@ -1,0 +1,212 @@
+"""The `fenics-mech` command."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from fenics_mech._version import __version__
+from fenics_mech.errors import MechanismError
+
+app = typer.Typer(
+    help="Dynamics of planar linkages whose links bend.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+out, err = Console(), Console(stderr=True)
+SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
+
+
+def main() -> None:
+    """Run the command; every error of ours is one message on stderr and exit code 1."""
+    try:
+        app()
+    except MechanismError as error:
+        err.print(f"[bold red]error:[/] {_plain(str(error))}", soft_wrap=True, highlight=False)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        err.print("interrupted", highlight=False)
+        sys.exit(130)
+
+
+@app.command()
+def run(
+    scene: SceneFile,
+    folder: OutFolder = Path("out"),
+    plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
+    csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
+) -> None:
+    """Analyse a scene: writes result.nc and plots, prints a summary."""
+    from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
+    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+
+    loaded = load(scene)
+    make_folder(folder)
+    with progress_bar(len(STEPS) + 1 + plots + csv) as step:
+        result = analyse(loaded, step)
+        step("writing result.nc")
+        written = [result.save(folder / "result.nc")]
+        if csv:
+            step("writing tables")
+            written += result.to_csv(folder)
+        if plots:
+            step("plots")
+            written += views.plot_all(result, folder, rigid=studies.rigid_body_strains(loaded))
+    out.print(views.summary(result))
+    out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
+
+
+@app.command()
+def modes(scene: SceneFile, folder: OutFolder = Path("out")) -> None:
+    """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
+    from fenics_mech import views  # noqa: PLC0415
+    from fenics_mech.analysis import mechanism, scene_modes  # noqa: PLC0415
+    from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+
+    loaded = load(scene)
+    make_folder(folder)
+    with progress_bar(4) as step:
+        system, _ = mechanism(loaded, step)
+        step("modes")
+        found = scene_modes(loaded, system)
+        step("plot")
+        supported = {label: float(f[0]) for label, f in simply_supported_frequencies(loaded).items()}
+        table = views.write_frequencies(found.theta, found.frequency, folder / "frequencies.csv")
+        plot = views.plot_frequencies(found.frequency, found.theta, folder / "frequencies.png", supported)
+    out.print(views.frequency_table(found.frequency, found.assurance, supported))
+    out.print(f"Wrote {table.name}, {plot.name} to {folder}", highlight=False, soft_wrap=True)
+
+
+@app.command()
+def check(
+    scene: Annotated[Path | None, typer.Argument(help="Scene file to check.", show_default=False)] = None,
+) -> None:
+    """Check a scene file without analysing it; without a file, check the program against the dissertation."""
+    from fenics_mech import studies, views  # noqa: PLC0415
+
+    if scene is not None:
+        out.print(views.scene_overview(scene), highlight=False)
+        return
+    findings = []
+    with progress_bar(len(studies.CHECKS)) as step:
+        for name, examine in studies.CHECKS.items():
+            step(name)
+            findings += examine()
+    out.print(views.check_table(findings))
+    if not all(finding.holds for finding in findings):
+        raise MechanismError("some checks failed: this installation does not give right numbers")
+
+
+@app.command()
+def animate(
+    scene: SceneFile,
+    file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
+    magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="chosen")] = None,
+    frames: Annotated[int, typer.Option(min=2, max=10_000, help="Frames in one cycle.")] = 120,
+) -> None:
+    """Draw the moving mechanism, deflection magnified and coloured by strain. SCENE may also be a result.nc."""
+    from fenics_mech import views  # noqa: PLC0415
+    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+    from fenics_mech.recovery import Result  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+
+    views.check_ending(file)
+    make_folder(file.parent)
+    if scene.suffix == ".nc":
+        result = Result.load(scene)
+    else:
+        loaded = load(scene)
+        with progress_bar(len(STEPS)) as step:
+            result = analyse(loaded, step)
+    with progress_bar(frames) as step:
+        views.animate(result, file, magnify=magnify, frames=frames, progress=lambda i, n: step(f"frame {i + 1} of {n}"))
+    out.print(f"Wrote {file}", highlight=False, soft_wrap=True)
+
+
+@app.command()
+def mesh(scene: SceneFile, folder: OutFolder = Path("out")) -> None:
+    """Mesh a scene: writes mesh.msh, mesh.vtu and mesh.xdmf at drive angle 0."""
+    import numpy as np  # noqa: PLC0415
+
+    from fenics_mech.beams import mesh_scene  # noqa: PLC0415
+    from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
+    from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
+    from fenics_mech.recovery.result import write_whole  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+
+    loaded = load(scene)
+    make_folder(folder)
+    beams = mesh_scene(loaded)
+    plane = plane_mesh(loaded, beams, solve_motion(loaded, np.zeros(1)))
+    for ending in FORMATS:
+        write_whole(folder / f"mesh{ending}", lambda temporary: write_mesh(plane, temporary))
+    out.print(
+        f"{len(beams.cell)} elements, {len(beams.node_name)} nodes, {len(beams.members)} members: "
+        f"wrote mesh.msh, mesh.vtu, mesh.xdmf to {folder}",
+        highlight=False,
+        soft_wrap=True,
+    )
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files."""
+    from fenics_mech.scene import schema as scene_schema  # noqa: PLC0415
+
+    print(json.dumps(scene_schema(), indent=2))
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Dynamics of planar linkages whose links bend."""
+
+
+@contextmanager
+def progress_bar(total: int) -> Iterator:
+    """Show a progress bar; gives the function that names the next step."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True) as progress:
+        task = progress.add_task("", total=total)
+        started = False
+
+        def step(name: str) -> None:
+            nonlocal started
+            progress.update(task, description=name, advance=int(started))
+            started = True
+
+        yield step
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder, or say why it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MechanismError(f"cannot make the folder {folder}: {error.strerror}") from error
+
+
+def _plain(text: str) -> str:
+    """Keep rich from reading brackets in a message as markup."""
+    return text.replace("[", r"\[")

@@ -1,0 +1,125 @@
+"""Section forces, joint forces and results as files."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fenics_mech import Result, analyse
+from fenics_mech.errors import ResultError
+from fenics_mech.reference.mecqbar import mecqbar
+from fenics_mech.scene.factories import seed_four_bar
+
+
+@pytest.fixture(scope="module")
+def periodic():
+    return analyse(seed_four_bar(analysis={"sub_intervals": 96}))
+
+
+@pytest.fixture(scope="module")
+def quasi_static():
+    return analyse(seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24}))
+
+
+def test_quasi_static_joint_forces_are_mecqbars(quasi_static):
+    printed = mecqbar(quasi_static.data["theta"].to_numpy())
+    force = quasi_static.data["joint_force"]
+    on_coupler_a, on_follower_b = (force.sel(joint=j).to_numpy() for j in ("A", "B"))
+    assert np.allclose(on_coupler_a, np.stack([printed["XA_N"], printed["YA_N"]], 1), rtol=0, atol=1e-9)
+    assert np.allclose(on_follower_b, -np.stack([printed["XB_N"], printed["YB_N"]], 1), rtol=0, atol=1e-9)
+
+
+def test_input_torque_is_the_rate_of_kinetic_energy(quasi_static):
+    # virtual work: torque omega_1 = d/dt of the kinetic energy of the rigid linkage
+    def energy(theta):
+        row = mecqbar(theta)
+        m2, m3, m_b, b, c = 0.030787, 0.029808, 0.03755, 0.2794, 0.27051
+        m2, m3 = 2714 * 4.06e-5 * b, 2714 * 4.06e-5 * c
+        th2, w1, w2, w3 = row["theta2_rad"], 32.3, row["omega2_rad_s"], row["omega3_rad_s"]
+        vx = -0.10795 * w1 * np.sin(theta) - b / 2 * w2 * np.sin(th2)
+        vy = 0.10795 * w1 * np.cos(theta) + b / 2 * w2 * np.cos(th2)
+        return m2 * (vx**2 + vy**2) / 2 + m2 * b**2 / 24 * w2**2 + (m3 / 3 + m_b) * c**2 / 2 * w3**2
+
+    theta, h = quasi_static.data["theta"].to_numpy(), 1e-4
+    rate = (energy(theta + h) - energy(theta - h)) / (2 * h)  # dT/dtheta
+    assert np.allclose(quasi_static.data["input_torque"], rate, rtol=0, atol=1e-7 * np.abs(rate).max())
+
+
+def test_ends_on_pins_carry_no_moment(periodic):
+    moment = periodic.data["moment"]
+    peak = float(np.abs(moment).max())
+    for member, s in (("crank", 1), ("coupler", 0), ("coupler", 1), ("follower", 0), ("follower", 1)):
+        assert np.abs(moment.sel(member=member, s=s)).max() < 1e-9 * peak
+
+
+def test_joint_force_is_the_members_end_force(periodic):
+    # axial and shear force at the coupler's first end, turned into the fixed frame, balance the force of pin A
+    from fenics_mech.kinematics import solve_motion
+
+    angle = solve_motion(periodic.scene, periodic.data["theta"].to_numpy()).angle[:, 1]
+    end = periodic.data.sel(member="coupler", s=0)
+    n, v = end["axial_force"].to_numpy(), end["shear_force"].to_numpy()
+    force = np.stack([-n * np.cos(angle) - v * np.sin(angle), -n * np.sin(angle) + v * np.cos(angle)], axis=1)
+    found = periodic.data["joint_force"].sel(joint="A").to_numpy()
+    assert np.allclose(found, force, rtol=0, atol=1e-9 * np.abs(found).max())
+
+
+def test_moment_is_continuous_over_elements():
+    scene = seed_four_bar(analysis={"sub_intervals": 96, "stations": 301}, mesh={"elements": 3})
+    moment = analyse(scene).data["moment"].sel(member="coupler").to_numpy()
+    third = np.abs(np.diff(moment, n=2, axis=1))
+    assert third.max() < 1e-3 * np.abs(moment).max()  # a jump at s = 1/3 would stand out by orders of magnitude
+
+
+def test_strain_is_axial_plus_bending_and_stress_follows(periodic):
+    data = periodic.data
+    assert np.allclose(data["strain"], data["strain_axial"] + data["strain_bending"], rtol=1e-12, atol=1e-18)
+    assert np.allclose(data["stress"], 71e9 * data["strain"], rtol=1e-12)
+    bending = data["strain_bending"]
+    assert np.allclose(bending.sel(fibre="+"), -bending.sel(fibre="-"), rtol=1e-12)
+    assert np.allclose(bending.sel(fibre="+", member="coupler"), -8e-4 / (71e9 * 8.67e-12) * data["moment"].sel(member="coupler"))
+
+
+def test_static_deflection_of_one_element_is_that_of_many():
+    coarse, fine = (
+        analyse(seed_four_bar(mesh={"elements": n}, analysis={"method": "quasi-static", "sub_intervals": 8})) for n in (1, 40)
+    )
+    difference = np.abs(coarse.data["deflection"] - fine.data["deflection"]).max()
+    assert difference < 1e-7 * np.abs(fine.data["deflection"]).max()
+
+
+def test_result_survives_saving(periodic, tmp_path):
+    loaded = Result.load(periodic.save(tmp_path / "result.nc"))
+    xr.testing.assert_identical(loaded.data, periodic.data)
+    assert loaded.scene == periodic.scene
+    assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
+
+
+def test_csv_holds_the_numbers(periodic, tmp_path):
+    paths = periodic.to_csv(tmp_path / "tables")
+    assert {p.stem for p in paths} == set(periodic.data.data_vars)
+    table = np.genfromtxt(tmp_path / "tables" / "input_torque.csv", delimiter=",", names=True)
+    assert np.allclose(table["input_torque"], periodic.data["input_torque"], rtol=1e-12)
+
+
+def test_unwritable_folder_leaves_nothing(periodic, tmp_path):
+    with pytest.raises(ResultError, match="cannot be written"):
+        periodic.save(tmp_path / "missing" / "result.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("content", [b"", b"not a netcdf file"])
+def test_foreign_file_is_refused(tmp_path, content):
+    (tmp_path / "other.nc").write_bytes(content)
+    with pytest.raises(ResultError, match=r"other\.nc"):
+        Result.load(tmp_path / "other.nc")
+
+
+def test_netcdf_of_another_program_is_refused(tmp_path):
+    xr.Dataset({"a": 1}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(ResultError, match="not a result of fenics_mech"):
+        Result.load(tmp_path / "other.nc")
+
+
+def test_same_scene_gives_the_same_bits(periodic):
+    again = analyse(seed_four_bar(analysis={"sub_intervals": 96}))
+    xr.testing.assert_identical(again.data, periodic.data)

@@ -1,0 +1,27 @@
+"""Quantities."""
+
+import pytest
+
+from fenics_mech.units import in_unit
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("4.25 in", "m", 0.10795),
+        ("0.406 cm^2", "m**2", 4.06e-5),
+        ("8.67e-4 cm^4", "m**4", 8.67e-12),
+        ("90 deg", "rad", 1.5707963267948966),
+        ("60 rpm", "rad/s", 6.283185307179586),
+        ("2.5", "m", 2.5),
+        (3, "kg", 3.0),
+    ],
+)
+def test_conversion(text, unit, value):
+    assert in_unit(unit)(text) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize("value", ["3 kg", "", "4 furlong per", "1e400 m", float("nan"), True, None, [1]])
+def test_refused(value):
+    with pytest.raises(ValueError, match="m"):
+        in_unit("m")(value)

@@ -1,0 +1,18 @@
+"""What `fenics-mech check` compares holds, and a wrong number would be seen."""
+
+import numpy as np
+import pytest
+
+from fenics_mech.studies.check import CHECKS, _difference
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_every_comparison_holds(name):
+    findings = CHECKS[name]()
+    assert findings
+    assert [f for f in findings if not f.holds] == []
+
+
+def test_a_wrong_number_is_seen():
+    assert not _difference("x", np.array([1.0, 2.0 + 1e-8]), np.array([1.0, 2.0]), 1e-9).holds
+    assert not _difference("x", np.array([1.0, np.nan]), np.array([1.0, 2.0]), 1e-9).holds
