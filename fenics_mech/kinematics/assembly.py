@@ -9,7 +9,8 @@ from fenics_mech.kinematics.loops import GROUND, Array, Loops
 from fenics_mech.scene import Scene
 
 TOLERANCE = 1e-13  # of the open loops, relative to the linkage's size
-LARGEST_STEP = np.pi / 12  # of the drive angle, in following the branch
+COARSE_TOLERANCE = 1e-9  # the same on the coarse branch
+LARGEST_STEP = np.pi / 8  # of the drive angle, in following the branch
 SMALLEST_STEP = 1e-6
 LARGEST_CORRECTION = 0.15  # rad, of a predicted link angle: beyond it the step may have left the branch
 
@@ -32,11 +33,10 @@ def follow(loops: Loops, start: Array, theta: Array) -> Array:
     The branch is followed in coarse steps, which are halved where the prediction is poor; from these points Newton's
     method then takes all the angles at once.
     """
-    knots, poses, rates = _coarse_branch(loops, start, float(theta.min(initial=0)), float(theta.max(initial=0)))
-    nearest = np.abs(knots[None] - theta[:, None]).argmin(axis=1) if len(knots) * len(theta) < 10**7 else (
-        np.clip(np.searchsorted(knots, theta), 0, len(knots) - 1)
-    )
-    guess = poses[nearest] + rates[nearest] * (theta - knots[nearest])[:, None]
+    knots, poses, rates, curvatures = _coarse_branch(loops, start, float(theta.min(initial=0)), float(theta.max(initial=0)))
+    nearest = np.searchsorted((knots[1:] + knots[:-1]) / 2, theta)
+    ahead = (theta - knots[nearest])[:, None]
+    guess = poses[nearest] + rates[nearest] * ahead + curvatures[nearest] * ahead**2 / 2
     q, converged = newton(loops, guess, theta)
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
@@ -46,7 +46,13 @@ def follow(loops: Loops, start: Array, theta: Array) -> Array:
 
 
 def newton(
-    loops: Loops, guess: Array, theta: Array, iterations: int = 12, damped: bool = False
+    loops: Loops,
+    guess: Array,
+    theta: Array,
+    *,
+    iterations: int = 12,
+    damped: bool = False,
+    tolerance: float = TOLERANCE,
 ) -> tuple[Array, np.ndarray]:
     """Newton's method on the loop equations of all positions at once; gives coordinates and whether they close."""
     q = guess.copy()
@@ -54,7 +60,7 @@ def newton(
     scale = np.append(np.full(2 * len(loops.joint), size), 1.0)
     for _ in range(iterations):
         residual = loops.residual(q, theta)
-        closed = (np.abs(residual) < TOLERANCE * scale * np.maximum(1, np.abs(theta))[:, None]).all(axis=1)
+        closed = (np.abs(residual) < tolerance * scale * np.maximum(1, np.abs(theta))[:, None]).all(axis=1)
         if closed.all():
             break
         jacobian = loops.jacobian(q)
@@ -68,23 +74,23 @@ def newton(
                 return q, closed
         q = q + step
     residual = loops.residual(q, theta)
-    return q, (np.abs(residual) < 10 * TOLERANCE * scale * np.maximum(1, np.abs(theta))[:, None]).all(axis=1)
+    return q, (np.abs(residual) < 10 * tolerance * scale * np.maximum(1, np.abs(theta))[:, None]).all(axis=1)
 
 
-def _coarse_branch(loops: Loops, start: Array, low: float, high: float) -> tuple[Array, Array, Array]:
-    """Drive angles, coordinates and their derivatives along the branch, in steps that the branch allows."""
-    points = [(0.0, start, _rate(loops, start, 0.0))]
+def _coarse_branch(loops: Loops, start: Array, low: float, high: float) -> tuple[Array, Array, Array, Array]:
+    """Drive angles, coordinates and their first two derivatives along the branch, in steps that the branch allows."""
+    points = [(0.0, start, *_derivatives(loops, start, 0.0))]
     for sign, end in ((1.0, high), (-1.0, -low)):
-        theta, q, rate = points[0]
+        theta, q, rate, curvature = points[0]
         step = LARGEST_STEP
         while sign * theta < end:
-            target = np.array([theta + sign * step])
-            guess = q + rate * sign * step
-            found, converged = newton(loops, guess[None], target)
-            if converged[0] and np.abs((found[0] - guess)[2::3]).max() < LARGEST_CORRECTION:
-                theta, q = float(target[0]), found[0]
-                rate = _rate(loops, q, theta)
-                points.append((theta, q, rate))
+            ahead = sign * step
+            guess = q + rate * ahead + curvature * ahead**2 / 2
+            found, closed = newton(loops, guess[None], np.array([theta + ahead]), tolerance=COARSE_TOLERANCE)
+            if closed[0] and np.abs((found[0] - guess)[2::3]).max() < LARGEST_CORRECTION:
+                theta, q = theta + ahead, found[0]
+                rate, curvature = _derivatives(loops, q, theta)
+                points.append((theta, q, rate, curvature))
                 step = min(1.5 * step, LARGEST_STEP)
             elif (step := step / 2) < SMALLEST_STEP:
                 raise AssemblyError(
@@ -92,17 +98,18 @@ def _coarse_branch(loops: Loops, start: Array, low: float, high: float) -> tuple
                     f"(the {loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
                 )
     points.sort(key=lambda point: point[0])
-    knots, poses, rates = zip(*points)
-    return np.array(knots), np.array(poses), np.array(rates)
+    knots, poses, rates, curvatures = zip(*points)
+    return np.array(knots), np.array(poses), np.array(rates), np.array(curvatures)
 
 
-def _rate(loops: Loops, q: Array, theta: float) -> Array:
-    """Derivative of the coordinates by the drive angle."""
+def _derivatives(loops: Loops, q: Array, theta: float) -> tuple[Array, Array]:
+    """First and second derivative of the coordinates by the drive angle."""
     jacobian = loops.jacobian(q[None])[0]
     driven = np.zeros(len(jacobian))
     driven[-1] = 1.0
     try:
-        return np.linalg.solve(jacobian, driven)
+        rate = np.linalg.solve(jacobian, driven)
+        return rate, np.linalg.solve(jacobian, loops.convective(q[None], rate[None])[0])
     except np.linalg.LinAlgError as error:
         raise AssemblyError(f"the linkage is at a dead centre at drive angle {_degrees(theta)}") from error
 

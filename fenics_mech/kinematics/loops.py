@@ -8,6 +8,7 @@ functions work on many positions at once: coordinates have shape ``(positions, 3
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,19 +81,23 @@ class Loops:
     def jacobian(self, q: Array) -> Array:
         """Derivative of the residual by the coordinates, shape ``(positions, 2 pairs + 1, 3 links)``."""
         arms = self.arms(q)
-        jacobian = np.zeros((len(q), 2 * len(self.joint) + 1, 3 * len(self.links) + 3))  # ground's columns fall away
-        for pair, bodies in enumerate(self.body):
-            for end, sign in ((0, -1.0), (1, 1.0)):
-                column = 3 * bodies[end] if bodies[end] != GROUND else 3 * len(self.links)
-                arm = arms[:, pair, end]
-                jacobian[:, 2 * pair, column] += sign
-                jacobian[:, 2 * pair + 1, column + 1] += sign
-                jacobian[:, 2 * pair, column + 2] -= sign * arm[:, 1]
-                jacobian[:, 2 * pair + 1, column + 2] += sign * arm[:, 0]
-        for body, sign in zip(self.driven, (-1.0, 1.0)):
-            column = 3 * body if body != GROUND else 3 * len(self.links)
-            jacobian[:, -1, column + 2] += sign
+        constant, rows, columns = self._pattern
+        jacobian = np.broadcast_to(constant, (len(q), *constant.shape)).copy()
+        jacobian[:, rows, columns] = np.array([-1.0, 1.0]) * -arms[..., 1]
+        jacobian[:, rows + 1, columns] = np.array([-1.0, 1.0]) * arms[..., 0]
         return jacobian[..., :-3]
+
+    @cached_property
+    def _pattern(self) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
+        """Constant part of the Jacobian, with the ground's columns last, and where the arms enter it."""
+        column = 3 * np.where(self.body == GROUND, len(self.links), self.body)
+        row = np.broadcast_to(2 * np.arange(len(self.joint))[:, None], column.shape)
+        constant = np.zeros((2 * len(self.joint) + 1, 3 * len(self.links) + 3))
+        for i in (0, 1):
+            constant[row + i, column + i] = [-1.0, 1.0]
+        first, second = (3 * (body if body != GROUND else len(self.links)) + 2 for body in self.driven)
+        constant[-1, first], constant[-1, second] = -1.0, 1.0
+        return constant, row, column + 2
 
     def convective(self, q: Array, velocity: Array) -> Array:
         """Right-hand side of the acceleration equations: minus the centripetal part of the pairs' accelerations."""

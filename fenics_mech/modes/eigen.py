@@ -16,9 +16,15 @@ from fenics_mech.mechanism import System
 from fenics_mech.modes.tracking import Modes, track
 
 Array = NDArray[np.float64]
-DENSE_UP_TO = 120  # coordinates; above, Krylov-Schur with shift-invert is faster than LAPACK
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
-SPARSE = {"eps_type": "krylovschur", "eps_target": 0.0, "eps_target_magnitude": "", "st_type": "sinvert"}
+FEW = {
+    "eps_type": "krylovschur",
+    "eps_target": 0.0,
+    "eps_target_magnitude": "",
+    "st_type": "sinvert",
+    "st_ksp_type": "preonly",
+    "st_pc_type": "cholesky",
+}
 
 
 def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = None) -> Modes:
@@ -41,20 +47,27 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     count = min(count, system.size)
     squares = np.empty((len(system.motion.theta), count))
     shapes = np.empty((len(squares), count, system.size))
-    defaults = DENSE if system.size <= DENSE_UP_TO else SPARSE
+    subspace = 2 * count + 4  # large enough for the lowest modes to converge without a restart, nearly always
+    defaults = FEW | {"eps_ncv": subspace} if subspace < system.size else DENSE
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
+    vector = PETSc.Vec().createSeq(system.size)
     with configured(eps, "modes_", defaults, options or {}):
         for k, mass, stiffness in system.positions():
             eps.setOperators(stiffness, mass)
-            squares[k], shapes[k] = _solve_position(eps, count, system.motion.theta[k])
-    norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, mass_times(system, shapes)))
-    shapes /= norms[..., None]  # (E.7)
-    return track(system.motion.theta, np.sqrt(squares), shapes, _transfer(system, shapes))
+            squares[k], shapes[k] = _solve_position(eps, vector, count, system.motion.theta[k])
+    momenta = mass_times(system, shapes)
+    norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
+    shapes /= norms  # (E.7)
+    momenta /= norms
+    ahead = np.roll(shapes, -1, axis=0)
+    transfer = ahead @ mass_times(system, shapes, shift=1).transpose(0, 2, 1)
+    back = momenta @ ahead.transpose(0, 2, 1)
+    return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back)
 
 
-def _solve_position(eps: SLEPc.EPS, count: int, theta: float) -> tuple[Array, Array]:
+def _solve_position(eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float) -> tuple[Array, Array]:
     """Lowest eigenvalues (rad^2/s^2) and eigenvectors at one position, ascending."""
     eps.solve()
     where = f"at drive angle {np.degrees(theta):.6g} deg"
@@ -67,12 +80,10 @@ def _solve_position(eps: SLEPc.EPS, count: int, theta: float) -> tuple[Array, Ar
         raise SolverError(
             f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive there"
         )
-    vector = eps.getOperators()[0].createVecRight()
     shapes = np.empty((count, vector.size))
     for place, i in enumerate(order):
         eps.getEigenvector(int(i), vector)
         shapes[place] = vector.array_r
-    vector.destroy()
     return values[order], shapes
 
 
@@ -85,7 +96,3 @@ def mass_times(system: System, shapes: Array, shift: int = 0) -> Array:
         product[:, j] = system.transformation.backward(values, (system.link_mass @ nodal.T).T)
     return product
 
-
-def _transfer(system: System, shapes: Array) -> Array:
-    """``Phi_{k+1}^T M_{k+1} Phi_k`` for all k, the last one closing the cycle, ``(angles, modes, modes)``."""
-    return np.roll(shapes, -1, axis=0) @ mass_times(system, shapes, shift=1).transpose(0, 2, 1)

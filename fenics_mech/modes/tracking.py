@@ -30,12 +30,15 @@ class Modes:
     transfer
         ``Phi_{k+1}^T M_{k+1} Phi_k``, from each position to the next and from the last to the first,
         ``(angles, modes, modes)``.
+    back
+        ``Phi_k^T M_k Phi_{k+1}``, from each next position back, ``(angles, modes, modes)``.
     """
 
     theta: Array
     omega: Array
     shapes: Array
     transfer: Array
+    back: Array
 
     @property
     def frequency(self) -> Array:
@@ -60,7 +63,7 @@ class Modes:
         return closing
 
 
-def track(theta: Array, omega: Array, shapes: Array, transfer: Array) -> Modes:
+def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Array) -> Modes:
     """Put modes that are sorted by frequency at each position into an order that follows their shapes."""
     count, modes = omega.shape
     order = np.empty((count, modes), dtype=np.int64)
@@ -72,12 +75,13 @@ def track(theta: Array, omega: Array, shapes: Array, transfer: Array) -> Modes:
         sign[k] = np.where(step[order[k], np.arange(modes)] < 0, -1.0, 1.0)
     rows = np.arange(count)[:, None]
     ahead, turn = np.roll(order, -1, axis=0), np.roll(sign, -1, axis=0)
-    moved = transfer[rows[..., None], ahead[:, :, None], order[:, None, :]]
+    signs = turn[:, :, None] * sign[:, None, :]
     return Modes(
         theta=theta,
         omega=omega[rows, order],
         shapes=shapes[rows, order] * sign[..., None],
-        transfer=moved * turn[:, :, None] * sign[:, None, :],
+        transfer=transfer[rows[..., None], ahead[:, :, None], order[:, None, :]] * signs,
+        back=back[rows[..., None], order[:, :, None], ahead[:, None, :]] * signs.transpose(0, 2, 1),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 from fenics_mech.units import in_unit
 
@@ -78,7 +79,7 @@ def four_bar(
         "masses": {"A": {"at": "crank.A", "mass": mass_a}, "B": {"at": "follower.B", "mass": mass_b}},
         "drive": {"joint": "O", "speed": speed},
     }
-    return Scene.model_validate(data | rest)
+    return build(data | rest)
 
 
 def _start_angles(crank: float, coupler: float, follower: float, ground: float, branch: str) -> tuple[float, float]:
@@ -93,3 +94,27 @@ def _start_angles(crank: float, coupler: float, follower: float, ground: float, 
     side = 1 if branch == "open" else -1
     joint_b = crank + coupler * complex(cosine, side * (1 - cosine**2) ** 0.5)
     return cmath.phase(joint_b - crank), cmath.phase(joint_b - ground)
+
+
+def seed_four_bar(**rest: Any) -> Scene:
+    """Make the four-bar of chapter 7, with the lengths in inches from which table 7.1 was rounded.
+
+    Parameters
+    ----------
+    **rest
+        Other values, as `Scene.changed` takes them: whole tables (``analysis={...}``) or ``analysis__modes=3``.
+    """
+    strip = {"area": "0.406 cm^2", "inertia": "8.67e-4 cm^4", "fibre": "0.8 mm"}
+    seed = four_bar(
+        crank="4.25 in",
+        coupler="11 in",
+        follower="10.65 in",
+        ground="10 in",
+        sections=({"area": "1.07 cm^2", "inertia": "1.62e-2 cm^4", "fibre": "2.12 mm"}, strip, strip),
+        material={"modulus": "71 GPa", "density": "2714 kg/m^3"},
+        speed="32.3 rad/s",
+        masses=("45.2 g", "37.55 g"),
+        name="seed four-bar",
+        damping={"ratio": 0.02},
+    )
+    return seed.changed(**rest)

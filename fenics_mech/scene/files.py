@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 
 LARGEST_FILE = 10_000_000  # bytes; a scene file is a few kB
@@ -49,34 +48,15 @@ def parse(text: str, *, file: str = "scene") -> Scene:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise SceneError(f"not valid TOML: {error}", place=file) from error
     try:
-        return Scene.model_validate(data)
+        return build(data)
     except SceneError as error:
         line = line_of(text, error.place.split("."))
         raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None
-    except ValidationError as error:
-        raise _first_error(error, text, file) from None
 
 
 def schema() -> dict[str, Any]:
     """Give the JSON Schema of scene files."""
     return Scene.model_json_schema()
-
-
-def _first_error(error: ValidationError, text: str, file: str) -> SceneError:
-    """Turn pydantic's list of errors into one message about the first."""
-    first = error.errors()[0]
-    place = [str(part) for part in first["loc"] if part not in ("custom", "rectangle", "[key]")]
-    message = first["msg"].removeprefix("Value error, ")
-    hint = ""
-    if first["type"] == "extra_forbidden":
-        message, hint = f"unknown key {place[-1]!r}", "Remove it or correct its name; `fenics-mech schema` lists all keys"
-    elif first["type"] == "missing":
-        message = "this key is missing"
-    elif not first["type"].startswith("value_error"):
-        message = f"{message}, found {first['input']!r}"
-    if more := error.error_count() - 1:
-        hint = f"{hint}. And {more} more error{'s' * (more > 1)}".removeprefix(". ")
-    return SceneError(message, place=f"{file}: {'.'.join(place)}", line=line_of(text, place), hint=hint)
 
 
 def line_of(text: str, place: Sequence[str]) -> int | None:

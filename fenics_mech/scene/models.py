@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -147,10 +148,13 @@ class Analysis(Part):
     static_correction
         Let the modes that are left out answer statically.
     join
-        "physical" joins displacement and velocity of the mechanism; "modal" joins each modal coordinate, as (5.14)
-        prints it. Modal joining does not converge to the solution of (5.1) and is kept for the record.
+        How sub-intervals are joined. "physical": displacement and momentum of the mechanism go on. "projected": its
+        displacement and velocity go on as far as the modes kept can follow; the same with all modes. "modal": each
+        modal coordinate goes on by itself, as (5.14) prints it, which does not converge to the solution of (5.1).
     load
-        The modal load is "constant" or "linear" in time inside a sub-interval.
+        The modal load in a sub-interval is "constant", that of its middle, or "linear" in time through it.
+    allow_ringing
+        Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
     stations
         Number of equally spaced points along each member at which results are given.
     """
@@ -159,8 +163,9 @@ class Analysis(Part):
     sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
     static_correction: bool = True
-    join: Literal["physical", "modal"] = "physical"
+    join: Literal["physical", "projected", "modal"] = "physical"
     load: Literal["constant", "linear"] = "linear"
+    allow_ringing: bool = False
     stations: Annotated[int, Field(ge=2, le=10_001)] = 21
 
 
@@ -200,17 +205,29 @@ class Scene(Part):
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
-    petsc: dict[str, str | float | int | bool] = {}
+    petsc: dict[Annotated[str, Field(pattern="^(periodic|modes|static)_")], str | float | int | bool] = {}
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
         check_references(self)
         return self
 
+    def changed(self, **values: Any) -> Scene:
+        """Give a copy with other values, by path with "__" for the dots: ``analysis__modes="all"``.
+
+        Raises
+        ------
+        SceneError
+            When a path does not exist or the new scene is not valid.
+        """
+        from fenics_mech.scene.build import changed  # noqa: PLC0415  (build needs this module)
+
+        return changed(self, **values)
+
     @property
     def period(self) -> float:
         """Duration of one turn of the drive (s)."""
-        return 2 * 3.141592653589793 / abs(self.drive.speed)
+        return 2 * math.pi / abs(self.drive.speed)
 
     def point(self, name: str) -> tuple[str, Point]:
         """Split "body.point" into the body's name and the point's coordinates in the body's frame (m)."""
