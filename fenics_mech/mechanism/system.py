@@ -78,16 +78,33 @@ class System:
         """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``."""
         return self.transformation.forward(self.values, q)
 
+    def mass_times(self, vectors: Array, shift: int = 0) -> Array:
+        """``M vectors`` at all angles, M being that of the angle `shift` further on.
+
+        Parameters
+        ----------
+        vectors
+            Coordinates, ``(angles, vectors, coordinates)``.
+        shift
+            How many angles further on M is taken; after the last angle comes the first.
+        """
+        values = np.roll(self.values, -shift, axis=0)[:, None]
+        nodal = self.transformation.forward(values, vectors)
+        momenta = (self.link_mass @ nodal.reshape(-1, nodal.shape[-1]).T).T
+        return self.transformation.backward(values, momenta.reshape(nodal.shape))
+
     def positions(self) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
         """Walk over the angles: yields index, M (4.57) and K (4.58).
 
         The two PETSc matrices are used again at the next angle: copy what has to last.
         """
         p = _csr(self.transformation, self.values[0])
+        pointers, columns, _ = p.getValuesCSR()
         mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, self.beams.stiffness))
         for k, values in enumerate(self.values):
             if k:
-                _refill(p, values)
+                p.setValuesCSR(pointers, columns, values)
+                p.assemble()
                 self.beams.mass.PtAP(p, result=mass)  # (4.47)
                 self.beams.stiffness.PtAP(p, result=stiffness)  # (4.48)
             yield k, mass, stiffness
@@ -130,13 +147,6 @@ def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:
     pointers = np.searchsorted(transformation.rows, np.arange(height + 1)).astype(PETSc.IntType)
     csr = (pointers, transformation.columns.astype(PETSc.IntType), values)
     return PETSc.Mat().createAIJ(transformation.shape, csr=csr, comm=PETSc.COMM_SELF)
-
-
-def _refill(matrix: PETSc.Mat, values: Array) -> None:
-    """Put new values in the places of the old ones."""
-    pointers, columns, _ = matrix.getValuesCSR()
-    matrix.setValuesCSR(pointers, columns, values)
-    matrix.assemble()
 
 
 def _scaled(matrix: PETSc.Mat, rows: Array) -> PETSc.Mat:

@@ -66,18 +66,19 @@ class Transformation:
         return omega * slope, alpha * slope - omega**2 * (self.cosine * np.cos(phi) + self.sine * np.sin(phi))  # (7.5)
 
     def forward(self, values: Array, q: Array) -> Array:
-        """``P q`` at all angles: ``(angles, coordinates)`` to ``(angles, nodal dofs)``."""
-        return _summed(values * q[:, self.columns], self.rows, self.height)
+        """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., nodal dofs)``."""
+        return _summed(values * q[..., self.columns], self.rows, self.height)
 
     def backward(self, values: Array, force: Array) -> Array:
-        """``P^T force`` at all angles: ``(angles, nodal dofs)`` to ``(angles, coordinates)``."""
-        return _summed(values * force[:, self.rows], self.columns, len(self.names))
+        """``P^T force`` at all angles: ``(angles, ..., nodal dofs)`` to ``(angles, ..., coordinates)``."""
+        return _summed(values * force[..., self.rows], self.columns, len(self.names))
 
 
 def _summed(terms: Array, target: Index, size: int) -> Array:
-    """Sum the columns of `terms` that share a target."""
+    """Sum the last axis of `terms` over the entries that share a target."""
     collect = sp.csr_matrix((np.ones(len(target)), (target, np.arange(len(target)))), shape=(size, len(target)))
-    return np.asarray(collect @ terms.T).T
+    flat = terms.reshape(-1, terms.shape[-1])
+    return np.asarray(collect @ flat.T).T.reshape(*terms.shape[:-1], size)
 
 
 def build_transformation(scene: Scene, mesh: BeamMesh) -> Transformation:

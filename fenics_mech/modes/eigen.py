@@ -57,12 +57,12 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
         for k, mass, stiffness in system.positions():
             eps.setOperators(stiffness, mass)
             squares[k], shapes[k] = _solve_position(eps, vector, count, system.motion.theta[k])
-    momenta = mass_times(system, shapes)
+    momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
     shapes /= norms  # (E.7)
     momenta /= norms
     ahead = np.roll(shapes, -1, axis=0)
-    transfer = ahead @ mass_times(system, shapes, shift=1).transpose(0, 2, 1)
+    transfer = ahead @ system.mass_times(shapes, shift=1).transpose(0, 2, 1)
     back = momenta @ ahead.transpose(0, 2, 1)
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back)
 
@@ -85,14 +85,3 @@ def _solve_position(eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float)
         eps.getEigenvector(int(i), vector)
         shapes[place] = vector.array_r
     return values[order], shapes
-
-
-def mass_times(system: System, shapes: Array, shift: int = 0) -> Array:
-    """``M shapes`` at all angles, shapes ``(angles, modes, coordinates)``; M of the position `shift` further on."""
-    product = np.empty_like(shapes)
-    values = np.roll(system.values, -shift, axis=0)
-    for j in range(shapes.shape[1]):
-        nodal = system.transformation.forward(values, shapes[:, j])
-        product[:, j] = system.transformation.backward(values, (system.link_mass @ nodal.T).T)
-    return product
-

@@ -66,10 +66,11 @@ class Modes:
 def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Array) -> Modes:
     """Put modes that are sorted by frequency at each position into an order that follows their shapes."""
     count, modes = omega.shape
-    order = np.empty((count, modes), dtype=np.int64)
-    sign = np.ones((count, modes))
-    order[0] = np.arange(modes)
-    for k in range(1, count):
+    order = np.broadcast_to(np.arange(modes), (count, modes)).copy()
+    straight = np.einsum("kii->ki", transfer)
+    sign = np.cumprod(np.vstack([np.ones(modes), np.where(straight[:-1] < 0, -1.0, 1.0)]), axis=0)
+    crossing = (straight[:-1] ** 2).min(axis=1) <= 0.5  # above it, no other mode can match better
+    for k in range(1 + int(np.argmax(crossing)), count) if crossing.any() else ():
         step = transfer[k - 1][:, order[k - 1]] * sign[k - 1]
         order[k] = _best_match(step)
         sign[k] = np.where(step[order[k], np.arange(modes)] < 0, -1.0, 1.0)
