@@ -35,3 +35,7 @@ install: .venv/installed
 
 clean:
 	rm -rf .venv out
+
+.PHONY: bench
+bench: install
+	$(PYTHON) -m pytest tests/benchmarks --benchmark-only -o addopts=
