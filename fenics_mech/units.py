@@ -38,6 +38,7 @@ def _parse(text: str, unit: str) -> float:
     import pint  # noqa: PLC0415
 
     example = f"write a number in SI ({unit.replace('**', '^')}) or a string such as {EXAMPLES[unit]!r}"
+    quantity: Any
     try:
         quantity = registry().Quantity(text)
     except Exception as error:  # pint raises its parser's own errors of many types

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import gmsh
@@ -70,11 +71,8 @@ class BeamMesh:
 def mesh_scene(scene: Scene) -> BeamMesh:
     """Mesh all members of a scene with gmsh and read them into dolfinx."""
     members = scene.members()
-    angles, lengths = [], []
-    for link, member in members.values():
-        axis = np.subtract(*(scene.links[link].points[end] for end in reversed(member.ends)))
-        angles.append(np.arctan2(axis[1], axis[0]))
-        lengths.append(np.hypot(*axis))
+    axes = [np.subtract(*scene.member_ends(label)[::-1]) for label in members]
+    angles, lengths = [np.arctan2(y, x) for x, y in axes], [float(np.hypot(x, y)) for x, y in axes]
     with _gmsh_model() as model:
         places = _draw(model, scene, lengths)
         model.mesh.generate(1)
@@ -100,7 +98,9 @@ def mesh_scene(scene: Scene) -> BeamMesh:
 
 def _number_nodes(scene: Scene, cell_member: Index, cell_end: Array) -> dict[str, Any]:
     """Number the nodes along the members of each link; nodes at a link's points are shared by its members."""
-    links, names, places = [], [], []
+    links: list[int] = []
+    names: list[str] = []
+    places: list[Array] = []
     known: dict[str, int] = {}
     cell_nodes = np.empty((len(cell_member), 2), dtype=np.int64)
 
@@ -168,7 +168,7 @@ def _draw(model: Any, scene: Scene, lengths: list[float]) -> Array:
         graded = mesh.stations is None
         places = np.array([0.0, 1.0]) if graded else stations(scene, member)
         points = [geometry.addPoint(x + length * s, 0, 0) for s in places]
-        curves = [geometry.addLine(a, b) for a, b in zip(points, points[1:])]
+        curves = [geometry.addLine(a, b) for a, b in pairwise(points)]
         for curve in curves:
             geometry.mesh.setTransfiniteCurve(curve, (mesh.elements if graded else 1) + 1, "Progression", mesh.grading)
         groups.append(curves)

@@ -33,15 +33,18 @@ def follow(loops: Loops, start: Array, theta: Array) -> Array:
     The branch is followed in coarse steps, which are halved where the prediction is poor; from these points Newton's
     method then takes all the angles at once.
     """
-    knots, poses, rates, curvatures = _coarse_branch(loops, start, float(theta.min(initial=0)), float(theta.max(initial=0)))
+    knots, poses, rates, curvatures = _coarse_branch(
+        loops, start, float(theta.min(initial=0)), float(theta.max(initial=0))
+    )
     nearest = np.searchsorted((knots[1:] + knots[:-1]) / 2, theta)
     ahead = (theta - knots[nearest])[:, None]
     guess = poses[nearest] + rates[nearest] * ahead + curvatures[nearest] * ahead**2 / 2
     q, converged = newton(loops, guess, theta)
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
-        raise AssemblyError(f"the linkage cannot be assembled at drive angle {_degrees(theta[i])}: "
-                            f"{_open_loop(loops, q[i], theta[i])}")
+        raise AssemblyError(
+            f"the linkage cannot be assembled at drive angle {_degrees(theta[i])}: {_open_loop(loops, q[i], theta[i])}"
+        )
     return q
 
 
@@ -95,7 +98,7 @@ def _coarse_branch(loops: Loops, start: Array, low: float, high: float) -> tuple
             elif (step := step / 2) < SMALLEST_STEP:
                 raise AssemblyError(
                     f"the drive cannot turn beyond {_degrees(theta)}: the linkage locks there "
-                    f"(the {loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
+                    f"({loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
                 )
     points.sort(key=lambda point: point[0])
     knots, poses, rates, curvatures = zip(*points)

@@ -14,7 +14,7 @@ from fenics_mech.scene import Scene
 
 @dataclass(frozen=True)
 class Motion:
-    """Rigid-body motion of the links' frames. Arrays are ``(angles, links)``, vectors have x, y of the fixed frame last.
+    """Rigid-body motion of the links' frames. Arrays are ``(angles, links)``; vectors have x, y (fixed frame) last.
 
     Parameters
     ----------

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fenics_mech.scene import Scene
@@ -11,9 +13,9 @@ def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.n
     """Frequencies (Hz) of each member as a uniform beam on two pins, by label; eq. (7.6)."""
     frequencies = {}
     orders = np.arange(1, count + 1)
-    for label, (link, member) in scene.members().items():
+    for label, (_, member) in scene.members().items():
         section, material = scene.sections[member.section], scene.materials[member.material]
-        length = np.hypot(*np.subtract(*(scene.links[link].points[end] for end in member.ends)))
+        length = math.dist(*scene.member_ends(label))
         wave_speed = np.sqrt(material.modulus * section.inertia / (material.density * section.area))
         omega = orders**2 * np.pi**2 / length**2 * wave_speed  # (7.6), with m the member's whole mass
         frequencies[label] = omega / (2 * np.pi)

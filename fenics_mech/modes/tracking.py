@@ -47,7 +47,7 @@ class Modes:
 
     @property
     def assurance(self) -> Array:
-        """MAC of each mode with itself at the next position, 0 to 1, ``(angles, modes)``; the last is the best match."""
+        """MAC of each mode with itself at the next position, ``(angles, modes)``; the last row is the best match."""
         mac = self.transfer**2
         steps = np.einsum("kii->ki", mac).copy()
         steps[-1] = mac[-1].max(axis=0)

@@ -67,7 +67,9 @@ def collect(scene: Scene, system: System, history: History, modes: Modes | None)
             "assurance": (("theta", "mode"), modes.assurance),
         }
         coordinates["mode"] = np.arange(1, modes.frequency.shape[1] + 1)
-    data = xr.Dataset(variables, coordinates, stamp(scene) | {"dofs": system.size, "elements": len(system.beams.mesh.cell)})
+    data = xr.Dataset(
+        variables, coordinates, stamp(scene) | {"dofs": system.size, "elements": len(system.beams.mesh.cell)}
+    )
     for name, (units, meaning) in LONG_NAMES.items():
         if name in data:
             data[name].attrs.update(units=units, long_name=meaning)

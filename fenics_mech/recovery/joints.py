@@ -34,11 +34,11 @@ def joint_forces(scene: Scene, system: System, forces: Array) -> dict[str, Array
         By joint: the force of its first body on its second. A pin through more than two bodies has one entry
         "joint:body" for every body after the first: the force of the pin on it.
     """
-    found = {}
+    found: dict[str, Array] = {}
     for name, joint in scene.joints.items():
         on_body = {point.split(".")[0]: _on_point(system, forces, point) for point in joint.connect}
         if "ground" in on_body:  # the ground takes what the others leave
-            on_body["ground"] = -sum(np.asarray(force) for body, force in on_body.items() if body != "ground")
+            on_body["ground"] = -np.sum([force for body, force in on_body.items() if body != "ground"], axis=0)
         others = list(on_body.items())[1:]
         found |= {name if len(others) == 1 else f"{name}:{body}": force for body, force in others}
     return found

@@ -95,9 +95,7 @@ def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
     return np.concatenate(elements), np.concatenate(places)
 
 
-def _deflection(
-    system: System, displacement: Array, inertia: Array, element: NDArray[np.int64], xi: Array
-) -> Array:
+def _deflection(system: System, displacement: Array, inertia: Array, element: NDArray[np.int64], xi: Array) -> Array:
     """Hermite displacement plus the particular solution of the inertia, in the fixed frame."""
     beams, mesh = system.beams, system.beams.mesh
     h, rho_a = mesh.cell_length[element], beams.line_density[element]

@@ -114,4 +114,4 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 def stamp(scene: Scene) -> dict[str, str]:
     """Attributes that every result carries."""
-    return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()}
+    return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json(exclude_unset=True)}

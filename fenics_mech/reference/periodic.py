@@ -161,7 +161,7 @@ def _intervals(model: NineElementModel, count: int, modes: int, load: Load) -> _
     kept = np.einsum("kim,km->ki", shapes, modal[..., 0] / omega**2)
     static = np.linalg.solve(stiffness, middle[..., None])[..., 0] - kept
     step = 2 * np.pi / model.parameters.omega1 / count  # (5.11)
-    return _Intervals(theta, step, mass, shapes, omega, *modal.transpose(2, 0, 1)[[1, 0, 2]], static)
+    return _Intervals(theta, step, mass, shapes, omega, modal[..., 1], modal[..., 0], modal[..., 2], static)
 
 
 def _oscillators(data: _Intervals, damping: float, time: float) -> _Oscillators:

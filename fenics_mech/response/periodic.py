@@ -89,7 +89,9 @@ def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> N
     fastest = modes.frequency.max(axis=0)
     unresolved = 2 * fastest * period > len(state)
     energy = np.sum(modes.omega**2 * state[..., 0] ** 2, axis=1).max()
-    ringing = np.sqrt(((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0) / max(energy, 1e-300)) * unresolved
+    ringing = (
+        np.sqrt(((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0) / max(energy, 1e-300)) * unresolved
+    )
     if ringing[worst := int(ringing.argmax())] > LARGEST_RINGING:
         slower = int(np.argmax(unresolved))
         raise SolverError(
@@ -177,7 +179,8 @@ def _solve_cycle(blocks: Array, right: Array, options: dict[str, str | float | i
         ksp.solve(b, x)
         found = ksp.getConvergedReason()
     answer = x.array_r.copy()
-    residual = np.linalg.norm(cyclic @ answer - b.array_r) / max(np.linalg.norm(b.array_r), 1e-300)
+    size_of_right = max(float(np.linalg.norm(right)), float(np.finfo(float).tiny))
+    residual = float(np.linalg.norm(cyclic @ answer - b.array_r)) / size_of_right
     for thing in (matrix, b, x):
         thing.destroy()
     if found <= 0 or not residual < LARGEST_RESIDUAL:

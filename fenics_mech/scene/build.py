@@ -32,7 +32,7 @@ def changed(scene: Scene, **values: Any) -> Scene:
     SceneError
         When a path does not exist or the new scene is not valid.
     """
-    data = scene.model_dump()
+    data = scene.model_dump(exclude_unset=True)
     for path, value in values.items():
         *parents, last = path.split("__")
         part: Any = data
@@ -50,7 +50,10 @@ def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
     place = _place(first["loc"], data)
     message, hint = _sentence(first), ""
     if first["type"] == "extra_forbidden":
-        message, hint = f"unknown key {place[-1]!r}", "Remove it or correct its name; `fenics-mech schema` lists all keys"
+        message, hint = (
+            f"unknown key {place[-1]!r}",
+            "Remove it or correct its name; `fenics-mech schema` lists all keys",
+        )
     elif first["type"] == "missing":
         message = "this key is missing"
     places = {tuple(_place(other["loc"], data)) for other in error.errors()}
@@ -80,10 +83,9 @@ def _place(location: tuple[int | str, ...], data: Any) -> list[str]:
     """Keep of pydantic's location what stands in the data, and the last key where it is missing there."""
     place: list[str] = []
     for part in location:
-        if isinstance(data, dict) and part in data:
-            data = data[part]
-        elif isinstance(data, list | tuple) and isinstance(part, int) and part < len(data):
-            data = data[part]
+        known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
+        if known:
+            data = data[part]  # type: ignore[index]
         elif not isinstance(data, dict) or part in ("[key]", "custom", "rectangle"):
             continue  # a branch of a union, or a mark that the key itself is bad
         place.append(str(part))

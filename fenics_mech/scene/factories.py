@@ -51,7 +51,7 @@ def four_bar(
         When the loop cannot be closed at drive angle 0, or a value is bad.
     """
     lengths = [in_unit("m")(value) for value in (crank, coupler, follower, ground)]
-    angles = _start_angles(*lengths, branch)
+    angles = _start_angles(lengths, branch)
     names = ("crank", "coupler", "follower")
     ends = (("O", "A"), ("A", "B"), ("C", "B"))
     links = {
@@ -82,8 +82,9 @@ def four_bar(
     return build(data | rest)
 
 
-def _start_angles(crank: float, coupler: float, follower: float, ground: float, branch: str) -> tuple[float, float]:
+def _start_angles(lengths: Sequence[float], branch: str) -> tuple[float, float]:
     """Angles of coupler and follower at drive angle 0 (rad), by the cosine rule on the triangle ABC."""
+    crank, coupler, follower, ground = lengths
     diagonal = ground - crank  # from A to C, along x
     cosine = (coupler**2 + diagonal**2 - follower**2) / (2 * coupler * diagonal) if diagonal else 2.0
     if abs(cosine) > 1:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -50,7 +51,7 @@ class Mesh(Part):
     def _stations_increase(self) -> Self:
         nodes = self.stations
         if nodes is not None:
-            if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in zip(nodes, nodes[1:])):
+            if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in pairwise(nodes)):
                 raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")
             if self.model_fields_set & {"elements", "grading"}:
                 raise ValueError("give either stations, or elements and grading")
@@ -199,13 +200,15 @@ class Scene(Part):
     ground: Ground
     links: Annotated[dict[Name, Link], Field(min_length=1)]
     joints: Annotated[dict[Name, Joint], Field(min_length=1)]
-    masses: dict[Name, PointMass] = {}
+    masses: dict[Name, PointMass] = Field(default_factory=dict)
     drive: Drive
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
-    petsc: dict[Annotated[str, Field(pattern="^(periodic|modes|static)_")], str | float | int | bool] = {}
+    petsc: dict[Annotated[str, Field(pattern="^(periodic|modes|static)_")], str | float | int | bool] = Field(
+        default_factory=dict
+    )
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -233,6 +236,12 @@ class Scene(Part):
         """Split "body.point" into the body's name and the point's coordinates in the body's frame (m)."""
         body, point = name.split(".")
         return body, (self.ground if body == "ground" else self.links[body]).points[point]
+
+    def member_ends(self, label: str) -> tuple[Point, Point]:
+        """Give the two ends of a member in its link's frame (m)."""
+        link, member = self.members()[label]
+        first, second = (self.links[link].points[end] for end in member.ends)
+        return first, second
 
     def members(self) -> dict[str, tuple[str, Member]]:
         """Give all members as label -> (link, member); the label is the link's name when it has one member."""

@@ -73,12 +73,16 @@ def matrices() -> list[Finding]:
     mass, stiffness = model.mass_stiffness(theta)
     found = [(m[:, :][np.ix_(order, order)], k[:, :][np.ix_(order, order)]) for _, m, k in system.positions()]
     coupling = model.coupling(theta)
-    ours = [{name: matrix[:, :][np.ix_(order, order)] for name, matrix in system.coupling(k).items()} for k in range(24)]
+    ours = [
+        {name: matrix[:, :][np.ix_(order, order)] for name, matrix in system.coupling(k).items()} for k in range(24)
+    ]
     return [
         _difference("mass matrix M (4.57) against nine elements by hand", np.array([m for m, _ in found]), mass, 1e-12),
         _difference("stiffness matrix K (4.58)", np.array([k for _, k in found]), stiffness, 1e-12),
         *(
-            _difference(f"coupling matrix {name} of (4.66)", np.array([o[name] for o in ours]), getattr(coupling, name), 1e-12)
+            _difference(
+                f"coupling matrix {name} of (4.66)", np.array([o[name] for o in ours]), getattr(coupling, name), 1e-12
+            )
             for name in ours[0]
         ),
         _difference("inertia load of (5.1)", system.load[:, order], model.load(theta), 1e-12),

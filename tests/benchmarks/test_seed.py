@@ -26,6 +26,8 @@ def test_by_hand(benchmark, stations):
         model = NineElementModel()
         response = periodic_response(model, 360, modes=5)
         places = [0.5] if stations == "mid-span" else np.linspace(0, 1, 21)
-        return [link_strain(model, response.theta, response.displacement, response.acceleration, s).total for s in places]
+        return [
+            link_strain(model, response.theta, response.displacement, response.acceleration, s).total for s in places
+        ]
 
     assert len(benchmark(work)[0]) == 360

@@ -64,7 +64,12 @@ def test_velocity_and_acceleration_are_derivatives():
     weights = {-3: -1 / 60, -2: 3 / 20, -1: -3 / 4, 1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # sixth order
     motions = {i: solve_motion(scene, theta + i * h) for i in weights}
     motion, rate = solve_motion(scene, theta), scene.drive.speed / h
-    for value, derivative in (("angle", "omega"), ("omega", "alpha"), ("position", "velocity"), ("velocity", "acceleration")):
+    for value, derivative in (
+        ("angle", "omega"),
+        ("omega", "alpha"),
+        ("position", "velocity"),
+        ("velocity", "acceleration"),
+    ):
         difference = rate * sum(w * getattr(motions[i], value) for i, w in weights.items())
         exact = getattr(motion, derivative)
         assert np.abs(difference - exact).max() < 1e-9 * np.abs(exact).max()

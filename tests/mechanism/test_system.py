@@ -30,7 +30,9 @@ def test_derivatives_of_p_against_central_differences(seed):
     first, second = system.transformation.derivatives(here)
     speed = seed.drive.speed
     assert np.allclose(first, (values(ahead) - values(behind)) / (2 * h) * speed, atol=1e-7 * np.abs(first).max())
-    rate = (system.transformation.derivatives(ahead)[0] - system.transformation.derivatives(behind)[0]) / (2 * h) * speed
+    rate = (
+        (system.transformation.derivatives(ahead)[0] - system.transformation.derivatives(behind)[0]) / (2 * h) * speed
+    )
     assert np.allclose(second, rate, atol=1e-7 * np.abs(second).max())
 
 
@@ -54,7 +56,9 @@ def test_full_equation_has_the_damping_of_a_hamiltonian_system(seed_system):
 def test_load_does_the_virtual_work_of_the_rigid_inertia(seed_system):
     # load = -dT-like virtual work: a rigid acceleration field weighed by m through P
     p_values = seed_system.values
-    expected = seed_system.transformation.backward(p_values, -(seed_system.link_mass @ seed_system.rigid_acceleration.T).T)
+    expected = seed_system.transformation.backward(
+        p_values, -(seed_system.link_mass @ seed_system.rigid_acceleration.T).T
+    )
     dense = np.zeros(seed_system.transformation.shape)
     k = 3
     dense[seed_system.transformation.rows, seed_system.transformation.columns] = p_values[k]
@@ -78,6 +82,8 @@ def test_turning_the_whole_scene_changes_no_frequency_and_no_strain(turn):
     shift = turn / (2 * np.pi) * count
     reference = analyse(plain.changed(analysis={"sub_intervals": count, "method": "quasi-static"}))
     data["links"]["crank"]["points"] = {"O": (0, 0), "A": (0.10795 * np.cos(turn), 0.10795 * np.sin(turn))}
-    turned = analyse(type(plain).model_validate(data).changed(analysis={"sub_intervals": count, "method": "quasi-static"}))
+    turned = analyse(
+        type(plain).model_validate(data).changed(analysis={"sub_intervals": count, "method": "quasi-static"})
+    )
     assert shift  # the crank's own frame is turned back, so that drive angle 0 is the same position
     assert np.allclose(turned.strain_at("coupler"), reference.strain_at("coupler"), rtol=0, atol=1e-14)

@@ -45,14 +45,21 @@ def test_sparse_and_dense_eigensolvers_agree():
     sparse = solve_modes(
         system,
         6,
-        {"modes_eps_type": "krylovschur", "modes_eps_target": 0.0, "modes_eps_target_magnitude": "", "modes_st_type": "sinvert"},
+        {
+            "modes_eps_type": "krylovschur",
+            "modes_eps_target": 0.0,
+            "modes_eps_target_magnitude": "",
+            "modes_st_type": "sinvert",
+        },
     )
     assert np.allclose(dense.frequency, sparse.frequency, rtol=1e-9)
 
 
 def test_modes_are_orthonormal_and_their_signs_do_not_jump(seed):
-    modes = scene_modes(seed.changed(analysis__modes="all", analysis__sub_intervals=72), mechanism(
-        seed.changed(analysis__sub_intervals=72))[0])
+    modes = scene_modes(
+        seed.changed(analysis__modes="all", analysis__sub_intervals=72),
+        mechanism(seed.changed(analysis__sub_intervals=72))[0],
+    )
     system = mechanism(seed.changed(analysis__sub_intervals=72))[0]
     for k, mass, _ in system.positions():
         gram = modes.shapes[k] @ mass[:, :] @ modes.shapes[k].T
@@ -66,7 +73,9 @@ def test_tracking_follows_modes_through_a_crossing():
     first, second = 10 + np.cos(theta), np.full(40, 10.1)
     swapped = second < first
     omega = np.where(swapped[:, None], np.stack([second, first], 1), np.stack([first, second], 1))
-    shapes = np.where(swapped[:, None, None], np.eye(2)[::-1], np.eye(2)) * np.where(np.arange(40) % 3, 1, -1)[:, None, None]
+    shapes = (
+        np.where(swapped[:, None, None], np.eye(2)[::-1], np.eye(2)) * np.where(np.arange(40) % 3, 1, -1)[:, None, None]
+    )
     transfer = np.roll(shapes, -1, axis=0) @ shapes.transpose(0, 2, 1)
     modes = track(theta, omega, shapes, transfer, transfer.transpose(0, 2, 1))
     start = [second, first] if swapped[0] else [first, second]

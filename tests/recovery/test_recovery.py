@@ -76,12 +76,15 @@ def test_strain_is_axial_plus_bending_and_stress_follows(periodic):
     assert np.allclose(data["stress"], 71e9 * data["strain"], rtol=1e-12)
     bending = data["strain_bending"]
     assert np.allclose(bending.sel(fibre="+"), -bending.sel(fibre="-"), rtol=1e-12)
-    assert np.allclose(bending.sel(fibre="+", member="coupler"), -8e-4 / (71e9 * 8.67e-12) * data["moment"].sel(member="coupler"))
+    assert np.allclose(
+        bending.sel(fibre="+", member="coupler"), -8e-4 / (71e9 * 8.67e-12) * data["moment"].sel(member="coupler")
+    )
 
 
 def test_static_deflection_of_one_element_is_that_of_many():
     coarse, fine = (
-        analyse(seed_four_bar(mesh={"elements": n}, analysis={"method": "quasi-static", "sub_intervals": 8})) for n in (1, 40)
+        analyse(seed_four_bar(mesh={"elements": n}, analysis={"method": "quasi-static", "sub_intervals": 8}))
+        for n in (1, 40)
     )
     difference = np.abs(coarse.data["deflection"] - fine.data["deflection"]).max()
     assert difference < 1e-7 * np.abs(fine.data["deflection"]).max()

@@ -1,0 +1,69 @@
+"""Where the members are, and curves over one turn of the drive."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+TURN = 2 * np.pi
+
+
+def member_ends(scene: Scene, theta: Array) -> Array:
+    """Rigid-body positions of the members' two ends (m), ``(angles, members, 2, 2)`` with x, y last.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    theta
+        Drive angles (rad), shape ``(angles,)``.
+
+    Raises
+    ------
+    AssemblyError
+        When the linkage cannot be assembled at one of the angles.
+    """
+    motion = solve_motion(scene, theta)
+    members = [
+        [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
+        for link, member in scene.members().values()
+    ]
+    return np.moveaxis(np.array(members), 2, 0)
+
+
+def member_normals(ends: Array) -> Array:
+    """Give members' unit normals, 90 degrees counter-clockwise of the axis, from `member_ends`; ``(..., 2)``."""
+    axis = ends[..., 1, :] - ends[..., 0, :]
+    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    return np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
+
+
+def one_turn(theta: Array, values: Array) -> tuple[Array, Array]:
+    """Sort a periodic history by the drive angle in [0, 2 pi), with one more point before and one after it.
+
+    Parameters
+    ----------
+    theta
+        Drive angles (rad) in any order and any turn, shape ``(angles,)``.
+    values
+        Shape ``(angles, ...)``.
+    """
+    angle = np.mod(np.round(theta, 12), TURN)
+    order = np.argsort(angle, kind="stable")
+    angle, values = angle[order], values[order]
+    around = np.concatenate([angle[-1:] - TURN, angle, angle[:1] + TURN])
+    return around, np.concatenate([values[-1:], values, values[:1]])
+
+
+def at_angles(theta: Array, values: Array, wanted: Array) -> Array:
+    """Interpolate a periodic history linearly at the angles `wanted` (rad), ``(wanted, ...)``."""
+    knots, values = one_turn(theta, values)
+    place = np.mod(np.round(wanted, 12), TURN)
+    before = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, len(knots) - 2)
+    weight = (place - knots[before]) / (knots[before + 1] - knots[before])
+    weight = weight.reshape(-1, *[1] * (values.ndim - 1))
+    return (1 - weight) * values[before] + weight * values[before + 1]

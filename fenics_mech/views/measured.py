@@ -1,0 +1,52 @@
+"""Measured strains that a scene names."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+
+from fenics_mech.errors import SceneError
+from fenics_mech.views.geometry import Array
+
+HINT = "Expected: a header line, then two columns, drive angle in degrees and strain"
+
+
+def read_measurement(path: Path) -> tuple[Array, Array]:
+    """Read a file of measured strains: a header, then drive angle (degrees) and strain in two columns.
+
+    Returns
+    -------
+    tuple
+        Drive angle (rad) and strain, both ``(points,)``.
+
+    Raises
+    ------
+    SceneError
+        When the file cannot be read or a line of it is not two finite numbers; the line is named.
+    """
+    points = []
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            lines = csv.reader(file)
+            next(lines, None)
+            points = [_numbers(cells, path, lines.line_num) for cells in lines if any(map(str.strip, cells))]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = error.strerror if isinstance(error, OSError) else f"it is not a CSV text: {error}"
+        raise SceneError(f"cannot read the measurements: {reason}", place=str(path), hint=HINT) from error
+    if not points:
+        raise SceneError("there are no measured points", place=str(path), hint=HINT)
+    angle, strain = np.array(points).T
+    return np.radians(angle), strain
+
+
+def _numbers(cells: list[str], path: Path, line: int) -> list[float]:
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 2 or not all(map(math.isfinite, numbers)):
+        raise SceneError(f"found {','.join(cells)!r}, which is not two numbers", place=str(path), line=line, hint=HINT)
+    return numbers

@@ -1,0 +1,316 @@
+"""Plots of a result over one turn of the drive (as figures 7.2 to 7.10)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from cycler import cycler
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+from fenics_mech.errors import ViewError
+from fenics_mech.modes import simply_supported_frequencies
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.views.geometry import Array, member_ends, member_normals, one_turn
+from fenics_mech.views.measured import read_measurement
+
+Curve = tuple[Array, Array, str]
+"""Drive angle (rad), strain, and the label of the curve."""
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.prop_cycle": cycler(linestyle=["-", ":", "-."]) * cycler(color=COLOURS),
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "xtick.labelcolor": "black",
+    "ytick.labelcolor": "black",
+    "svg.fonttype": "none",
+}
+SIZE = (7.2, 4.0)  # inches
+RESOLUTION = 160  # dots per inch
+ENDINGS = (".png", ".pdf", ".svg")
+LEGEND_COLUMNS = 5
+LABEL_HEIGHT = 0.05  # of the axes
+MEASURED: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 4,
+    "markerfacecolor": "white",
+    "color": COLOURS[1],
+}
+MICRO = 1e6
+MILLI = 1e3
+
+
+def plot_strain(
+    result: Result, member: str, path: str | Path, *, rigid: Curve | None = None, s: float = 0.5, fibre: str = "+"
+) -> Path:
+    """Plot the strain at one place of a member: finite elements, rigid bodies, and what was measured there.
+
+    Parameters
+    ----------
+    result
+        The result.
+    member
+        Label of the member.
+    path
+        File to write, ending in one of `ENDINGS`.
+    rigid
+        Drive angle (rad), strain, label of a rigid-body (quasi-static) curve at the same place.
+    s
+        Place along the member, 0..1.
+    fibre
+        "+" or "-".
+
+    Raises
+    ------
+    SceneError
+        When a file of measurements cannot be read.
+    ViewError
+        When there is no such member or fibre, or the file's ending is not known.
+    ResultError
+        When the file cannot be written.
+    """
+    return save(strain_figure(result, member, rigid=rigid, s=s, fibre=fibre), path)
+
+
+def plot_frequencies(
+    modes_frequency: Array, theta: Array, path: str | Path, supported: Mapping[str, float] | None = None
+) -> Path:
+    """Plot the tracked natural frequencies over the drive angle, the members' supported ones beside them.
+
+    Parameters
+    ----------
+    modes_frequency
+        Frequencies of the tracked modes (Hz), ``(angles, modes)``.
+    theta
+        Drive angles (rad), ``(angles,)``.
+    path
+        File to write, ending in one of `ENDINGS`.
+    supported
+        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
+
+    Raises
+    ------
+    ViewError
+        When the file's ending is not known.
+    ResultError
+        When the file cannot be written.
+    """
+    return save(frequency_figure(modes_frequency, theta, supported or {}), path)
+
+
+def plot_joint_forces(result: Result, path: str | Path) -> Path:
+    """Plot the magnitude of each joint's force, and the input torque below it; errors as `plot_frequencies`."""
+    return save(joint_force_figure(result), path)
+
+
+def plot_deflection(result: Result, path: str | Path) -> Path:
+    """Plot the mid-member transverse deflection of each member; errors as `plot_frequencies`."""
+    return save(deflection_figure(result), path)
+
+
+def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | None = None) -> list[Path]:
+    """Make all plots of a result as PNG files in `folder`, which is made when it is not there.
+
+    Parameters
+    ----------
+    result
+        The result.
+    folder
+        Where to write.
+    rigid
+        Rigid-body curves of the strain at mid-member, "+" fibre: member -> (drive angle (rad), strain, label).
+
+    Returns
+    -------
+    list of Path
+        One strain plot per member at mid-span, one more per other place that was measured, then deflections, joint
+        forces and, when modes were solved, frequencies.
+
+    Raises
+    ------
+    SceneError
+        When a file of measurements cannot be read.
+    ViewError, ResultError
+        When the folder cannot be made or a file cannot be written.
+    """
+    folder, scene, rigid = Path(folder), result.scene, rigid or {}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
+    paths = [plot_strain(result, m, folder / f"strain_{m}.png", rigid=rigid.get(m)) for m in scene.members()]
+    elsewhere = {(m.member, m.s, m.fibre) for m in scene.measurements} - {(m, 0.5, "+") for m in scene.members()}
+    for member, s, fibre in sorted(elsewhere):
+        name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}.png"
+        paths.append(plot_strain(result, member, folder / name, s=s, fibre=fibre))
+    paths.append(plot_deflection(result, folder / "deflection.png"))
+    paths.append(plot_joint_forces(result, folder / "joint_forces.png"))
+    if "frequency" in result.data:
+        supported = {member: float(found[0]) for member, found in simply_supported_frequencies(scene).items()}
+        frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
+        paths.append(plot_frequencies(frequency, theta, folder / "frequencies.png", supported))
+    return paths
+
+
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write a figure; the file appears whole or not at all."""
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ViewError(f"{path}: a plot's file must end in one of {', '.join(ENDINGS)}, not in {path.suffix!r}")
+    with mpl.rc_context(STYLE):
+        write_whole(path, lambda temporary: figure.savefig(temporary, dpi=RESOLUTION))
+    return path
+
+
+def strain_figure(
+    result: Result, member: str, *, rigid: Curve | None = None, s: float = 0.5, fibre: str = "+"
+) -> Figure:
+    """Build the figure of `plot_strain`."""
+    _check_place(result, member, fibre)
+    scene, theta = result.scene, result.data["theta"].to_numpy()
+    figure, (axes,) = _figure()
+    if rigid is not None:
+        axes.plot(*_curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
+    method = "finite elements" if scene.analysis.method == "periodic" else "finite elements, quasi-static"
+    axes.plot(*_curve(theta, MICRO * result.strain_at(member, s, fibre)), label=method, color=COLOURS[0], linestyle="-")
+    for measurement in scene.measurements:
+        if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
+            angle, strain = read_measurement(measurement.file)
+            axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
+    place = "mid-span" if s == 0.5 else f"s = {s:g}"
+    sign = fibre.replace("-", "\N{MINUS SIGN}")
+    _finish(axes, f"Strain of the {member} at {place}, {sign} fibre", "strain (\N{MICRO SIGN}m/m)")
+    return figure
+
+
+def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, float]) -> Figure:
+    """Build the figure of `plot_frequencies`: a log axis that holds the modes' range."""
+    figure, (axes,) = _figure(height=4.8)
+    for mode, curve in enumerate(frequency.T, 1):
+        axes.plot(*_curve(theta, curve), label=f"mode {mode}")
+    low, high = frequency.min() / 1.1, frequency.max() * 1.1
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 4, 5, 7) if high / low < 30 else (1, 2, 5)))
+    axes.yaxis.set_major_formatter(ScalarFormatter())
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
+    _finish(axes, "Natural frequencies; dashed: members simply supported", "frequency (Hz)")
+    return figure
+
+
+def joint_force_figure(result: Result) -> Figure:
+    """Build the figure of `plot_joint_forces`."""
+    figure, (upper, lower) = _figure(rows=2, height=5.8)
+    theta = result.data["theta"].to_numpy()
+    forces = result.data["joint_force"].transpose("joint", "theta", "component")
+    for joint, force in zip(forces["joint"].to_numpy(), forces.to_numpy()):
+        upper.plot(*_curve(theta, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
+    _finish(upper, "Magnitude of the joint forces", "force (N)")
+    upper.set_ylim(bottom=0)
+    lower.plot(*_curve(theta, result.data["input_torque"].to_numpy()))
+    lower.axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
+    _finish(lower, "Input torque", "torque (N m)")
+    return figure
+
+
+def deflection_figure(result: Result) -> Figure:
+    """Build the figure of `plot_deflection`."""
+    figure, (axes,) = _figure()
+    theta = result.data["theta"].to_numpy()
+    for member, curve in zip(result.scene.members(), transverse_deflection(result).T):
+        axes.plot(*_curve(theta, MILLI * curve), label=member)
+    _finish(axes, "Transverse deflection at mid-span, from the rigid position", "deflection (mm)")
+    return figure
+
+
+def transverse_deflection(result: Result, s: float = 0.5) -> Array:
+    """Deflection along each member's normal (m) from its rigid position at `s`, ``(angles, members)``."""
+    normal = member_normals(member_ends(result.scene, result.data["theta"].to_numpy()))
+    return np.sum(result.data["deflection"].interp(s=s).to_numpy() * normal, axis=-1)
+
+
+def _check_place(result: Result, member: str, fibre: str) -> None:
+    for dimension, name in (("member", member), ("fibre", fibre)):
+        known = [str(label) for label in result.data[dimension].to_numpy()]
+        if name not in known:
+            raise ViewError(f"the result has no {dimension} {name!r}; it has {', '.join(known)}")
+
+
+def _figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
+    """Make a figure with axes over the drive angle, on a canvas that needs no display."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(SIZE[0], height), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    axes[-1].set_xlabel("drive angle (deg)")
+    axes[-1].set_xlim(0, 360)
+    axes[-1].set_xticks(range(0, 361, 45))
+    return figure, axes
+
+
+def _curve(theta: Array, values: Array) -> tuple[Array, Array]:
+    """Drive angle in degrees and values, over the whole turn."""
+    angle, values = one_turn(theta, values)
+    return np.degrees(angle), values
+
+
+def _finish(axes: Axes, title: str, ylabel: str) -> None:
+    """Set title and label, and the legend as rows between the title and the axes."""
+    with mpl.rc_context(STYLE):
+        entries = len(axes.get_legend_handles_labels()[0])
+        rows = -(-entries // LEGEND_COLUMNS) if entries > 1 or title.startswith("Strain") else 0
+        axes.set_title(title, pad=8 + 15 * rows)
+        axes.set_ylabel(ylabel)
+        if rows:
+            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=LEGEND_COLUMNS, borderaxespad=0.2)
+
+
+def _draw_supported(axes: Axes, supported: Mapping[str, float]) -> None:
+    """Draw a dashed line for each frequency, in rising order, and its label at the right edge, none upon another."""
+    low, high = np.log(axes.get_ylim())
+    places = (np.log(list(supported.values())) - low) / (high - low)
+    labels = _spread(np.clip(places, 0, 1), LABEL_HEIGHT)
+    for (name, value), place, label in zip(supported.items(), places, labels):
+        grey: dict[str, Any] = {"color": "#555555", "linewidth": 0.9}
+        arrow = "\N{UPWARDS ARROW}" if place > 1 else "\N{DOWNWARDS ARROW}" if place < 0 else ""
+        if not arrow:
+            axes.axhline(value, linestyle=(0, (5, 3)), zorder=1.5, **grey)
+            axes.plot([1, 1.015], [place, label], linestyle="-", transform=axes.transAxes, clip_on=False, **grey)
+        text = f"{name} {value:.4g} Hz {arrow}".strip()
+        axes.text(1.02, label, text, transform=axes.transAxes, va="center", fontsize=9, color="#333333")
+
+
+def _spread(places: Array, gap: float) -> Array:
+    """Push sorted places apart until neighbours are `gap` apart, each as little as its neighbours allow."""
+    places = places.copy()
+    for _ in range(200):
+        lack = np.clip(gap - np.diff(places), 0, None)
+        places[:-1] -= lack / 2
+        places[1:] += lack / 2
+    return places

@@ -1,0 +1,103 @@
+"""A summary of a result that a person can read after a run."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.recovery import Result
+from fenics_mech.scene import Scene
+from fenics_mech.views.geometry import Array
+from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
+
+MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
+MINUS = "\N{MINUS SIGN}"
+
+
+def summary(result: Result) -> Group:
+    """Summarise a result for `rich.console.Console.print`; it needs 80 columns.
+
+    Decisions taken, then peaks with the drive angle (degrees) and the place (s, 0..1) where they occur: strain, stress
+    and deflection per member, force per joint, input torque, and the range of each mode's frequency.
+    """
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
+    parts += [_members(result), _joints(result)]
+    if "frequency" in result.data:
+        frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
+        parts.append(frequency_table(frequency, assurance))
+    return Group(*parts)
+
+
+def _decisions(result: Result) -> Table:
+    """Tell what was decided: method, joining, modes, mesh."""
+    scene, analysis = result.scene, result.scene.analysis
+    rows = {"drive": drive_of(scene), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
+    if analysis.method == "periodic":
+        rest = "the others answer statically" if analysis.static_correction else "the others are left out"
+        rows["joining"] = f"{analysis.join}, load {analysis.load} inside each sub-interval"
+        rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}; damping {_damping(scene)}"
+    rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
+    table = Table.grid(padding=(0, 2))
+    for name, value in rows.items():
+        table.add_row(name, escape(value))
+    return table
+
+
+def _members(result: Result) -> Table:
+    """Tabulate the peak strain, with its stress, and the peak deflection of each member."""
+    strain_head, bent_head = "strain\n(\N{MICRO SIGN}m/m)", "deflection\n(mm)"
+    where = "at angle,\ns"
+    table = table_of(
+        "Peaks of the members", "member", strain_head, "stress\n(MPa)", where + ", fibre", bent_head, where
+    )
+    theta, s = _degrees(result), result.data["s"].to_numpy()
+    fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
+    strain, stress = (_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
+    deflection = np.linalg.norm(_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
+    for i, member in enumerate(result.data["member"].to_numpy()):
+        k, place, fibre = _peak(strain[:, i])
+        bent, station = _peak(deflection[:, i])
+        table.add_row(
+            escape(str(member)),
+            number(MICRO * strain[k, i, place, fibre]),
+            number(MEGA * stress[k, i, place, fibre]),
+            f"{theta[k]:.4g}\N{DEGREE SIGN}, {s[place]:.3g}, {fibres[fibre]}",
+            number(MILLI * deflection[bent, i, station]),
+            f"{theta[bent]:.4g}\N{DEGREE SIGN}, {s[station]:.3g}",
+        )
+    return table
+
+
+def _joints(result: Result) -> Table:
+    """Tabulate the peak joint forces and, as the last row, the peak input torque."""
+    table = table_of("Peaks of the joint forces", "joint", "peak", "at")
+    theta = _degrees(result)
+    forces = np.linalg.norm(_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
+    for joint, force in zip(result.data["joint"].to_numpy(), forces.T):
+        (k,) = _peak(force)
+        table.add_row(escape(str(joint)), f"{number(force[k])} N", f"{theta[k]:.4g}\N{DEGREE SIGN}")
+    torque = result.data["input_torque"].to_numpy()
+    (k,) = _peak(torque)
+    table.add_row("input torque", f"{number(torque[k])} N m", f"{theta[k]:.4g}\N{DEGREE SIGN}")
+    return table
+
+
+def _of(result: Result, name: str, *dimensions: str) -> Array:
+    return result.data[name].transpose(*dimensions).to_numpy()
+
+
+def _degrees(result: Result) -> Array:
+    return np.degrees(result.data["theta"].to_numpy()) % 360
+
+
+def _peak(values: Array) -> tuple[int, ...]:
+    """Index of the value of largest magnitude."""
+    return tuple(int(i) for i in np.unravel_index(np.abs(values).argmax(), values.shape))
+
+
+def _damping(scene: Scene) -> str:
+    ratio = scene.damping.ratio
+    return ", ".join(f"{100 * value:.4g} %" for value in (ratio if isinstance(ratio, tuple) else (ratio,)))

@@ -1,0 +1,184 @@
+"""The mechanism as pyvista draws it: an off-screen picture per position."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from fenics_mech.views.frames import Frames
+from fenics_mech.views.geometry import Array
+
+FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
+COLOUR_MAP = "RdBu_r"
+INK, SHADE, RIGID = "#222222", "#d9d9d9", "#a0a0a0"
+RIBBON, OUTLINE, PIN, HOLE, SUPPORT = 0.008, 0.0102, 0.013, 0.008, 0.045  # half widths and radii over the extent
+MARGIN = 0.06  # around the motion, over the extent
+BAR, TEXT = 0.17, 0.1  # of the picture's width and height, kept free for the colour bar, and for text above and below
+CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
+LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "ribbon": 3, "pin": 4, "hole": 5}
+
+
+class Stage:
+    """An off-screen plotter with the mechanism on it, seen along z in parallel projection.
+
+    Parameters
+    ----------
+    frames
+        All frames that will be shown: the camera holds them all.
+    ground
+        Points of the ground (m), ``(points, 2)``.
+    size
+        Of the picture (pixels).
+    limit
+        Strain at the ends of the colour bar (micrometres per metre), and whether some strains lie beyond.
+    title, caption
+        Text above and below the mechanism.
+    """
+
+    def __init__(
+        self, frames: Frames, ground: Array, size: tuple[int, int], limit: tuple[float, bool], title: str, caption: str
+    ) -> None:
+        points = np.concatenate([frames.path.reshape(-1, 2), frames.rigid.reshape(-1, 2), ground])
+        low, high = points.min(axis=0), points.max(axis=0)
+        self.extent = float(np.linalg.norm(high - low))
+        self.frames, self.size = frames, size
+        self.plotter = pv.Plotter(off_screen=True, window_size=list(size))
+        self.plotter.set_background("white")
+        self.plotter.enable_anti_aliasing("msaa", multi_samples=8)
+        self._look_at(low - MARGIN * self.extent, high + MARGIN * self.extent)
+        self._add_ground(ground)
+        self.meshes = self._add_mechanism(limit[0])
+        self._add_bar(*limit)
+        self._add_text(title, 0.03, 0.94)
+        self._add_text(caption, 0.03, 0.03)
+        self.angle = self._add_text("", 0.03, 0.895)
+
+    def picture(self, index: int) -> NDArray[np.uint8]:
+        """Render one of the frames, ``(height, width, 3)``."""
+        frames = self.frames
+        path, pins = frames.path[index], frames.pins[index]
+        self.meshes["rigid"].points = self._raised(frames.rigid[index], "rigid")
+        self.meshes["outline"].points = self._raised(ribbon(path, OUTLINE * self.extent), "outline")
+        self.meshes["ribbon"].points = self._raised(ribbon(path, RIBBON * self.extent), "ribbon")
+        self.meshes["ribbon"]["strain"] = np.repeat(frames.strain[index].ravel(), 2)
+        for name, radius in (("pin", PIN), ("hole", HOLE)):
+            self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
+        self.angle.input = f"drive angle {np.degrees(frames.theta[index]) % 360:.0f}\N{DEGREE SIGN}"
+        self.plotter.render()
+        return self.plotter.screenshot(return_img=True)
+
+    def close(self) -> None:
+        """Free the render window."""
+        self.plotter.close()
+
+    def _look_at(self, low: Array, high: Array) -> None:
+        """Put the box into the part of the picture that bar and text leave free."""
+        width, height = self.size
+        self.pixel = np.max((high - low) / [width * (1 - BAR), height * (1 - 2 * TEXT)])  # m
+        x, y = (low + high) / 2
+        x += self.pixel * width * BAR / 2
+        self.corner = np.array([x - self.pixel * width / 2, y - self.pixel * height / 2])  # lower left
+        camera = self.plotter.camera
+        camera.parallel_projection = True
+        camera.focal_point, camera.position, camera.up = (x, y, 0), (x, y, 10 * self.extent), (0, 1, 0)
+        camera.parallel_scale = self.pixel * height / 2
+        camera.clipping_range = (self.extent, 20 * self.extent)
+
+    def _add_ground(self, ground: Array) -> None:
+        """Draw each point of the ground as a triangle on a hatched line."""
+        triangle = np.array([[0, 0], [-0.6, -1], [0.6, -1]])
+        left = np.linspace(-0.9, 0.7, 6)
+        hatch = np.stack([np.stack([left, left * 0 - 1.35], -1), np.stack([left + 0.3, left * 0 - 1], -1)], axis=1)
+        lines = np.concatenate([[[[-0.95, -1], [0.95, -1]]], hatch])
+        size, first = SUPPORT * self.extent, ground[:, None]
+        corners = self._raised(first + size * triangle, "ground")
+        strokes = self._raised(first + size * lines.reshape(-1, 2), "ground")
+        look = {"lighting": False, "color": INK, "line_width": self.size[1] / 450}
+        self.plotter.add_mesh(pv.PolyData(corners, faces=_cells(len(ground), 3)), color=SHADE, lighting=False)
+        self.plotter.add_mesh(pv.PolyData(corners, lines=_cells(len(ground), 3, closed=True)), **look)
+        self.plotter.add_mesh(pv.PolyData(strokes, lines=_cells(len(ground) * len(lines), 2)), **look)
+
+    def _add_mechanism(self, limit: float) -> dict[str, pv.PolyData]:
+        """Add the parts that move; `picture` puts them in their places."""
+        _, members, stations, _ = self.frames.path.shape
+        joints = self.frames.pins.shape[1]
+        strips = _strips(members, stations)
+        blank = np.zeros((members * stations * 2, 3))
+        circles = np.zeros((joints * len(CIRCLE), 3))
+        meshes = {
+            "rigid": pv.PolyData(np.zeros((2 * members, 3)), lines=_cells(members, 2)),
+            "outline": pv.PolyData(blank, faces=strips),
+            "ribbon": pv.PolyData(blank, faces=strips),
+            "pin": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
+            "hole": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
+        }
+        meshes["ribbon"]["strain"] = np.zeros(len(blank))
+        for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white")):
+            self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
+        self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
+        return meshes
+
+    def _add_bar(self, limit: float, beyond: bool) -> None:
+        """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
+        x, low, high = 1 - 0.8 * BAR, 0.22, 0.78  # of the picture
+        corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
+        points = self._raised(self.corner + corners * self.size * self.pixel, "ground")
+        bar = pv.PolyData(points, faces=_cells(1, 4))
+        bar["strain"] = np.array([-limit, -limit, limit, limit])
+        self.plotter.add_mesh(bar, **_coloured(limit))
+        frame = pv.PolyData(points, lines=_cells(1, 4, closed=True))
+        self.plotter.add_mesh(frame, color=INK, lighting=False, line_width=self.size[1] / 600)
+        for share in np.linspace(0, 1, 5):
+            value = limit * (2 * share - 1)
+            label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
+            if beyond and abs(value) == limit:
+                label = ("\N{GREATER-THAN OR EQUAL TO} " if value > 0 else "\N{LESS-THAN OR EQUAL TO} ") + label
+            self._add_text(label, x + 0.03, low + share * (high - low) - 0.011)
+        self._add_text("strain (\N{MICRO SIGN}m/m)", x - 0.04, high + 0.03)
+
+    def _add_text(self, text: str, x: float, y: float) -> pv.Text:
+        look = {"font_size": max(int(min(*self.size * np.array([0.75, 1])) / 65), 4), "font_file": FONT, "color": INK}
+        return self.plotter.add_text(text, position=(x, y), viewport=True, **look)
+
+    def _raised(self, points: Array, layer: str) -> Array:
+        """Points of the plane, put in their layer, ``(points, 3)``."""
+        flat = points.reshape(-1, 2)
+        return np.column_stack([flat, np.full(len(flat), LAYERS[layer] * 1e-3 * self.extent)])
+
+
+def ribbon(path: Array, half_width: float) -> Array:
+    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``."""
+    tangent = np.gradient(path, axis=1)
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-300)
+    normal = half_width * np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
+    return np.stack([path + normal, path - normal], axis=2)
+
+
+def _coloured(limit: float) -> dict[str, object]:
+    """Look of a mesh that is coloured by its strain."""
+    return {
+        "scalars": "strain",
+        "cmap": COLOUR_MAP,
+        "clim": (-limit, limit),
+        "lighting": False,
+        "show_scalar_bar": False,
+        "interpolate_before_map": True,
+    }
+
+
+def _cells(count: int, points: int, closed: bool = False) -> NDArray[np.int64]:
+    """Cells of VTK's layout, each of its own `points` consecutive points."""
+    cells = np.arange(count * points).reshape(count, points)
+    if closed:
+        cells = np.column_stack([cells, cells[:, 0]])
+    return np.column_stack([np.full(count, cells.shape[1]), cells]).ravel()
+
+
+def _strips(members: int, stations: int) -> NDArray[np.int64]:
+    """Quadrilaterals between the edges that `ribbon` gives."""
+    left = 2 * np.arange(members * stations).reshape(members, stations)[:, :-1].ravel()
+    return np.column_stack([np.full(len(left), 4), left, left + 1, left + 3, left + 2]).ravel()

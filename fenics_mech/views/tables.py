@@ -1,0 +1,116 @@
+"""Tables for people: frequencies, the overview of a scene file, what `fenics-mech check` found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich import box
+from rich.console import Group
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.scene import Scene, load
+from fenics_mech.views.geometry import Array
+
+if TYPE_CHECKING:
+    from fenics_mech.studies import Finding
+
+POSITIONS = 72  # at which a scene that is only looked at is assembled
+
+
+def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, float] | None = None) -> Table:
+    """Tabulate the range of each mode's frequency over the cycle and how surely it was tracked.
+
+    Parameters
+    ----------
+    frequency
+        Natural frequencies (Hz), ``(angles, modes)``.
+    assurance
+        MAC of each mode with itself at the next position, ``(angles, modes)``.
+    supported
+        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
+    """
+    table = table_of("Natural frequencies over the cycle", "mode", "lowest (Hz)", "highest (Hz)", "lowest MAC")
+    for mode, (curve, mac) in enumerate(zip(frequency.T, assurance.T), 1):
+        table.add_row(str(mode), number(curve.min()), number(curve.max()), f"{mac.min():.3f}")
+    if supported:
+        table.add_section()
+        for member, value in supported.items():
+            table.add_row(f"{escape(member)} simply supported", number(value), number(value), "")
+    return table
+
+
+def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:
+    """Write a CSV of the drive angle (rad) and each mode's frequency (Hz).
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    """
+    header = ",".join(["theta_rad", *(f"mode_{mode}_Hz" for mode in range(1, frequency.shape[1] + 1))])
+    rows = np.column_stack([theta, frequency])
+    write_whole(path, lambda temporary: np.savetxt(temporary, rows, "%.12g", ",", header=header, comments=""))
+    return path
+
+
+def scene_overview(path: Path) -> Group:
+    """Read a scene file, see that its links can be assembled over the whole cycle, and tell what is in it.
+
+    Raises
+    ------
+    SceneError
+        When the file cannot be read or does not describe a scene.
+    AssemblyError
+        When the links cannot be assembled at some drive angle.
+    """
+    scene = load(path)
+    solve_motion(scene, np.sign(scene.drive.speed) * 2 * np.pi * np.arange(POSITIONS) / POSITIONS)
+    table = table_of("Members", "member", "length (m)", "section", "material", "elements")
+    for label, (link, member) in scene.members().items():
+        first, second = (np.array(scene.links[link].points[end]) for end in member.ends)
+        mesh = member.mesh or scene.mesh
+        elements = len(mesh.stations) - 1 if mesh.stations else mesh.elements
+        length = f"{np.linalg.norm(second - first):.6g}"
+        table.add_row(escape(label), length, member.section, member.material, str(elements))
+    counts = f"{len(scene.links)} links, {len(scene.joints)} joints, {len(scene.masses)} point masses"
+    good = "The scene is good: its links can be assembled over the whole cycle."
+    return Group(Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table, Text(good))
+
+
+def check_table(findings: Sequence[Finding]) -> Table:
+    """Tabulate the comparisons of `fenics-mech check`."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title="Comparisons", title_justify="left", title_style="bold")
+    table.add_column("what")
+    table.add_column("found", justify="right", no_wrap=True)
+    table.add_column("needed", justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    for finding in findings:
+        verdict = "[green]holds[/]" if finding.holds else "[bold red]FAILS[/]"
+        table.add_row(escape(finding.what), escape(finding.measured), escape(finding.bound), verdict)
+    return table
+
+
+def table_of(title: str, first: str, *others: str) -> Table:
+    """Make an empty table: its first column to the left, the others to the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left", title_style="bold")
+    table.add_column(first)
+    for column in others:
+        table.add_column(column, justify="right")
+    return table
+
+
+def drive_of(scene: Scene) -> str:
+    """Say how the scene is driven."""
+    return f"joint {scene.drive.joint} turns at {number(scene.drive.speed)} rad/s, period {number(scene.period)} s"
+
+
+def number(value: float) -> str:
+    """Four significant digits, with no exponent from ten thousand up to a million."""
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"

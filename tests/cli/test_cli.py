@@ -1,0 +1,145 @@
+"""The command as a user meets it: files, summaries, and one-message errors."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import DEMOS
+
+from fenics_mech import Result, cli
+
+DEMO = str(DEMOS / "four_bar.toml")
+
+
+def command(*arguments, folder=None, **environment):
+    """Run `fenics-mech` in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "fenics_mech", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env=os.environ | {"COLUMNS": "100"} | environment,
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Run `fenics-mech` in this process; gives exit code, stdout and stderr."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["fenics-mech", *map(str, arguments)])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code
+        printed = capsys.readouterr()
+        return code or 0, printed.out, printed.err
+
+    return run
+
+
+def test_run_writes_result_plots_and_summary(call, tmp_path):
+    code, out, _ = call("run", DEMO, "-o", tmp_path / "out", "--csv")
+    assert code == 0
+    files = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"result.nc", "strain_coupler.png", "strain_crank.png", "strain_follower.png", "frequencies.png"} <= files
+    assert {"strain.csv", "joint_force.csv"} <= files
+    assert not [name for name in files if name.startswith(".")]
+    result = Result.load(tmp_path / "out" / "result.nc")
+    peak = float(np.abs(result.data["strain"].sel(member="coupler")).max()) * 1e6
+    assert peak == pytest.approx(383.6, rel=0.01)
+    assert "coupler" in out
+    assert f"{peak:.4g}" in out
+
+
+def test_modes_prints_and_writes_frequencies(call, tmp_path):
+    code, out, _ = call("modes", DEMO, "-o", tmp_path)
+    assert code == 0
+    assert "47.56" in out  # the coupler as a simply supported beam (7.6)
+    table = np.genfromtxt(tmp_path / "frequencies.csv", delimiter=",", names=True)
+    assert min(table[table.dtype.names[-5]]) == pytest.approx(42.03, abs=0.01)
+
+
+def test_check_reports_844_numbers(call):
+    code, out, _ = call("check")
+    assert code == 0
+    assert "844 of 844" in out
+
+
+def test_check_of_a_scene_does_not_solve_it(call, tmp_path):
+    code, out, _ = call("check", DEMO)
+    assert code == 0
+    assert "follower" in out
+
+
+def test_mesh_writes_three_files(call, tmp_path):
+    code, out, _ = call("mesh", DEMO, "-o", tmp_path)
+    assert code == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["mesh.msh", "mesh.vtu", "mesh.xdmf"]
+    assert "9 elements" in out
+
+
+def test_schema_is_json(call):
+    code, out, _ = call("schema")
+    assert code == 0
+    assert "links" in json.loads(out)["properties"]
+
+
+def test_bad_scene_is_one_line_and_no_traceback(call, tmp_path, demo_text):
+    (tmp_path / "bad.toml").write_text(demo_text.replace('"71 GPa"', '"71 kg"'))
+    code, out, err = call("run", tmp_path / "bad.toml", "-o", tmp_path / "out")
+    assert code == 1
+    assert out == ""
+    assert err.startswith("error: bad.toml: materials.aluminium.modulus (line 5)")
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_folder_that_cannot_be_made_is_named(call, tmp_path):
+    (tmp_path / "file").write_text("")
+    code, _, err = call("run", DEMO, "-o", tmp_path / "file" / "out")
+    assert code == 1
+    assert "cannot make the folder" in err
+
+
+def test_unknown_ending_is_refused_before_any_work(call, tmp_path):
+    code, _, err = call("animate", DEMO, "-o", tmp_path / "motion.avi")
+    assert code == 1
+    assert ".mp4" in err
+
+
+def test_animate_takes_a_saved_result(call, tmp_path):
+    call("run", DEMO, "-o", tmp_path, "--no-plots")
+    code, _, _ = call("animate", tmp_path / "result.nc", "-o", tmp_path / "peak.png")
+    assert code == 0
+    assert (tmp_path / "peak.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", ["run", "modes", "check", "animate", "mesh", "schema"])
+def test_every_command_has_help(call, name):
+    code, out, _ = call(name, "--help")
+    assert code == 0
+    assert "Usage" in out
+
+
+def test_module_runs_and_help_is_quick_to_import():
+    done = command("--help")
+    assert done.returncode == 0
+    imported = subprocess.run(
+        [sys.executable, "-c", "import fenics_mech.cli, sys; print('dolfinx' in sys.modules)"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert imported.stdout.strip() == "False"
+
+
+def test_error_exit_code_in_a_real_process(tmp_path):
+    done = command("run", tmp_path / "missing.toml")
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "missing.toml" in done.stderr

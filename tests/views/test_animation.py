@@ -1,0 +1,159 @@
+"""Animations: their frames, their geometry, and what happens where nothing can be rendered."""
+
+import os
+import subprocess
+from itertools import pairwise
+
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+from PIL import Image
+
+from fenics_mech.errors import ViewError
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.recovery import Result
+from fenics_mech.views import animate, rendering
+from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
+from fenics_mech.views.geometry import at_angles
+from fenics_mech.views.stage import ribbon
+
+SMALL = (240, 180)
+
+
+def pictures_of(path):
+    """All pictures of a GIF, as they are shown."""
+    image = Image.open(path)
+    for index in range(image.n_frames):
+        image.seek(index)
+        yield np.asarray(image.convert("RGB")).astype(int)
+
+
+def test_gif_has_the_frames_asked_for_and_they_differ(result, tmp_path):
+    made = []
+    path = animate(result, tmp_path / "m.gif", frames=6, fps=20, size=SMALL, progress=lambda *n: made.append(n))
+    pictures = list(pictures_of(path))
+    assert len(pictures) == 6
+    assert pictures[0].shape == (180, 240, 3)
+    assert Image.open(path).info["duration"] == 50
+    for first, second in pairwise(pictures):
+        assert (np.abs(first - second).max(axis=-1) > 60).mean() > 0.005
+    assert made == [(i, 6) for i in range(6)]
+    assert [p.name for p in tmp_path.iterdir()] == ["m.gif"]
+
+
+def test_mp4_has_the_frames_asked_for_even_at_an_odd_size(result, tmp_path):
+    path = animate(result, tmp_path / "m.MP4", frames=5, size=(241, 181))
+    pictures = [np.asarray(picture) for picture in imageio.get_reader(path)]
+    assert len(pictures) == 5
+    assert pictures[0].shape == (182, 242, 3)
+
+
+def test_png_is_coloured_and_shows_the_frame_of_the_largest_strain(result, tmp_path):
+    picture = np.asarray(Image.open(animate(result, tmp_path / "m.png", size=SMALL))).astype(int)
+    assert picture.shape == (180, 240, 3)
+    left = picture[:, : int(0.8 * 240)]  # without the colour bar
+    assert (left[..., 2] - left[..., 0] > 60).sum() > 50  # blue: the + fibres are pressed
+    peak = np.abs(result.data["strain"].sel(fibre="+")).max(("member", "s")).to_numpy()
+    assert angle_of_peak(result) == result.data["theta"].to_numpy()[peak.argmax()]
+
+
+def test_frames_at_the_angles_of_the_result_are_the_result(result):
+    theta = result.data["theta"].to_numpy()
+    frames = frames_at(result, theta, 7.0)
+    motion = solve_motion(result.scene, theta)
+    assert frames.strain == pytest.approx(1e6 * result.data["strain"].sel(fibre="+").to_numpy())
+    joint_b = motion.of_point("coupler", result.scene.links["coupler"].points["B"])[0]
+    assert frames.rigid[:, 1, 1] == pytest.approx(joint_b)
+    moved = result.data["deflection"].sel(member="coupler", s=1.0).to_numpy()
+    assert frames.path[:, 1, -1] == pytest.approx(joint_b + 7 * moved)
+    assert frames.pins[:, 2] == pytest.approx(frames.path[:, 2, -1])  # B is on the follower's end too
+    assert frames.pins[:, 3] == pytest.approx(np.tile([0.254, 0], (24, 1)))
+
+
+def test_interpolation_is_periodic():
+    theta = -np.arange(360) * 2 * np.pi / 360  # a drive that turns back
+    wanted = np.array([0.0, 6.28, -0.003, 20.0])
+    found = at_angles(theta, np.sin(theta)[:, None], wanted)
+    assert found[:, 0] == pytest.approx(np.sin(wanted), abs=1e-4)
+
+
+def test_default_magnification_draws_about_eight_percent(result):
+    factor = default_magnification(result)
+    size = np.linalg.norm(np.ptp(frames_at(result, cycle(result, 60), 0.0).rigid.reshape(-1, 2), axis=0))
+    share = factor * np.linalg.norm(result.data["deflection"], axis=-1).max() / size
+    assert 0.05 < share < 0.12
+    stiff = Result(result.data.assign(deflection=0 * result.data["deflection"], strain=0 * result.data["strain"]))
+    assert default_magnification(stiff) == 1
+    assert strain_limit(stiff) == (1.0, False)
+
+
+def test_colour_bar_ends_at_a_round_number_that_says_when_it_is_exceeded(result):
+    data = result.data
+    even = Result(data.assign(strain=data["strain"] * 0 + 230e-6))
+    assert strain_limit(even) == (300.0, False)
+    spike = data["strain"] * 0 + 230e-6
+    spike[0, 0, 0, 0] = 1e-3
+    assert strain_limit(Result(data.assign(strain=spike))) == (300.0, True)
+
+
+def test_ribbon_has_its_width_on_both_sides():
+    edges = ribbon(np.array([[[0, 0], [1, 0], [2, 0]]], dtype=float), 0.1)
+    assert edges[0, :, 0] == pytest.approx(np.array([[0, 0.1], [1, 0.1], [2, 0.1]]))
+    assert edges[0, :, 1, 1] == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize("name", ["m.avi", "m", "m.jpeg"])
+def test_unknown_endings_are_refused(result, tmp_path, name):
+    with pytest.raises(ViewError, match=r"\.gif, \.mp4, \.png"):
+        animate(result, tmp_path / name)
+
+
+@pytest.mark.parametrize("option", [{"magnify": float("nan")}, {"magnify": -1.0}, {"frames": 0}, {"fps": 0}])
+def test_options_that_make_no_picture_are_refused(result, tmp_path, option):
+    with pytest.raises(ViewError, match=next(iter(option))):
+        animate(result, tmp_path / "m.gif", **option)
+
+
+def test_a_failure_midway_leaves_no_file(result, tmp_path):
+    def fail(frame, frames):
+        if frame == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        animate(result, tmp_path / "m.gif", frames=4, size=SMALL, progress=fail)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def fresh_probe():
+    """Forget what was found about rendering, before and after."""
+    rendering.can_render.cache_clear()
+    yield
+    rendering.can_render.cache_clear()
+
+
+def test_a_machine_that_cannot_render_gets_an_error_and_not_a_crash(result, tmp_path, monkeypatch, fresh_probe):
+    monkeypatch.delenv(rendering.VARIABLE, raising=False)
+    monkeypatch.setattr(rendering, "PROBE", "import os; os.abort()")
+    with pytest.raises(ViewError, match=r"cannot render.*libegl1"):
+        animate(result, tmp_path / "m.png")
+    assert rendering.VARIABLE not in os.environ
+
+
+def test_the_users_choice_of_window_is_kept(monkeypatch, fresh_probe):
+    asked = []
+
+    def run(command, env, **rest):
+        asked.append(env[rendering.VARIABLE])
+        return subprocess.CompletedProcess(command, env[rendering.VARIABLE] != "vtkOSOpenGLRenderWindow")
+
+    monkeypatch.setattr(rendering.subprocess, "run", run)
+    monkeypatch.setenv(rendering.VARIABLE, "vtkXOpenGLRenderWindow")
+    with pytest.raises(ViewError, match="vtkXOpenGLRenderWindow"):
+        rendering.prepare_rendering()
+    assert asked == ["vtkXOpenGLRenderWindow"]
+    monkeypatch.delenv(rendering.VARIABLE)
+    rendering.prepare_rendering()
+    assert os.environ[rendering.VARIABLE] == "vtkOSOpenGLRenderWindow"  # the second that is tried
+    rendering.prepare_rendering()
+    assert asked == ["vtkXOpenGLRenderWindow", "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"]  # each asked once

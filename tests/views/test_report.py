@@ -1,0 +1,93 @@
+"""Summaries and tables say the right numbers and fit the screen."""
+
+import io
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import AssemblyError, SceneError
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.studies import Finding
+from fenics_mech.views import check_table, frequency_table, scene_overview, summary, write_frequencies
+
+
+def printed(renderable, width=80):
+    """Give the text as printed at a width, and see that nothing was cut."""
+    console = Console(file=io.StringIO(), width=width)
+    console.print(renderable)
+    text = console.file.getvalue()
+    assert "\N{HORIZONTAL ELLIPSIS}" not in text
+    assert max(map(len, text.splitlines())) <= width
+    return text
+
+
+def row(text, name):
+    """Cells of the row that begins with a name."""
+    return next(line.split() for line in text.splitlines() if line.split()[:1] == [name])
+
+
+def test_peaks_of_the_members(result):
+    text = printed(summary(result))
+    strain = result.data["strain"].sel(member="follower")
+    place = np.unravel_index(np.abs(strain).to_numpy().argmax(), strain.shape)
+    cells = row(text, "follower")
+    assert float(cells[1]) == pytest.approx(1e6 * float(strain[place]), rel=1e-3)
+    assert float(cells[2]) == pytest.approx(71e9 * 1e-6 * float(strain[place]), rel=1e-3)
+    assert float(cells[3].rstrip("\N{DEGREE SIGN},")) == pytest.approx(15 * place[0])
+    assert float(cells[4].rstrip(",")) == pytest.approx(float(result.data["s"][place[1]]))
+    assert cells[5] == "+\N{MINUS SIGN}"[place[2]]
+    bent = np.linalg.norm(result.data["deflection"].sel(member="follower"), axis=-1).max()
+    assert float(cells[6]) == pytest.approx(1e3 * bent, rel=1e-3)
+
+
+def test_joints_torque_frequencies_and_decisions(result):
+    text = printed(summary(result))
+    force = np.linalg.norm(result.data["joint_force"].sel(joint="O"), axis=-1)
+    assert float(row(text, "O")[1]) == pytest.approx(force.max(), rel=1e-3)
+    assert row(text, "O")[3] == f"{15 * force.argmax()}\N{DEGREE SIGN}"
+    torque = result.data["input_torque"].to_numpy()
+    assert float(row(text, "input")[2]) == pytest.approx(torque[np.abs(torque).argmax()], rel=1e-3)
+    frequency = result.data["frequency"].sel(mode=2).to_numpy()
+    assert [float(cell) for cell in row(text, "2")[1:3]] == pytest.approx([frequency.min(), frequency.max()], rel=1e-3)
+    for decision in ("32.3 rad/s", "24 positions", "physical", "2 kept", "damping 2 %", "9 elements, 27 degrees"):
+        assert decision in text
+
+
+def test_a_quasi_static_result_has_no_modes():
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 8}, mesh={"elements": 2})
+    text = printed(summary(analyse(scene)))
+    assert "quasi-static, 8 positions" in text
+    assert "6 elements" in text
+    assert "mode" not in text
+
+
+def test_frequency_table_and_csv(result, tmp_path):
+    frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
+    text = printed(frequency_table(frequency, result.data["assurance"].to_numpy(), {"coupler": 47.56}))
+    assert float(row(text, "1")[1]) == pytest.approx(frequency[:, 0].min(), rel=1e-3)
+    assert row(text, "coupler")[-1] == "47.56"
+    path = write_frequencies(theta, frequency, tmp_path / "frequencies.csv")
+    assert path.read_text().splitlines()[0] == "theta_rad,mode_1_Hz,mode_2_Hz"
+    assert np.loadtxt(path, delimiter=",", skiprows=1) == pytest.approx(np.column_stack([theta, frequency]))
+
+
+def test_check_table_says_what_holds_and_what_fails():
+    text = printed(check_table([Finding("a [b]", "1e-13", "<= 1e-12", True), Finding("c", "2", "1", False)]))
+    assert "a [b]" in text
+    assert row(text, "a")[-1] == "holds"
+    assert row(text, "c")[-1] == "FAILS"
+
+
+def test_overview_of_scene_files(tmp_path, demo_text):
+    file = tmp_path / "scene.toml"
+    file.write_text(demo_text)
+    text = printed(scene_overview(file))
+    assert row(text, "coupler") == ["coupler", "0.2794", "strip", "aluminium", "3"]
+    assert "can be assembled" in text
+    file.write_text(demo_text.replace('"4.25 in"', '"9.9 in"'))  # the crank cannot turn all the way
+    with pytest.raises(AssemblyError):
+        scene_overview(file)
+    with pytest.raises(SceneError):
+        scene_overview(tmp_path / "lost.toml")
