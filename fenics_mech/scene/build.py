@@ -37,7 +37,7 @@ def changed(scene: Scene, **values: Any) -> Scene:
         *parents, last = path.split("__")
         part: Any = data
         for parent in parents:
-            part = part.get(parent) if isinstance(part, dict) else None
+            part = part.setdefault(parent, {}) if isinstance(part, dict) else None
         if not isinstance(part, dict):
             raise SceneError("there is no such part of the scene", place=path.replace("__", "."))
         part[last] = value

@@ -33,6 +33,7 @@ def test_scene_is_frozen(seed):
 def test_changed_gives_a_new_checked_scene(seed):
     assert seed.changed(analysis__modes="all").analysis.modes == "all"
     assert seed.analysis.modes == 5
+    assert seed_four_bar().changed(mesh__elements=7).mesh.elements == 7
     with pytest.raises(SceneError, match=r"analysis\.modes"):
         seed.changed(analysis__modes=0)
 
