@@ -6,7 +6,7 @@ export OMP_NUM_THREADS ?= 1
 SYSTEM_PYTHON ?= /usr/bin/python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv \
-       libegl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
+       libegl1 libgl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
 PYTHON := .venv/bin/python
 
 .PHONY: run test lint install clean
@@ -23,7 +23,7 @@ lint: install
 
 install: .venv/installed
 
-.venv/installed: pyproject.toml
+.venv/installed: pyproject.toml Makefile
 	@missing=$$(for p in $(APT); do dpkg -s $$p >/dev/null 2>&1 || echo $$p; done); \
 	if [ -n "$$missing" ]; then \
 	    $(SUDO) apt-get update && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
@@ -31,6 +31,7 @@ install: .venv/installed
 	fi
 	$(SYSTEM_PYTHON) -m venv --clear --system-site-packages .venv
 	$(PYTHON) -m pip install --quiet --editable '.[test]'
+	$(PYTHON) -c 'import dolfinx, gmsh, slepc4py, vtk'
 	touch $@
 
 clean:
