@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -25,10 +24,20 @@ except ImportError:
     fem_petsc = fem.petsc
 
 Array = NDArray[np.float64]
-DOLFINX_VERSION: str = dolfinx.__version__
 
 
-def line_mesh(model: Any, places: Array) -> tuple[Any, Array, NDArray[np.int64]]:
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the C compiler's command lines, which setuptools logs as information, off the screen."""
+    before = logging.root.manager.disable
+    logging.disable(max(before, logging.INFO))
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
+def line_mesh(model: Any) -> tuple[Any, Array, NDArray[np.int64]]:
     """Read a gmsh model of lines on the x axis.
 
     Parameters
@@ -36,7 +45,7 @@ def line_mesh(model: Any, places: Array) -> tuple[Any, Array, NDArray[np.int64]]
     model
         The gmsh model, meshed.
     places
-        Where the nodes were asked for; they are moved there, as gmsh's transfinite curves are good to 1e-12 only.
+        Where the nodes were asked for (m); they are moved there, as gmsh's transfinite curves are good to 1e-12 only.
 
     Returns
     -------
@@ -48,15 +57,13 @@ def line_mesh(model: Any, places: Array) -> tuple[Any, Array, NDArray[np.int64]]
     mesh, tags = read[0], read[1]
     dofmap = mesh.geometry.dofmap
     cells = dofmap.array if hasattr(dofmap, "array") else np.asarray(dofmap)
-    places = np.sort(places)
-    middles = (places[1:] + places[:-1]) / 2
-    mesh.geometry.x[:, 0] = places[np.searchsorted(middles, mesh.geometry.x[:, 0])]
     ends = mesh.geometry.x[cells.reshape(-1, 2), 0]
     groups = np.empty(len(ends), dtype=np.int64)
     groups[tags.indices] = tags.values
     return mesh, ends, groups
 
 
+@_quiet()
 def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
     """Give the mixed space of discontinuous Lagrange elements of the given degrees."""
     if hasattr(fem, "functionspace"):  # 0.7
@@ -77,6 +84,7 @@ def cell_dofs(space: Any, part: int) -> tuple[NDArray[np.int64], Array]:
     return dofs, np.asarray(points() if callable(points) else points)[:, 0]
 
 
+@_quiet()
 def cellwise(mesh: Any, values: Array) -> Any:
     """Give the function that takes one value per cell."""
     space = fem.functionspace(mesh, ("DG", 0)) if hasattr(fem, "functionspace") else fem.FunctionSpace(mesh, ("DG", 0))
@@ -85,21 +93,9 @@ def cellwise(mesh: Any, values: Array) -> Any:
     return function
 
 
+@_quiet()
 def assemble(form: Any) -> PETSc.Mat:
     """Compile a bilinear form and assemble it."""
-    with _quiet():
-        compiled = fem.form(form)
-    matrix = fem_petsc.assemble_matrix(compiled)
+    matrix = fem_petsc.assemble_matrix(fem.form(form))
     matrix.assemble()
     return matrix
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep the C compiler's command lines, which setuptools logs as information, off the screen."""
-    before = logging.root.manager.disable
-    logging.disable(max(before, logging.INFO))
-    try:
-        yield
-    finally:
-        logging.disable(before)

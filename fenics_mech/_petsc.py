@@ -6,9 +6,23 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
+
+DIRECT = {"ksp_type": "preonly", "pc_type": "lu"}
+
+
+def to_petsc(matrix: sp.csr_matrix) -> PETSc.Mat:
+    """Copy a SciPy matrix into a PETSc one."""
+    csr = (matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType), matrix.data)
+    return PETSc.Mat().createAIJ(matrix.shape, csr=csr, comm=PETSc.COMM_SELF)
+
+
+def to_scipy(matrix: PETSc.Mat) -> sp.csr_matrix:
+    """Copy a PETSc matrix into a SciPy one."""
+    return sp.csr_matrix(matrix.getValuesCSR()[::-1], shape=matrix.size)
 
 
 @contextmanager

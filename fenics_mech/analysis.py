@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams import assemble_beams, mesh_scene
+from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.mechanism import System, build_system
+from fenics_mech.mechanism import System, applied_forces, build_system
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
@@ -36,14 +38,22 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
         When the links cannot be assembled at some drive angle.
     SolverError
         When a solver does not converge.
+    SceneError
+        When a periodic response is asked for and nothing is driven.
     """
-    system, boundaries = mechanism(scene, progress)
+    if scene.analysis.method == "periodic" and not scene.drives:
+        raise SceneError(
+            "a periodic response needs a drive, and the scene has none: there is no period",
+            place="analysis.method",
+            hint="Add a [drive], or write method = 'quasi-static'",
+        )
+    system = mechanism(scene, progress)
     modes = None
     if scene.analysis.method == "periodic":
         progress("modes")
         modes = scene_modes(scene, system)
         progress("response")
-        history = solve_periodic(scene, system, boundaries, modes)
+        history = solve_periodic(scene, system, modes, boundary_load(scene, system))
     else:
         progress("response")
         history = solve_static(system, scene.petsc)
@@ -51,21 +61,24 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
     return collect(scene, system, history, modes)
 
 
-def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> tuple[System, System]:
-    """Build the mechanism at the middles of the sub-intervals, and at their starts."""
+def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> System:
+    """Build the mechanism at the middles of the sub-intervals, or at its one position when nothing drives it."""
     progress("kinematics")
-    middles = drive_angles(scene)
-    half = (middles[1] - middles[0]) / 2
-    motion = solve_motion(scene, np.concatenate([middles, middles - half]))
+    if scene.analysis.method == "static":
+        motion = solve_motion(scene, np.array([scene.analysis.position])).held()
+    else:
+        motion = solve_motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
     progress("beams")
-    system = build_system(scene, assemble_beams(scene, mesh_scene(scene)), motion.part(slice(len(middles))))
-    return system, replace(system, motion=motion.part(slice(len(middles), None)))
+    return build_system(scene, assemble_beams(scene, mesh_scene(scene)), motion)
 
 
-def drive_angles(scene: Scene) -> NDArray[np.float64]:
-    """Middles of the sub-intervals of one turn, in the order of time (rad), ``(sub_intervals,)``."""
-    count = scene.analysis.sub_intervals
-    return np.sign(scene.drive.speed) * 2 * np.pi * np.arange(count) / count
+def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:
+    """Load at the starts of the sub-intervals, ``(angles, coordinates)``, where the scene asks for a linear load."""
+    if scene.analysis.load == "constant":
+        return None
+    half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
+    motion = solve_motion(scene, system.motion.theta - half, near=system.motion)
+    return replace(system, motion=motion, applied=applied_forces(scene, system.beams, motion)).load
 
 
 def scene_modes(scene: Scene, system: System) -> Modes:

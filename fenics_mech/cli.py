@@ -24,6 +24,7 @@ app = typer.Typer(
 )
 out, err = Console(), Console(stderr=True)
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
 
@@ -45,13 +46,14 @@ def run(
     folder: OutFolder = Path("out"),
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
     csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
+    refine: Refine = 0,
 ) -> None:
     """Analyse a scene: writes result.nc and plots, prints a summary."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
 
-    loaded = load(scene)
+    loaded = refined(load(scene), refine)
     make_folder(folder)
     with progress_bar(len(STEPS) + 1 + plots + csv) as step:
         result = analyse(loaded, step)
@@ -62,23 +64,24 @@ def run(
             written += result.to_csv(folder)
         if plots:
             step("plots")
-            written += views.plot_all(result, folder, rigid=studies.rigid_body_strains(loaded))
+            rigid = studies.rigid_body_strains(loaded) if loaded.analysis.method == "periodic" else {}
+            written += views.plot_all(result, folder, rigid=rigid)
     out.print(views.summary(result))
     out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
 
 
 @app.command()
-def modes(scene: SceneFile, folder: OutFolder = Path("out")) -> None:
+def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
     """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.analysis import mechanism, scene_modes  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
 
-    loaded = load(scene)
+    loaded = refined(load(scene), refine)
     make_folder(folder)
     with progress_bar(4) as step:
-        system, _ = mechanism(loaded, step)
+        system = mechanism(loaded, step)
         step("modes")
         found = scene_modes(loaded, system)
         step("plot")
@@ -95,9 +98,12 @@ def check(
 ) -> None:
     """Check a scene file without analysing it; without a file, check the program against the dissertation."""
     from fenics_mech import studies, views  # noqa: PLC0415
+    from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
 
     if scene is not None:
-        out.print(views.scene_overview(scene), highlight=False)
+        loaded = load(scene)
+        out.print(views.scene_overview(loaded, reachable_range(loaded)), highlight=False)
         return
     findings = []
     with progress_bar(len(studies.CHECKS)) as step:
@@ -115,19 +121,22 @@ def animate(
     file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
     magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="chosen")] = None,
     frames: Annotated[int, typer.Option(min=2, max=10_000, help="Frames in one cycle.")] = 120,
+    refine: Refine = 0,
 ) -> None:
     """Draw the moving mechanism, deflection magnified and coloured by strain. SCENE may also be a result.nc."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
     from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
 
     views.check_ending(file)
     make_folder(file.parent)
     if scene.suffix == ".nc":
+        if refine:
+            raise MechanismError("a result cannot be refined: give --refine with the scene file")
         result = Result.load(scene)
     else:
-        loaded = load(scene)
+        loaded = refined(load(scene), refine)
         with progress_bar(len(STEPS)) as step:
             result = analyse(loaded, step)
     with progress_bar(frames) as step:
@@ -136,7 +145,7 @@ def animate(
 
 
 @app.command()
-def mesh(scene: SceneFile, folder: OutFolder = Path("out")) -> None:
+def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
     """Mesh a scene: writes mesh.msh, mesh.vtu and mesh.xdmf at drive angle 0."""
     import numpy as np  # noqa: PLC0415
 
@@ -144,9 +153,9 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out")) -> None:
     from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
     from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
     from fenics_mech.recovery.result import write_whole  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
 
-    loaded = load(scene)
+    loaded = refined(load(scene), refine)
     make_folder(folder)
     beams = mesh_scene(loaded)
     plane = plane_mesh(loaded, beams, solve_motion(loaded, np.zeros(1)))

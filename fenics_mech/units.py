@@ -21,6 +21,10 @@ EXAMPLES = {
     "Pa": "71 GPa",
     "rad": "71 deg",
     "rad/s": "300 rpm",
+    "s": "20 ms",
+    "kg*m**2": "3 kg cm^2",
+    "N": "12 N",
+    "N*m": "2 N m",
 }
 
 
@@ -65,6 +69,14 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
     return convert
 
 
+def _angle_or_length(value: Any) -> Any:
+    """Read an angle, or else a length: for a value whose joint says which of them it is."""
+    try:
+        return in_unit("rad")(value)
+    except ValueError:
+        return in_unit("m")(value)
+
+
 def _quantity(unit: str) -> Any:
     schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{unit}, or a string with a unit"}
     return Annotated[float, BeforeValidator(in_unit(unit)), WithJsonSchema(schema)]
@@ -78,3 +90,14 @@ Density = _quantity("kg/m**3")
 Modulus = _quantity("Pa")
 Angle = _quantity("rad")
 AngularSpeed = _quantity("rad/s")
+Time = _quantity("s")
+Inertia = _quantity("kg*m**2")
+Force = _quantity("N")
+Torque = _quantity("N*m")
+AngleOrLength = Annotated[
+    float,
+    BeforeValidator(_angle_or_length),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number"}, {"type": "string"}], "description": "rad or m, or a string with a unit"}
+    ),
+]

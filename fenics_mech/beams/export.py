@@ -16,29 +16,45 @@ FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".xdmf": "xdmf"}
 
 
 def plane_mesh(scene: Scene, mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
-    """Place the nodes in the fixed frame at the first angle of a motion; a physical group per member and per joint.
+    """Place the nodes in the fixed frame at the first angle of a motion, with the physical groups of a drawing.
 
-    Lines are grouped by member, points by joint, numbered from 1 in the order of the scene.
+    Lines are grouped by member, numbered from 1. Points are grouped by joint, numbered from 1 in the order of the
+    scene, and then by name where they are in no joint. `fenics_mech.scene.drawing` says what the groups' names mean and
+    reads the mesh back. Rigid links are not drawn.
     """
     angle = motion.angle[0, mesh.node_link]
     c, s, (x, y) = np.cos(angle), np.sin(angle), mesh.node_xy.T
     turned = np.stack([c * x - s * y, s * x + c * y, np.zeros_like(x)], axis=-1)
     turned[:, :2] += motion.position[0, mesh.node_link]
-    pins = [
-        (number, mesh.node(point))
-        for number, joint in enumerate(scene.joints.values(), 1)
-        for point in joint.connect
-        if not point.startswith("ground.")
-    ]
-    joint_number, joint_node = (np.array(column, dtype=np.int64) for column in zip(*pins))
-    groups = [mesh.cell_member + 1, joint_number]
+    points = _point_groups(scene)
+    joined = [(number, mesh.node(point)) for number, of_group in enumerate(points.values(), 1) for point in of_group]
+    point_number, point_node = (np.array(column, dtype=np.int64) for column in zip(*joined))
+    groups = [mesh.cell_member + 1, point_number]
     return meshio.Mesh(
         turned,
-        [("line", mesh.cell_nodes), ("vertex", joint_node[:, None])],
+        [("line", mesh.cell_nodes), ("vertex", point_node[:, None])],
         cell_data={"gmsh:physical": groups, "gmsh:geometrical": groups},
         field_data={name: np.array([number, 1]) for number, name in enumerate(mesh.members, 1)}
-        | {f"joint {name}": np.array([number, 0]) for number, name in enumerate(scene.joints, 1)},
+        | {name: np.array([number, 0]) for number, (name, at) in enumerate(points.items(), 1) if at},
     )
+
+
+def _point_groups(scene: Scene) -> dict[str, list[str]]:
+    """Points of the links that bend, as "link.point", by the name of their group; the joints come first."""
+    bends = {name for name, link in scene.links.items() if link.members}
+    groups: dict[str, list[str]] = {}
+    jointed = set()
+    for name, joint in scene.joints.items():
+        bodies = {point.split(".")[0] for point in joint.connect}
+        here = [point for point in joint.connect if point.split(".")[0] in bends]
+        kind = "ground" if "ground" in bodies else "joint"
+        groups[f"{kind if joint.kind == 'revolute' and bodies <= bends | {'ground'} else 'point'} {name}"] = here
+        jointed.update(here)
+    for link in scene.links:
+        for point in scene.links[link].points if link in bends else ():
+            if f"{link}.{point}" not in jointed:
+                groups.setdefault(f"point {point}", []).append(f"{link}.{point}")
+    return groups
 
 
 def write_mesh(mesh: meshio.Mesh, path: Path) -> None:
@@ -63,7 +79,7 @@ def write_mesh(mesh: meshio.Mesh, path: Path) -> None:
 
 def _lines_only(mesh: meshio.Mesh) -> meshio.Mesh:
     """Turn the points' groups into point data, for formats and viewers that take one kind of cell."""
-    joint = np.zeros(len(mesh.points), dtype=np.int64)
-    joint[mesh.cells[1].data[:, 0]] = mesh.cell_data["gmsh:physical"][1]
+    point = np.zeros(len(mesh.points), dtype=np.int64)
+    point[mesh.cells[1].data[:, 0]] = mesh.cell_data["gmsh:physical"][1]
     member = {"member": [mesh.cell_data["gmsh:physical"][0]]}
-    return meshio.Mesh(mesh.points, mesh.cells[:1], point_data={"joint": joint}, cell_data=member)
+    return meshio.Mesh(mesh.points, mesh.cells[:1], point_data={"point": point}, cell_data=member)

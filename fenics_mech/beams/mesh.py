@@ -5,18 +5,16 @@ Nodes are numbered link by link, so that the matrices in link axes are banded.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cached_property
 from typing import Any
 
-import gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech import _fenicsx
-from fenics_mech.scene import Member, Scene
+from fenics_mech import _fenicsx, _gmsh
+from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import member_nodes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -45,7 +43,7 @@ class BeamMesh:
     node_link, node_xy
         Link of each node and its place in the link's frame (m).
     node_name
-        "link.point", or "label@s" for nodes inside a member.
+        "link.point", "label@s" for nodes inside a member, and "link.centre" for a rigid link, which has one node.
     """
 
     mesh: Any
@@ -65,121 +63,81 @@ class BeamMesh:
 
     def node(self, name: str) -> int:
         """Index of the node of that name."""
-        return self.node_name.index(name)
+        return self._index[name]
+
+    @cached_property
+    def _index(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.node_name)}
 
 
 def mesh_scene(scene: Scene) -> BeamMesh:
     """Mesh all members of a scene with gmsh and read them into dolfinx."""
     members = scene.members()
-    axes = [np.subtract(*scene.member_ends(label)[::-1]) for label in members]
-    angles, lengths = [np.arctan2(y, x) for x, y in axes], [float(np.hypot(x, y)) for x, y in axes]
-    with _gmsh_model() as model:
-        places = _draw(model, scene, lengths)
-        model.mesh.generate(1)
-        mesh, ends, groups = _fenicsx.line_mesh(model, places)
+    points = {link: {name: np.array(at) for name, at in body.points.items()} for link, body in scene.links.items()}
+    axes = [points[link][member.ends[1]] - points[link][member.ends[0]] for link, member in members.values()]
+    angles, lengths = [np.arctan2(y, x) for x, y in axes], np.array([np.hypot(x, y) for x, y in axes])
+    stations = [member_nodes(scene, member) for _, member in members.values()]
+    start = 2 * (np.cumsum(lengths) - lengths)  # of each member on the x axis; the gaps keep the members apart
+    with _gmsh.model() as model:
+        _draw(model, [x + length * s for x, length, s in zip(start, lengths, stations)])
+        mesh, ends, groups = _fenicsx.line_mesh(model)
     order = np.argsort(ends.min(axis=1))
     ends, member_of = ends[order], groups[order] - 1
-    offset = np.array([ends[member_of == i].min() for i in range(len(members))])
-    nodes = _number_nodes(scene, member_of, (ends.max(axis=1) - offset[member_of]) / np.array(lengths)[member_of])
+    links = {name: i for i, name in enumerate(scene.links)}
     return BeamMesh(
         mesh=mesh,
         members=tuple(members),
-        member_link=np.array([list(scene.links).index(link) for link, _ in members.values()]),
+        member_link=np.array([links[link] for link, _ in members.values()]),
         member_angle=np.array(angles),
-        member_length=np.array(lengths),
+        member_length=lengths,
         cell=order,
         cell_flipped=ends[:, 0] > ends[:, 1],
         cell_member=member_of,
-        cell_start=ends.min(axis=1) - offset[member_of],
+        cell_start=ends.min(axis=1) - start[member_of],
         cell_length=np.abs(ends[:, 1] - ends[:, 0]),
-        **nodes,
+        **_number_nodes(scene, stations),
     )
 
 
-def _number_nodes(scene: Scene, cell_member: Index, cell_end: Array) -> dict[str, Any]:
+def _draw(model: Any, places: list[Array]) -> None:
+    """Give gmsh the members as curves on the x axis with the nodes they shall have; a physical group per member."""
+    before = 0
+    for tag, x in enumerate(places, 1):
+        nodes = np.arange(before + 1, before + len(x) + 1)
+        before += len(x)
+        model.addDiscreteEntity(1, tag)
+        model.mesh.addNodes(1, tag, nodes, np.pad(x[:, None], ((0, 0), (0, 2))).ravel())
+        model.mesh.addElementsByType(tag, 1, [], np.stack([nodes[:-1], nodes[1:]], axis=1).ravel())
+        model.addPhysicalGroup(1, [tag], tag)
+
+
+def _number_nodes(scene: Scene, stations: list[Array]) -> dict[str, Any]:
     """Number the nodes along the members of each link; nodes at a link's points are shared by its members."""
     links: list[int] = []
-    names: list[str] = []
     places: list[Array] = []
     known: dict[str, int] = {}
-    cell_nodes = np.empty((len(cell_member), 2), dtype=np.int64)
+    cell_nodes = []
 
-    def node(name: str, link: str, place: Array) -> int:
+    def node(name: str, link: int, place: Array) -> int:
         if name not in known:
-            known[name] = len(names)
-            names.append(name)
-            links.append(list(scene.links).index(link))
+            known[name] = len(known)
+            links.append(link)
             places.append(place)
         return known[name]
 
-    for i, (label, (link, member)) in enumerate(scene.members().items()):
+    index = {name: i for i, name in enumerate(scene.links)}
+    for (label, (link, member)), s in zip(scene.members().items(), stations):
         first, second = (np.array(scene.links[link].points[end]) for end in member.ends)
-        chain = [node(f"{link}.{member.ends[0]}", link, first)]
-        cells = np.flatnonzero(cell_member == i)
-        for s in cell_end[cells[:-1]]:
-            chain.append(node(f"{label}@{s:.12g}", link, first + s * (second - first)))
-        chain.append(node(f"{link}.{member.ends[1]}", link, second))
-        cell_nodes[cells, 0], cell_nodes[cells, 1] = chain[:-1], chain[1:]
+        chain = [node(f"{link}.{member.ends[0]}", index[link], first)]
+        chain += [node(f"{label}@{x:.12g}", index[link], first + x * (second - first)) for x in s[1:-1]]
+        chain.append(node(f"{link}.{member.ends[1]}", index[link], second))
+        cell_nodes.append(np.stack([chain[:-1], chain[1:]], axis=1))
+    for link, body in scene.links.items():
+        if body.rigid is not None:
+            node(f"{link}.centre", index[link], np.array(body.rigid.centre))
     return {
-        "cell_nodes": cell_nodes,
+        "cell_nodes": np.concatenate(cell_nodes),
         "node_link": np.array(links),
         "node_xy": np.array(places),
-        "node_name": tuple(names),
+        "node_name": tuple(known),
     }
-
-
-def stations(scene: Scene, member: Member) -> Array:
-    """Nodes along a member, 0 to 1."""
-    mesh = member.mesh or scene.mesh
-    if mesh.stations is not None:
-        return np.array(mesh.stations)
-    lengths = mesh.grading ** np.arange(mesh.elements)
-    return np.concatenate([[0.0], np.cumsum(lengths)[:-1] / lengths.sum(), [1.0]])
-
-
-@contextmanager
-def _gmsh_model() -> Iterator[Any]:
-    """Open a gmsh model of our own and leave gmsh as it was found."""
-    ours = not gmsh.isInitialized()
-    if ours:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-        gmsh.option.setNumber("General.Verbosity", 1)
-    before = None if ours else gmsh.model.getCurrent()
-    try:
-        gmsh.model.add("fenics_mech")
-        yield gmsh.model
-    finally:
-        if ours:
-            gmsh.finalize()
-        else:
-            gmsh.model.remove()
-            gmsh.model.setCurrent(before)
-
-
-def _draw(model: Any, scene: Scene, lengths: list[float]) -> Array:
-    """Draw the members one after the other on the x axis; a physical group per member and per joint.
-
-    Gives the x of all nodes that the mesh will have.
-    """
-    geometry, x, groups, nodes = model.geo, 0.0, [], []
-    ends: dict[str, list[int]] = {}
-    for length, (link, member) in zip(lengths, scene.members().values()):
-        mesh = member.mesh or scene.mesh
-        graded = mesh.stations is None
-        places = np.array([0.0, 1.0]) if graded else stations(scene, member)
-        points = [geometry.addPoint(x + length * s, 0, 0) for s in places]
-        curves = [geometry.addLine(a, b) for a, b in pairwise(points)]
-        for curve in curves:
-            geometry.mesh.setTransfiniteCurve(curve, (mesh.elements if graded else 1) + 1, "Progression", mesh.grading)
-        groups.append(curves)
-        nodes.append(x + length * stations(scene, member))
-        for end, point in zip(member.ends, (points[0], points[-1])):
-            ends.setdefault(f"{link}.{end}", []).append(point)
-        x += 2 * length  # the gap keeps the members apart
-    geometry.synchronize()
-    for tag, (label, curves) in enumerate(zip(scene.members(), groups), 1):
-        model.addPhysicalGroup(1, curves, tag, name=label)
-    for name, joint in scene.joints.items():
-        points = [point for end in joint.connect for point in ends.get(end, [])]
-        model.addPhysicalGroup(0, points, name=name)
-    return np.concatenate(nodes)

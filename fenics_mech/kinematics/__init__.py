@@ -1,5 +1,6 @@
-"""Rigid-body motion of any planar linkage of links and revolute joints."""
+"""Rigid-body motion of any planar linkage, and its singular positions."""
 
 from fenics_mech.kinematics.motion import Motion, solve_motion
+from fenics_mech.kinematics.singular import Critical, Range, reachable_range
 
-__all__ = ["Motion", "solve_motion"]
+__all__ = ["Critical", "Motion", "Range", "reachable_range", "solve_motion"]

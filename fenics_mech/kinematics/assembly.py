@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from fenics_mech.errors import AssemblyError
+from fenics_mech.expressions import Jet
 from fenics_mech.kinematics.loops import GROUND, Array, Loops
 from fenics_mech.scene import Scene
 
@@ -12,46 +16,99 @@ TOLERANCE = 1e-13  # of the open loops, relative to the linkage's size
 COARSE_TOLERANCE = 1e-9  # the same on the coarse branch
 LARGEST_STEP = np.pi / 8  # of the drive angle, in following the branch
 SMALLEST_STEP = 1e-6
-LARGEST_CORRECTION = 0.15  # rad, of a predicted link angle: beyond it the step may have left the branch
+FARTHEST_FROM_GUESS = np.pi / 2  # of an assembled link: beyond it the branch is not the one that was meant
+LARGEST_CORRECTION = 0.05  # rad, of a predicted link angle: beyond it the step may have left the branch
 
 
-def assemble(scene: Scene, loops: Loops) -> Array:
-    """Coordinates of the assembled linkage at drive angle 0, from the links' rough angles; shape ``(3 links,)``."""
-    guess = _place_links(scene, loops)
-    q, converged = newton(loops, guess[None], np.zeros(1), iterations=50, damped=True)
+class DriveLaw:
+    """All drives of a scene as one function of the drive coordinate: a `Jet` of shape ``(positions, drives)``."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.drives = scene.drives
+        self.rate = scene.cycle_rate if self.drives else math.nan
+
+    def __call__(self, theta: Array) -> Jet:
+        """Angles (rad) and strokes (m) of the drives, with their first two derivatives by theta."""
+        if not self.drives:
+            return Jet(*(np.zeros((len(theta), 0)),) * 3)
+        jets = [drive.jet(theta, self.rate) for drive in self.drives]
+        return Jet(*(np.stack(parts, axis=-1) for parts in zip(*((j.value, j.first, j.second) for j in jets))))
+
+
+def assemble(scene: Scene, loops: Loops, law: DriveLaw) -> Array:
+    """Coordinates of the assembled linkage at theta = 0, from the links' rough angles; shape ``(3 links,)``.
+
+    Raises
+    ------
+    AssemblyError
+        When its loops cannot be closed.
+    """
+    start = law(np.zeros(1)).value
+    guess = _place_links(scene, loops, start[0])
+    q, converged = newton(loops, guess[None], start, iterations=100, damped=True)
     if not converged[0]:
         raise AssemblyError(
-            f"the links cannot be assembled at drive angle 0: {_open_loop(loops, q[0], 0.0)}. "
-            "Check the lengths and the rough angles of the links"
+            f"the links cannot be assembled at drive angle 0, where a driven link lies along the x axis of the body "
+            f"that it is driven against: {_open_loop(loops, q[0])}. Check the lengths and the rough angles of the links"
         )
+    for i, link in enumerate(scene.links.values()):
+        driven = i in loops.driven_angles.body
+        away = abs(math.remainder(q[0, 3 * i + 2] - link.angle, 2 * math.pi))
+        if link.angle and not driven and away > FARTHEST_FROM_GUESS:
+            raise AssemblyError(
+                f"at drive angle 0 link {loops.links[i]} came to lie at {_degrees(q[0, 3 * i + 2])}, far from its "
+                f"rough angle {_degrees(link.angle)}: give rough angles nearer to the position that you mean"
+            )
     return q[0]
 
 
-def follow(loops: Loops, start: Array, theta: Array) -> Array:
-    """Coordinates at all drive angles, on the branch of the start at drive angle 0; shape ``(angles, 3 links)``.
+@dataclass(frozen=True)
+class Branch:
+    """Points of the assembly branch.
 
-    The branch is followed in coarse steps, which are halved where the prediction is poor; from these points Newton's
-    method then takes all the angles at once.
+    Parameters
+    ----------
+    theta
+        Drive coordinate (rad), ascending, ``(points,)``.
+    q, rate, curvature
+        Coordinates and their first two derivatives by the drive coordinate, ``(points, 3 links)``.
+    side
+        Sign of the loop Jacobian's determinant, which is the same all along a branch and another one on its neighbour.
     """
-    knots, poses, rates, curvatures = _coarse_branch(
-        loops, start, float(theta.min(initial=0)), float(theta.max(initial=0))
-    )
-    nearest = np.searchsorted((knots[1:] + knots[:-1]) / 2, theta)
-    ahead = (theta - knots[nearest])[:, None]
-    guess = poses[nearest] + rates[nearest] * ahead + curvatures[nearest] * ahead**2 / 2
-    q, converged = newton(loops, guess, theta)
+
+    theta: Array
+    q: Array
+    rate: Array
+    curvature: Array
+    side: float
+
+
+def follow(loops: Loops, law: DriveLaw, theta: Array, branch: Branch) -> Array:
+    """Coordinates at all drive angles by Newton's method from the nearest points of a branch, ``(angles, 3 links)``."""
+    nearest = np.searchsorted((branch.theta[1:] + branch.theta[:-1]) / 2, theta)
+    ahead = (theta - branch.theta[nearest])[:, None]
+    guess = branch.q[nearest] + branch.rate[nearest] * ahead + branch.curvature[nearest] * ahead**2 / 2
+    q, converged = newton(loops, guess, law(theta).value)
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
         raise AssemblyError(
-            f"the linkage cannot be assembled at drive angle {_degrees(theta[i])}: {_open_loop(loops, q[i], theta[i])}"
+            f"the linkage cannot be assembled at drive angle {_degrees(theta[i])}: {_open_loop(loops, q[i])}"
         )
+    if (strays := side(loops, q) != branch.side).any():
+        where = _degrees(theta[int(np.argmax(strays))])
+        raise AssemblyError(f"the linkage is at a change point at drive angle {where}: its motion is not unique there")
     return q
+
+
+def side(loops: Loops, q: Array) -> Array:
+    """Sign of the loop Jacobian's determinant at many positions, ``(positions,)``."""
+    return np.linalg.slogdet(loops.jacobian(q))[0]
 
 
 def newton(
     loops: Loops,
     guess: Array,
-    theta: Array,
+    drive: Array,
     *,
     iterations: int = 12,
     damped: bool = False,
@@ -59,11 +116,10 @@ def newton(
 ) -> tuple[Array, np.ndarray]:
     """Newton's method on the loop equations of all positions at once; gives coordinates and whether they close."""
     q = guess.copy()
-    size = max(float(np.abs(loops.point).max()), np.finfo(float).tiny)
-    scale = np.append(np.full(2 * len(loops.joint), size), 1.0)
+    turns = 1 + np.abs(drive).max(axis=1, initial=0.0)[:, None]  # angles of many turns have fewer digits
     for _ in range(iterations):
-        residual = loops.residual(q, theta)
-        closed = (np.abs(residual) < tolerance * scale * np.maximum(1, np.abs(theta))[:, None]).all(axis=1)
+        residual = loops.residual(q, drive)
+        closed = (np.abs(residual) < tolerance * loops.scale * turns).all(axis=1)
         if closed.all():
             break
         jacobian = loops.jacobian(q)
@@ -76,60 +132,71 @@ def newton(
             except np.linalg.LinAlgError:
                 return q, closed
         q = q + step
-    residual = loops.residual(q, theta)
-    return q, (np.abs(residual) < 10 * tolerance * scale * np.maximum(1, np.abs(theta))[:, None]).all(axis=1)
+    residual = loops.residual(q, drive)
+    return q, (np.abs(residual) < 10 * tolerance * loops.scale * turns).all(axis=1)
 
 
-def _coarse_branch(loops: Loops, start: Array, low: float, high: float) -> tuple[Array, Array, Array, Array]:
-    """Drive angles, coordinates and their first two derivatives along the branch, in steps that the branch allows."""
-    points = [(0.0, start, *_derivatives(loops, start, 0.0))]
-    for sign, end in ((1.0, high), (-1.0, -low)):
-        theta, q, rate, curvature = points[0]
+def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_the_end: bool = False) -> Branch:
+    """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
+
+    Where the drive locks it raises `AssemblyError`, or stops there when it is told to go `to_the_end`.
+    """
+    start = assemble(scene, loops, law)
+    points = [(0.0, start, *_derivatives(loops, law, start, 0.0))]
+    ours = float(side(loops, start[None])[0])
+    for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
+        here, q, rate, curvature = points[0]
         step = LARGEST_STEP
-        while sign * theta < end:
+        while sign * here < end:
             ahead = sign * step
             guess = q + rate * ahead + curvature * ahead**2 / 2
-            found, closed = newton(loops, guess[None], np.array([theta + ahead]), tolerance=COARSE_TOLERANCE)
-            if closed[0] and np.abs((found[0] - guess)[2::3]).max() < LARGEST_CORRECTION:
-                theta, q = theta + ahead, found[0]
-                rate, curvature = _derivatives(loops, q, theta)
-                points.append((theta, q, rate, curvature))
+            found, closed = newton(loops, guess[None], law(np.array([here + ahead])).value, tolerance=COARSE_TOLERANCE)
+            stayed = np.abs((found[0] - guess)[2::3]).max() < LARGEST_CORRECTION and side(loops, found)[0] == ours
+            if closed[0] and stayed:
+                here, q = here + ahead, found[0]
+                rate, curvature = _derivatives(loops, law, q, here)
+                points.append((here, q, rate, curvature))
                 step = min(1.5 * step, LARGEST_STEP)
             elif (step := step / 2) < SMALLEST_STEP:
+                if to_the_end:
+                    break
                 raise AssemblyError(
-                    f"the drive cannot turn beyond {_degrees(theta)}: the linkage locks there "
+                    f"the drive cannot turn beyond {_degrees(here)}: the linkage locks there "
                     f"({loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
                 )
     points.sort(key=lambda point: point[0])
-    knots, poses, rates, curvatures = zip(*points)
-    return np.array(knots), np.array(poses), np.array(rates), np.array(curvatures)
+    knots, poses, rates, curvatures = (np.array(part) for part in zip(*points))
+    return Branch(knots, poses, rates, curvatures, ours)
 
 
-def _derivatives(loops: Loops, q: Array, theta: float) -> tuple[Array, Array]:
-    """First and second derivative of the coordinates by the drive angle."""
+def _derivatives(loops: Loops, law: DriveLaw, q: Array, theta: float) -> tuple[Array, Array]:
+    """First and second derivative of the coordinates by the drive coordinate."""
     jacobian = loops.jacobian(q[None])[0]
-    driven = np.zeros(len(jacobian))
-    driven[-1] = 1.0
+    jet = law(np.array([theta]))
     try:
-        rate = np.linalg.solve(jacobian, driven)
-        return rate, np.linalg.solve(jacobian, loops.convective(q[None], rate[None])[0])
+        rate = np.linalg.solve(jacobian, loops.driven(jet.first)[0])
+        return rate, np.linalg.solve(jacobian, (loops.driven(jet.second) - loops.convective(q[None], rate[None]))[0])
     except np.linalg.LinAlgError as error:
         raise AssemblyError(f"the linkage is at a dead centre at drive angle {_degrees(theta)}") from error
 
 
-def _place_links(scene: Scene, loops: Loops) -> Array:
+def _place_links(scene: Scene, loops: Loops, drive: Array) -> Array:
     """Rough coordinates: rough angles, and each link put where its first joint with a placed body lies."""
-    angles = np.array([link.angle for link in scene.links.values()] + [0.0])
-    first, second = loops.driven
-    if second != GROUND:  # the drive angle starts at 0
-        angles[second] = angles[first]
-    else:
-        angles[first] = 0.0
     q = np.zeros((len(loops.links) + 1, 3))
-    q[:, 2] = angles
+    q[:-1, 2] = [link.angle for link in scene.links.values()]
+    for (first, second), i in zip(loops.driven_angles.body, loops.drive_order):
+        if second != GROUND:
+            q[second, 2] = q[first, 2] + drive[i]
+        else:
+            q[first, 2] = -drive[i]
     placed = {GROUND}
+    for i, link in enumerate(scene.links.values()):
+        if link.position is not None:
+            q[i, :2] = link.position
+            placed.add(i)
+    pairs = [(tuple(body), point) for kind in (loops.points, loops.lines) for body, point in zip(kind.body, kind.point)]
     while True:
-        for (a, b), (point_a, point_b) in zip(loops.body, loops.point):
+        for (a, b), (point_a, point_b) in pairs:
             if (a in placed) != (b in placed):
                 known, new, at, arm = (a, b, point_a, point_b) if a in placed else (b, a, point_b, point_a)
                 q[new, :2] = q[known, :2] + _turned(at, q[known, 2]) - _turned(arm, q[new, 2])
@@ -148,10 +215,10 @@ def _fastest(rate: Array) -> int:
     return int(np.abs(rate[2::3]).argmax())
 
 
-def _open_loop(loops: Loops, q: Array, theta: float) -> str:
-    gaps = loops.residual(q[None], np.array([theta]))[0, :-1].reshape(-1, 2)
-    worst = int(np.linalg.norm(gaps, axis=1).argmax())
-    return f"joint {loops.joint[worst]} stays open by {np.linalg.norm(gaps[worst]):.3g} m"
+def _open_loop(loops: Loops, q: Array) -> str:
+    gaps = loops.gaps(q)
+    worst = max(gaps, key=gaps.__getitem__)
+    return f"joint {worst} stays open by {gaps[worst]:.3g} m"
 
 
 def _degrees(angle: float) -> str:

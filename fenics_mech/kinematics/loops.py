@@ -1,8 +1,10 @@
 """Loop equations of a linkage, their Jacobian, and the right-hand sides for velocity and acceleration.
 
-Each moving link has the coordinates (x, y, phi) of its frame; a revolute joint demands that its points coincide, and
-the drive fixes one relative angle (Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, chapter 4). All
-functions work on many positions at once: coordinates have shape ``(positions, 3 links)``.
+Each moving link has the coordinates (x, y, phi) of its frame. Every joint is made of equations of three kinds, each
+between two bodies a and b: a point of b coincides with one of a; a point of b lies on a line of a; the angle from a to
+b is given. A drive gives the angle, or the distance along the line, as a function of the drive coordinate (Nikravesh,
+Computer-Aided Analysis of Mechanical Systems, 1988, chapter 4). All functions work on many positions at once:
+coordinates have shape ``(positions, 3 links)``.
 """
 
 from __future__ import annotations
@@ -13,95 +15,281 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Prismatic, Scene, Slot
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Row = tuple[str, int, int, tuple[float, float], tuple[float, float], float]
 GROUND = -1
 
 
 @dataclass(frozen=True)
+class Pairs:
+    """Equations of one kind between pairs of bodies.
+
+    Parameters
+    ----------
+    name
+        Joint of each.
+    body
+        The bodies a and b, as index into the links or `GROUND`, ``(pairs, 2)``.
+    point
+        A point in each body's frame (m), ``(pairs, 2, 2)``.
+    angle
+        Direction of the line in a's frame, or the given angle (rad), ``(pairs,)``.
+    """
+
+    name: tuple[str, ...]
+    body: Index
+    point: Array
+    angle: Array
+
+    @classmethod
+    def of(cls, rows: list[Row]) -> Pairs:
+        """Make the arrays from a list of (joint, body a, body b, point of a, point of b, angle)."""
+        names = tuple(row[0] for row in rows)
+        body = np.array([row[1:3] for row in rows], dtype=np.int64).reshape(-1, 2)
+        point = np.array([row[3:5] for row in rows], dtype=float).reshape(-1, 2, 2)
+        return cls(names, body, point, np.array([row[5] for row in rows], dtype=float))
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+
+@dataclass(frozen=True)
 class Loops:
-    """The joints of a scene as arrays: one row a pair of coinciding points, then the drive.
+    """All equations of a scene: points, then lines, then angles, then the drives (angles, then strokes).
 
     Parameters
     ----------
     links
         Names of the moving links, in the order of their coordinates.
-    joint
-        Name of the joint of each pair.
-    body
-        The two bodies of each pair, as index into `links` or `GROUND`, shape ``(pairs, 2)``.
-    point
-        The two points in their bodies' frames (m), shape ``(pairs, 2, 2)``.
-    driven
-        The two bodies whose relative angle is driven.
+    points, lines, angles
+        Equations of the joints.
+    driven_angles, driven_strokes
+        Equations of the drives.
+    drive_order
+        Which drive of the scene each driven equation is of.
     """
 
     links: tuple[str, ...]
-    joint: tuple[str, ...]
-    body: NDArray[np.int64]
-    point: Array
-    driven: tuple[int, int]
+    points: Pairs
+    lines: Pairs
+    angles: Pairs
+    driven_angles: Pairs
+    driven_strokes: Pairs
+    drive_order: tuple[int, ...]
 
     @classmethod
     def of(cls, scene: Scene) -> Loops:
-        """Collect the pairs of a scene: a pin through n bodies gives n - 1 pairs with its first body."""
+        """Collect the equations of a scene's joints and drives."""
         links = tuple(scene.links)
         index = {"ground": GROUND} | {name: i for i, name in enumerate(links)}
-        joints, bodies, points = [], [], []
+        points: list[Row] = []
+        lines: list[Row] = []
+        angles: list[Row] = []
         for name, joint in scene.joints.items():
-            places = [scene.point(point) for point in joint.connect]
-            for place in places[1:]:
-                joints.append(name)
-                bodies.append([index[places[0][0]], index[place[0]]])
-                points.append([places[0][1], place[1]])
-        first, second = (index[point.split(".")[0]] for point in scene.joints[scene.drive.joint].connect)
-        return cls(links, tuple(joints), np.array(bodies), np.array(points), (first, second))
+            (first, at), *others = ((index[body], point) for body, point in map(scene.point, joint.connect))
+            for second, pin in others:
+                row = (name, first, second, at, pin)
+                if isinstance(joint, Slot | Prismatic):
+                    lines.append((*row, scene.guide_angle(joint)))
+                else:
+                    points.append((*row, 0.0))
+                if joint.kind == "weld":
+                    angles.append((*row, joint.angle))
+                elif joint.kind == "prismatic":
+                    angles.append((*row, joint.turn))
+        turning: list[Row] = []
+        sliding: list[Row] = []
+        order: list[int] = []
+        for i, drive in enumerate(scene.drives):
+            moved = scene.joints[drive.joint]
+            (first, at), (second, pin) = ((index[body], point) for body, point in map(scene.point, moved.connect))
+            if isinstance(moved, Slot | Prismatic):
+                sliding.append((drive.joint, first, second, at, pin, scene.guide_angle(moved)))
+                order.append(i)
+            else:
+                turning.append((drive.joint, first, second, at, pin, 0.0))
+                order.insert(len(turning) - 1, i)
+        joined = Pairs.of(points), Pairs.of(lines), Pairs.of(angles)
+        return cls(links, *joined, Pairs.of(turning), Pairs.of(sliding), tuple(order))
 
-    def frames(self, q: Array) -> tuple[Array, Array]:
-        """Origins ``(positions, links + 1, 2)`` and angles ``(positions, links + 1)``; the ground's are the last."""
-        poses = np.concatenate([q.reshape(len(q), -1, 3), np.zeros((len(q), 1, 3))], axis=1)
-        return poses[..., :2], poses[..., 2]
+    @property
+    def drives(self) -> int:
+        """Number of drives."""
+        return len(self.drive_order)
 
-    def arms(self, q: Array) -> Array:
-        """Arms of the pairs' points, turned into the fixed frame (m), shape ``(positions, pairs, 2, 2)``."""
-        angle = self.frames(q)[1][:, self.body]
-        c, s = np.cos(angle), np.sin(angle)
-        x, y = self.point[..., 0], self.point[..., 1]
-        return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    @property
+    def size(self) -> float:
+        """Largest coordinate of a joint's point in its body (m)."""
+        parts = [np.abs(pairs.point).max() for pairs in (self.points, self.lines) if len(pairs)]
+        return float(max([*parts, np.finfo(float).tiny]))
 
-    def residual(self, q: Array, theta: Array) -> Array:
-        """What is left open of each loop equation (m, and rad for the drive), shape ``(positions, 2 pairs + 1)``."""
-        origin, angle = self.frames(q)
-        points = origin[:, self.body] + self.arms(q)
-        gaps = points[:, :, 1] - points[:, :, 0]
-        turn = angle[:, self.driven[1]] - angle[:, self.driven[0]] - theta
-        return np.concatenate([gaps.reshape(len(q), -1), turn[:, None]], axis=1)
+    @cached_property
+    def scale(self) -> Array:
+        """Size of a unit of each equation: `size` for lengths, 1 for angles."""
+        lengths, angles = 2 * len(self.points) + len(self.lines), len(self.angles) + len(self.driven_angles)
+        return np.concatenate(
+            [np.full(lengths, self.size), np.ones(angles), np.full(len(self.driven_strokes), self.size)]
+        )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Joint of each equation."""
+        doubled = [name for name in self.points.name for _ in range(2)]
+        rest = (self.lines, self.angles, self.driven_angles, self.driven_strokes)
+        return (*doubled, *(name for pairs in rest for name in pairs.name))
+
+    def residual(self, q: Array, drive: Array) -> Array:
+        """What is left open of each equation (m or rad), ``(positions, equations)``, for ``(positions, drives)``."""
+        poses = _with_ground(q)
+        given = drive[:, self.drive_order]
+        turned, slid = given[:, : len(self.driven_angles)], given[:, len(self.driven_angles) :]
+        parts = [_gap(poses, self.points).reshape(len(q), -1)]
+        if len(self.lines):
+            parts.append(_dot(_direction(poses, self.lines)[1], _gap(poses, self.lines)))
+        for pairs, angle in ((self.angles, self.angles.angle), (self.driven_angles, turned)):
+            if len(pairs):
+                parts.append(np.diff(poses[:, pairs.body, 2], axis=-1)[..., 0] - angle)
+        if len(self.driven_strokes):
+            strokes = self.driven_strokes
+            parts.append(_dot(_direction(poses, strokes)[0], _gap(poses, strokes)) - slid)
+        return np.concatenate(parts, axis=1)
 
     def jacobian(self, q: Array) -> Array:
-        """Derivative of the residual by the coordinates, shape ``(positions, 2 pairs + 1, 3 links)``."""
-        arms = self.arms(q)
+        """Derivative of the residual by the coordinates, ``(positions, equations, 3 links)``."""
+        poses = _with_ground(q)
         constant, rows, columns = self._pattern
         jacobian = np.broadcast_to(constant, (len(q), *constant.shape)).copy()
-        jacobian[:, rows, columns] = np.array([-1.0, 1.0]) * -arms[..., 1]
-        jacobian[:, rows + 1, columns] = np.array([-1.0, 1.0]) * arms[..., 0]
+        arms = _arms(poses, self.points) * np.array([-1.0, 1.0])[:, None]
+        jacobian[:, rows, columns] = -arms[..., 1]
+        jacobian[:, rows + 1, columns] = arms[..., 0]
+        start = 2 * len(self.points)
+        if len(self.lines):
+            tangent, normal = _direction(poses, self.lines)
+            _add_projection(jacobian, start, poses, self.lines, normal, -tangent)
+        start = len(self.names) - len(self.driven_strokes)
+        if len(self.driven_strokes):
+            tangent, normal = _direction(poses, self.driven_strokes)
+            _add_projection(jacobian, start, poses, self.driven_strokes, tangent, normal)
         return jacobian[..., :-3]
 
     @cached_property
-    def _pattern(self) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
-        """Constant part of the Jacobian, with the ground's columns last, and where the arms enter it."""
-        column = 3 * np.where(self.body == GROUND, len(self.links), self.body)
-        row = np.broadcast_to(2 * np.arange(len(self.joint))[:, None], column.shape)
-        constant = np.zeros((2 * len(self.joint) + 1, 3 * len(self.links) + 3))
+    def _pattern(self) -> tuple[Array, Index, Index]:
+        """Constant part of the Jacobian, with the ground's columns last, and where the points' arms enter it."""
+        links = len(self.links)
+        constant = np.zeros((len(self.names), 3 * links + 3))
+        column = _columns(self.points.body, links)
+        row = np.broadcast_to(2 * np.arange(len(self.points))[:, None], column.shape)
         for i in (0, 1):
             constant[row + i, column + i] = [-1.0, 1.0]
-        first, second = (3 * (body if body != GROUND else len(self.links)) + 2 for body in self.driven)
-        constant[-1, first], constant[-1, second] = -1.0, 1.0
+        start = 2 * len(self.points) + len(self.lines)
+        for pairs in (self.angles, self.driven_angles):
+            for sign, bodies in zip((-1.0, 1.0), pairs.body.T):
+                constant[start + np.arange(len(pairs)), _columns(bodies, links) + 2] += sign
+            start += len(pairs)
         return constant, row, column + 2
 
+    def driven(self, rates: Array) -> Array:
+        """Right-hand side of the velocity equations for the drives' rates ``(positions, drives)``."""
+        right = np.zeros((len(rates), len(self.names)))
+        if self.drives:
+            right[:, -self.drives :] = rates[:, self.drive_order]
+        return right
+
     def convective(self, q: Array, velocity: Array) -> Array:
-        """Right-hand side of the acceleration equations: minus the centripetal part of the pairs' accelerations."""
-        spin = np.concatenate([velocity[:, 2::3], np.zeros((len(q), 1))], axis=1)[:, self.body]
-        centripetal = -(spin**2)[..., None] * self.arms(q)
-        rows = -(centripetal[:, :, 1] - centripetal[:, :, 0])
-        return np.concatenate([rows.reshape(len(q), -1), np.zeros((len(q), 1))], axis=1)
+        """What the second time derivative of the residual has beside ``jacobian @ acceleration`` and the drive's."""
+        poses, rates = _with_ground(q), _with_ground(velocity)
+        squared = rates[..., 2] ** 2
+        still = np.zeros((len(q), len(self.angles) + len(self.driven_angles)))
+        parts = [-_relative(poses, self.points, squared).reshape(len(q), -1), still]
+        if len(self.lines):
+            parts.insert(1, self._turning(poses, rates, self.lines, -_relative(poses, self.lines, squared), 1))
+        if len(self.driven_strokes):
+            strokes = self.driven_strokes
+            parts.append(self._turning(poses, rates, strokes, -_relative(poses, strokes, squared), 0))
+        return np.concatenate(parts, axis=1)
+
+    def _turning(self, poses: Array, rates: Array, pairs: Pairs, centripetal: Array, which: int) -> Array:
+        """Convective part of the gap along a turning direction e of body a: e.c + 2 e'.gap' - omega^2 e.gap."""
+        directions = _direction(poses, pairs)
+        across = (directions[1], -directions[0])[which]  # derivative of the direction by a's angle
+        omega = rates[:, pairs.body[:, 0], 2]
+        drift = np.diff(rates[:, pairs.body, :2], axis=2)[:, :, 0] + _turned(_relative(poses, pairs, rates[..., 2]))
+        gap = _gap(poses, pairs)
+        return (
+            _dot(directions[which], centripetal)
+            + 2 * omega * _dot(across, drift)
+            - omega**2 * _dot(directions[which], gap)
+        )
+
+    def gaps(self, q: Array) -> dict[str, float]:
+        """How far each joint's points are apart at one position (m)."""
+        poses = _with_ground(q[None])
+        found: dict[str, float] = {}
+        for name, gap in zip(self.points.name, np.linalg.norm(_gap(poses, self.points)[0], axis=-1)):
+            found[name] = max(found.get(name, 0.0), float(gap))
+        for name, gap in zip(self.lines.name, _dot(_direction(poses, self.lines)[1], _gap(poses, self.lines))[0]):
+            found[name] = max(found.get(name, 0.0), abs(float(gap)))
+        return found
+
+
+def _with_ground(q: Array) -> Array:
+    """Coordinates as ``(positions, links + 1, 3)``, the ground's being zero and the last."""
+    return np.concatenate([q.reshape(len(q), -1, 3), np.zeros((len(q), 1, 3))], axis=1)
+
+
+def _columns(body: Index, links: int) -> Index:
+    return 3 * np.where(body == GROUND, links, body)
+
+
+def _arms(poses: Array, pairs: Pairs) -> Array:
+    """Points of the pairs seen from their bodies' origins, in the fixed frame, ``(positions, pairs, 2, 2)``."""
+    angle = poses[:, pairs.body, 2]
+    c, s = np.cos(angle), np.sin(angle)
+    x, y = pairs.point[..., 0], pairs.point[..., 1]
+    arms = np.empty((*angle.shape, 2))
+    arms[..., 0] = c * x - s * y
+    arms[..., 1] = s * x + c * y
+    return arms
+
+
+def _relative(poses: Array, pairs: Pairs, factor: Array) -> Array:
+    """Arm of b times b's factor less that of a; factor is ``(positions, links + 1)``."""
+    weighted = _arms(poses, pairs) * factor[:, pairs.body, None]
+    return weighted[:, :, 1] - weighted[:, :, 0]
+
+
+def _gap(poses: Array, pairs: Pairs) -> Array:
+    """From the point of a to that of b, ``(positions, pairs, 2)``."""
+    places = poses[:, pairs.body, :2] + _arms(poses, pairs)
+    return places[:, :, 1] - places[:, :, 0]
+
+
+def _direction(poses: Array, pairs: Pairs) -> tuple[Array, Array]:
+    """Tangent and normal of the pairs' lines, which turn with a, each ``(positions, pairs, 2)``."""
+    angle = poses[:, pairs.body[:, 0], 2] + pairs.angle
+    tangent = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return tangent, _turned(tangent)
+
+
+def _turned(vectors: Array) -> Array:
+    """Vectors turned by 90 degrees counter-clockwise."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.sum(a * b, axis=-1)
+
+
+def _add_projection(jacobian: Array, start: int, poses: Array, pairs: Pairs, along: Array, slope: Array) -> None:
+    """Add the derivative of ``along . gap``; slope is the derivative of `along` by a's angle."""
+    rows, links = start + np.arange(len(pairs)), poses.shape[1] - 1
+    turning = _turned(_arms(poses, pairs))
+    for end, sign in ((0, -1.0), (1, 1.0)):
+        column = _columns(pairs.body[:, end], links)
+        jacobian[:, rows, column] += sign * along[..., 0]
+        jacobian[:, rows, column + 1] += sign * along[..., 1]
+        jacobian[:, rows, column + 2] += sign * _dot(along, turning[:, :, end])
+    jacobian[:, rows, _columns(pairs.body[:, 0], links) + 2] += _dot(slope, _gap(poses, pairs))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from fenics_mech.errors import AssemblyError
-from fenics_mech.kinematics.assembly import assemble, follow
+from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch, side
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
 
@@ -19,9 +19,9 @@ class Motion:
     Parameters
     ----------
     theta
-        Drive angle (rad), shape ``(angles,)``.
+        Drive coordinate (rad), shape ``(angles,)``.
     time
-        Time (s), theta/speed, shape ``(angles,)``.
+        Time (s), theta over the cycle's rate, shape ``(angles,)``.
     links
         Names of the links.
     position, velocity, acceleration
@@ -45,8 +45,16 @@ class Motion:
         arrays = {field.name: getattr(self, field.name)[angles] for field in fields(self) if field.name != "links"}
         return Motion(links=self.links, **arrays)
 
+    def held(self) -> Motion:
+        """Give the same positions at rest."""
+        rates = {name: np.zeros_like(getattr(self, name)) for name in ("velocity", "acceleration", "omega", "alpha")}
+        return replace(self, **rates)
+
     def of_point(self, link: str, point: tuple[float, float]) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration of a point of a link's frame, each of shape ``(angles, 2)``."""
+        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``."""
+        if link == "ground":
+            place = np.broadcast_to(np.array(point, dtype=float), (len(self.theta), 2))
+            return place, np.zeros_like(place), np.zeros_like(place)
         i = self.links.index(link)
         c, s = np.cos(self.angle[:, i]), np.sin(self.angle[:, i])
         arm = np.stack([c * point[0] - s * point[1], s * point[0] + c * point[1]], axis=-1)
@@ -59,15 +67,17 @@ class Motion:
         )
 
 
-def solve_motion(scene: Scene, theta: Array) -> Motion:
+def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Motion:
     """Solve the loop equations of a scene and their two time derivatives.
 
     Parameters
     ----------
     scene
-        The linkage and its drive, which turns at constant speed.
+        The linkage and its drives.
     theta
-        Drive angles (rad), in any order, shape ``(angles,)``.
+        Drive coordinates (rad), in any order, shape ``(angles,)``.
+    near
+        A motion of the same scene with angles close to these, which spares following the branch from the start.
 
     Raises
     ------
@@ -76,19 +86,23 @@ def solve_motion(scene: Scene, theta: Array) -> Motion:
     """
     theta = np.asarray(theta, dtype=float)
     loops = Loops.of(scene)
-    q = follow(loops, assemble(scene, loops), theta)
+    if not scene.drives:
+        return _at_rest(scene, loops, theta)
+    rate = scene.cycle_rate
+    law = DriveLaw(scene)
+    q = follow(loops, law, theta, _branch(loops, near, rate) if near else follow_branch(scene, loops, law, theta))
+    jets = law(theta)
     jacobian = loops.jacobian(q)
-    driven = np.zeros((*jacobian.shape[:2], 1))
-    driven[:, -1] = scene.drive.speed
     try:
-        velocity = np.linalg.solve(jacobian, driven)[..., 0]  # (6.2) for all loops
-        acceleration = np.linalg.solve(jacobian, loops.convective(q, velocity)[..., None])[..., 0]  # (6.3)
+        velocity = np.linalg.solve(jacobian, rate * loops.driven(jets.first)[..., None])[..., 0]  # (6.2) for all loops
+        forced = rate**2 * loops.driven(jets.second) - loops.convective(q, velocity)
+        acceleration = np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
     except np.linalg.LinAlgError as error:
         raise AssemblyError("the linkage is at a dead centre: its velocities are not determined") from error
     poses, rates, seconds = (array.reshape(len(q), -1, 3) for array in (q, velocity, acceleration))
     return Motion(
         theta=theta,
-        time=theta / scene.drive.speed,
+        time=theta / rate,
         links=loops.links,
         position=poses[..., :2],
         velocity=rates[..., :2],
@@ -96,4 +110,47 @@ def solve_motion(scene: Scene, theta: Array) -> Motion:
         angle=poses[..., 2],
         omega=rates[..., 2],
         alpha=seconds[..., 2],
+    )
+
+
+def _at_rest(scene: Scene, loops: Loops, theta: Array) -> Motion:
+    """Give the motion of a structure that nothing drives; it may be held more often than it needs."""
+    law = DriveLaw(scene)
+    q = assemble(scene, loops, law)
+    size = np.abs([point for link in scene.links.values() for point in link.points.values()]).max()
+    jacobian = loops.jacobian(q[None])[0].reshape(-1, len(loops.links), 3)
+    jacobian[: 2 * len(loops.points) + len(loops.lines)] /= size
+    jacobian[..., :2] *= size
+    rank = np.linalg.matrix_rank(jacobian.reshape(-1, len(q)))
+    if rank < len(q):
+        raise AssemblyError(f"nothing drives the linkage, and its joints leave it {len(q) - rank} small motions")
+    pose = np.broadcast_to(q.reshape(-1, 3), (len(theta), len(loops.links), 3))
+    still = np.zeros_like(pose)
+    return Motion(
+        theta=theta,
+        time=np.zeros_like(theta),
+        links=loops.links,
+        position=pose[..., :2],
+        velocity=still[..., :2],
+        acceleration=still[..., :2],
+        angle=pose[..., 2],
+        omega=still[..., 2],
+        alpha=still[..., 2],
+    )
+
+
+def _branch(loops: Loops, motion: Motion, rate: float) -> Branch:
+    """Points of the assembly branch that a motion went through."""
+    order = np.argsort(motion.theta)
+
+    def coordinates(place: Array, angle: Array) -> Array:
+        return np.concatenate([place, angle[..., None]], axis=-1).reshape(len(angle), -1)[order]
+
+    q = coordinates(motion.position, motion.angle)
+    return Branch(
+        theta=motion.theta[order],
+        q=q,
+        rate=coordinates(motion.velocity, motion.omega) / rate,
+        curvature=coordinates(motion.acceleration, motion.alpha) / rate**2,
+        side=float(side(loops, q[:1])[0]),
     )

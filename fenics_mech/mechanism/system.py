@@ -11,8 +11,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fenics_mech._petsc import to_scipy
 from fenics_mech.beams import Beams
 from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.constraints import GROUND, Attachment
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 
@@ -31,11 +33,14 @@ class System:
         Rigid-body motion at the drive angles.
     transformation
         P(theta).
+    applied
+        Forces and moments on the nodal dofs from outside, in link axes, ``(angles, nodal dofs)``.
     """
 
     beams: Beams
     motion: Motion
     transformation: Transformation
+    applied: Array
 
     @property
     def size(self) -> int:
@@ -50,12 +55,12 @@ class System:
     @cached_property
     def link_mass(self) -> sp.csr_matrix:
         """Mass matrix m of all links in link axes, for products with many vectors at once."""
-        return sp.csr_matrix(self.beams.mass.getValuesCSR()[::-1], shape=self.beams.mass.size)
+        return to_scipy(self.beams.mass)
 
     @cached_property
     def link_stiffness(self) -> sp.csr_matrix:
         """Stiffness matrix k of all links in link axes."""
-        return sp.csr_matrix(self.beams.stiffness.getValuesCSR()[::-1], shape=self.beams.stiffness.size)
+        return to_scipy(self.beams.stiffness)
 
     @cached_property
     def rigid_acceleration(self) -> Array:
@@ -70,9 +75,9 @@ class System:
 
     @cached_property
     def load(self) -> Array:
-        """Inertia load of the rigid motion ``-P^T m a``, the last term of (5.1), ``(angles, coordinates)``."""
-        inertia = -(self.link_mass @ self.rigid_acceleration.T).T
-        return self.transformation.backward(self.values, inertia)
+        """Loads and inertia of the rigid motion, the right-hand side of (5.1), ``(angles, coordinates)``."""
+        inertia = (self.link_mass @ self.rigid_acceleration.T).T
+        return self.transformation.backward(self.values, self.applied - inertia)
 
     def to_links(self, q: Array) -> Array:
         """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``."""
@@ -120,7 +125,8 @@ class System:
             "Md", "Mv", "Mdd", "Mdv" and "Ma" of (4.59)-(4.63), as new PETSc matrices.
         """
         p = _csr(self.transformation, self.values[k])
-        rate, second = (_csr(self.transformation, d[k]) for d in self.transformation.derivatives(self.motion))
+        here = self.motion.part(slice(k, k + 1))
+        rate, second = (_csr(self.transformation, d[0]) for d in self.transformation.derivatives(here))
         m = self.beams.mass
         link_of_row = np.repeat(self.beams.mesh.node_link, 3)
         omega, alpha = (array[k, link_of_row] for array in (self.motion.omega, self.motion.alpha))
@@ -137,8 +143,29 @@ class System:
 
 
 def build_system(scene: Scene, beams: Beams, motion: Motion) -> System:
-    """Join the links of a scene to a mechanism that moves as given."""
-    return System(beams, motion, build_transformation(scene, beams.mesh))
+    """Join the links of a scene to a mechanism that moves as given.
+
+    Raises
+    ------
+    AssemblyError
+        When the joints' equations cannot be solved at some angle.
+    """
+    transformation = build_transformation(scene, beams.mesh, motion)
+    return System(beams, motion, transformation, applied_forces(scene, beams, motion))
+
+
+def applied_forces(scene: Scene, beams: Beams, motion: Motion) -> Array:
+    """Loads of a scene on the nodal dofs in link axes, ``(angles, nodal dofs)``, {Qex} of (4.39)."""
+    forces = np.zeros((len(motion.theta), 3 * len(beams.mesh.node_name)))
+    for load in scene.loads.values():
+        point = Attachment.of(scene, beams.mesh, load.at)
+        if point.link == GROUND:
+            continue
+        angle = motion.angle[:, point.link]
+        c, s, (x, y) = np.cos(angle), np.sin(angle), load.force
+        in_link = np.stack([c * x + s * y, c * y - s * x], axis=-1)  # transpose of (7.3)
+        forces[:, point.dofs] += in_link @ point.shift + load.moment * np.array([0.0, 0.0, 1.0])
+    return forces
 
 
 def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:

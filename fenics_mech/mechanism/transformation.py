@@ -1,13 +1,13 @@
 """P(theta): from the mechanism's coordinates q to the links' nodal dofs, with its time derivatives.
 
-It is [Tr] of (4.40)-(4.56). A revolute joint has two coordinates of its own, its displacements along the fixed X and
-Y axes, which every link that it joins turns into its own axes; all other coordinates are nodal dofs of one link. A pin
-on the ground has none, and a driven joint ties the rotations of its two bodies together.
+It is [Tr] of (4.40)-(4.56), for any joints: the joints' equations (see `constraints`) are solved for some of the nodal
+dofs, and all that is left is q: nodal dofs in link axes, displacements of pins along the fixed X and Y axes, slides.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,37 +15,39 @@ from numpy.typing import NDArray
 
 from fenics_mech.beams import BeamMesh
 from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.constraints import Constraints, build_constraints
+from fenics_mech.mechanism.elimination import Group, eliminate
+from fenics_mech.mechanism.jets import Array, Jets
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 COMPONENTS = ("x", "y", "rotation")
 
 
 @dataclass(frozen=True)
 class Transformation:
-    """The nonzeros of P: each is ``constant + cosine cos(phi) + sine sin(phi)``, phi its link's angle.
+    """Layout of P.
 
     Parameters
     ----------
-    rows, columns
-        Places of the nonzeros in row order, shape ``(nonzeros,)``.
-    link
-        Link that owns the row of each nonzero.
-    constant, cosine, sine
-        Coefficients of each nonzero.
+    constraints
+        The joints' equations.
+    groups
+        How they are solved.
+    free
+        Nodal dofs that are coordinates themselves.
+    coordinate
+        Coordinate of each column of the joints' equations, -1 for those that are solved for.
     names
-        Name of each coordinate q: "joint.X", "joint.Y", "joint.rotation", or "node.x", "node.y", "node.rotation".
+        Name of each coordinate q: "joint.X", "joint.Y", "joint.slide", or "node.x", "node.y", "node.rotation".
     height
         Number of rows: nodal dofs of all links.
     """
 
-    rows: Index
-    columns: Index
-    link: Index
-    constant: Array
-    cosine: Array
-    sine: Array
+    constraints: Constraints
+    groups: tuple[Group, ...]
+    free: Index
+    coordinate: Index
     names: tuple[str, ...]
     height: int
 
@@ -54,16 +56,50 @@ class Transformation:
         """Nodal dofs by coordinates."""
         return self.height, len(self.names)
 
+    @cached_property
+    def _pattern(self) -> tuple[Index, Index, list[NDArray[np.bool_]]]:
+        """Rows and columns of the nonzeros before sorting: free dofs, then each group's dependent nodal dofs."""
+        rows, columns = [self.free], [self.coordinate[self.free]]
+        keep = []
+        for group in self.groups:
+            nodal = group.dependent < self.height
+            keep.append(nodal)
+            r, c = np.meshgrid(group.dependent[nodal], self.coordinate[group.independent], indexing="ij")
+            rows.append(r.ravel())
+            columns.append(c.ravel())
+        return np.concatenate(rows), np.concatenate(columns), keep
+
+    @cached_property
+    def _order(self) -> Index:
+        rows, columns, _ = self._pattern
+        return np.lexsort((columns, rows))
+
+    @cached_property
+    def rows(self) -> Index:
+        """Row of each nonzero, ascending."""
+        return self._pattern[0][self._order]
+
+    @cached_property
+    def columns(self) -> Index:
+        """Coordinate of each nonzero."""
+        return self._pattern[1][self._order]
+
     def values(self, motion: Motion) -> Array:
-        """Nonzeros of P at all angles, shape ``(angles, nonzeros)``."""
-        phi = motion.angle[:, self.link]
-        return self.constant + self.cosine * np.cos(phi) + self.sine * np.sin(phi)
+        """Nonzeros of P at all angles, ``(angles, nonzeros)``."""
+        return self._jets(motion, 1)[0]
 
     def derivatives(self, motion: Motion) -> tuple[Array, Array]:
         """Nonzeros of the first and second time derivative of P, each ``(angles, nonzeros)`` (1/s, 1/s^2)."""
-        phi, omega, alpha = (array[:, self.link] for array in (motion.angle, motion.omega, motion.alpha))
-        slope = self.sine * np.cos(phi) - self.cosine * np.sin(phi)  # (7.4)
-        return omega * slope, alpha * slope - omega**2 * (self.cosine * np.cos(phi) + self.sine * np.sin(phi))  # (7.5)
+        _, first, second = self._jets(motion, 3)
+        return first, second
+
+    def _jets(self, motion: Motion, orders: int) -> Jets:
+        count = len(motion.theta)
+        ones = [np.ones((count, len(self.free))), *(np.zeros((count, len(self.free))),) * (orders - 1)]
+        parts = [ones]
+        for group, nodal in zip(self.groups, self._pattern[2]):
+            parts.append([s[:, nodal].reshape(count, -1) for s in group.solution(motion, orders)])
+        return [np.concatenate(values, axis=1)[:, self._order] for values in zip(*parts)]
 
     def forward(self, values: Array, q: Array) -> Array:
         """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., nodal dofs)``."""
@@ -81,40 +117,34 @@ def _summed(terms: Array, target: Index, size: int) -> Array:
     return np.asarray(collect @ flat.T).T.reshape(*terms.shape[:-1], size)
 
 
-def build_transformation(scene: Scene, mesh: BeamMesh) -> Transformation:
-    """Lay out the coordinates of a scene's mechanism."""
-    joint_of = {point: name for name, joint in scene.joints.items() for point in joint.connect}
-    grounded = {name for name, joint in scene.joints.items() if any(p.startswith("ground.") for p in joint.connect)}
-    columns: dict[str, int] = {}
-    entries: list[tuple[int, int, int, float, float, float]] = []
+def build_transformation(scene: Scene, mesh: BeamMesh, motion: Motion) -> Transformation:
+    """Lay out the coordinates of a scene's mechanism.
 
-    def column(name: str) -> int:
-        return columns.setdefault(name, len(columns))
-
-    for node, (name, link) in enumerate(zip(mesh.node_name, mesh.node_link)):
-        row, joint = 3 * node, joint_of.get(name)
-        if joint is None:
-            entries += [(row + i, column(f"{name}.{c}"), link, 1.0, 0.0, 0.0) for i, c in enumerate(COMPONENTS[:2])]
-        elif joint not in grounded:
-            x, y = column(f"{joint}.X"), column(f"{joint}.Y")
-            entries += [
-                (row, x, link, 0.0, 1.0, 0.0),  # transpose of (7.3)
-                (row, y, link, 0.0, 0.0, 1.0),
-                (row + 1, x, link, 0.0, 0.0, -1.0),
-                (row + 1, y, link, 0.0, 1.0, 0.0),
-            ]
-        if joint != scene.drive.joint:
-            entries.append((row + 2, column(f"{name}.rotation"), link, 1.0, 0.0, 0.0))
-        elif joint not in grounded:
-            entries.append((row + 2, column(f"{joint}.rotation"), link, 1.0, 0.0, 0.0))
-    table = np.array(sorted(entries))
+    Raises
+    ------
+    AssemblyError
+        When the joints' equations cannot be solved at some angle of the motion.
+    """
+    height = 3 * len(mesh.node_name)
+    constraints = build_constraints(scene, mesh)
+    groups = eliminate(constraints, motion, height)
+    dependent = np.concatenate([np.zeros(0, dtype=np.int64), *(group.dependent for group in groups)])
+    coordinate = np.full(height + len(constraints.names), -1)
+    left = np.setdiff1d(np.arange(len(coordinate)), dependent)
+    left = left[np.argsort(_places(groups, left, height), kind="stable")]
+    coordinate[left] = np.arange(len(left))
+    names = [f"{name}.{component}" for name in mesh.node_name for component in COMPONENTS] + list(constraints.names)
     return Transformation(
-        rows=table[:, 0].astype(np.int64),
-        columns=table[:, 1].astype(np.int64),
-        link=table[:, 2].astype(np.int64),
-        constant=table[:, 3],
-        cosine=table[:, 4],
-        sine=table[:, 5],
-        names=tuple(columns),
-        height=3 * len(mesh.node_name),
+        constraints, groups, np.sort(left[left < height]), coordinate, tuple(names[i] for i in left), height
     )
+
+
+def _places(groups: tuple[Group, ...], columns: Index, height: int) -> Array:
+    """Where each column comes among the nodal dofs: a joint's own coordinates come beside the dofs that they move."""
+    place = columns.astype(float)
+    for group in groups:
+        beside = np.concatenate([group.dependent, group.independent])
+        nodal = beside[beside < height]
+        own = np.isin(columns, group.independent) & (columns >= height)
+        place[own] = nodal.min(initial=height)
+    return place

@@ -62,9 +62,11 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     shapes /= norms  # (E.7)
     momenta /= norms
     ahead = np.roll(shapes, -1, axis=0)
-    transfer = ahead @ system.mass_times(shapes, shift=1).transpose(0, 2, 1)
+    momenta_ahead = system.mass_times(shapes, shift=1)
+    transfer = ahead @ momenta_ahead.transpose(0, 2, 1)
+    size = np.einsum("kmi,kmi->km", shapes, momenta_ahead)
     back = momenta @ ahead.transpose(0, 2, 1)
-    return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back)
+    return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
 
 
 def _solve_position(eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float) -> tuple[Array, Array]:

@@ -5,18 +5,42 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.linalg import eigh
 
 from fenics_mech.scene import Scene
 
+POINTS = 120  # of Gauss' rule along a member whose section varies
+SPARE_SINES = 20  # beside the frequencies that are wanted
+
 
 def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.ndarray]:
-    """Frequencies (Hz) of each member as a uniform beam on two pins, by label; eq. (7.6)."""
+    """Frequencies (Hz) of each member as a beam on two pins, by label, ``(count,)``.
+
+    A uniform beam has those of eq. (7.6). For a section that varies, its modes are the functions by which Ritz' method
+    gives them.
+    """
     frequencies = {}
-    orders = np.arange(1, count + 1)
     for label, (_, member) in scene.members().items():
-        section, material = scene.sections[member.section], scene.materials[member.material]
         length = math.dist(*scene.member_ends(label))
-        wave_speed = np.sqrt(material.modulus * section.inertia / (material.density * section.area))
-        omega = orders**2 * np.pi**2 / length**2 * wave_speed  # (7.6), with m the member's whole mass
+        if scene.sections[member.section].constant:
+            here = scene.rigidity(label, np.zeros(1))
+            wave_speed = np.sqrt(here.bending / here.line_density)
+            omega = np.arange(1, count + 1) ** 2 * np.pi**2 / length**2 * wave_speed  # (7.6), with m the whole mass
+        else:
+            omega = _of_sines(scene, label, count + SPARE_SINES)[:count] / length**2
         frequencies[label] = omega / (2 * np.pi)
     return frequencies
+
+
+def _of_sines(scene: Scene, label: str, sines: int) -> np.ndarray:
+    """Circular frequencies (rad/s) times length^2 (m^2) by Ritz' method, ascending."""
+    x, weight = np.polynomial.legendre.leggauss(POINTS)
+    s, weight = (1 + x) / 2, weight / 2
+    rigidity = scene.rigidity(label, s)
+    wave = np.pi * np.arange(1, sines + 1)
+    shapes = np.sin(wave[:, None] * s)
+    curvatures = wave[:, None] ** 2 * shapes
+    stiffness, mass = (
+        (f * weight * density) @ f.T for f, density in ((curvatures, rigidity.bending), (shapes, rigidity.line_density))
+    )
+    return np.sqrt(eigh(stiffness, mass, eigvals_only=True))

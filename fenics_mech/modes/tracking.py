@@ -32,6 +32,8 @@ class Modes:
         ``(angles, modes, modes)``.
     back
         ``Phi_k^T M_k Phi_{k+1}``, from each next position back, ``(angles, modes, modes)``.
+    size
+        Diagonal of ``Phi_k^T M_{k+1} Phi_k``, ``(angles, modes)``.
     """
 
     theta: Array
@@ -39,6 +41,7 @@ class Modes:
     shapes: Array
     transfer: Array
     back: Array
+    size: Array
 
     @property
     def frequency(self) -> Array:
@@ -48,7 +51,7 @@ class Modes:
     @property
     def assurance(self) -> Array:
         """MAC of each mode with itself at the next position, ``(angles, modes)``; the last row is the best match."""
-        mac = self.transfer**2
+        mac = self.transfer**2 / self.size[:, None, :]
         steps = np.einsum("kii->ki", mac).copy()
         steps[-1] = mac[-1].max(axis=0)
         return steps
@@ -63,7 +66,7 @@ class Modes:
         return closing
 
 
-def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Array) -> Modes:
+def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Array, size: Array) -> Modes:
     """Put modes that are sorted by frequency at each position into an order that follows their shapes."""
     count, modes = omega.shape
     order = np.broadcast_to(np.arange(modes), (count, modes)).copy()
@@ -82,6 +85,7 @@ def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Arra
         omega=omega[rows, order],
         shapes=shapes[rows, order] * sign[..., None],
         transfer=transfer[rows[..., None], ahead[:, :, None], order[:, None, :]] * signs,
+        size=size[rows, order],
         back=back[rows[..., None], order[:, :, None], ahead[:, None, :]] * signs.transpose(0, 2, 1),
     )
 

@@ -1,32 +1,59 @@
-"""Joint forces and input torque: what the links' own equations of motion lack at their joints."""
+"""Joint forces and drive torques: the multipliers of the joints' equations."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
+GROUND = -1
 
 
 def nodal_forces(system: System, history: History) -> Array:
-    """Force on each node of each link from outside the link, ``k u + m a`` in link axes, ``(angles, nodal dofs)``."""
+    """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``."""
     elastic = system.link_stiffness @ system.to_links(history.displacement).T
-    return (elastic + system.link_mass @ history.inertia.T).T  # (4.39), solved for {Q}
+    return (elastic + system.link_mass @ history.inertia.T).T - system.applied  # (4.39), solved for {Qc}
 
 
-def joint_forces(scene: Scene, system: System, forces: Array) -> dict[str, Array]:
+def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array]:
+    """Force or moment of every joint on every body that it holds, from `nodal_forces`.
+
+    Returns
+    -------
+    dict
+        By (joint, body, number of components): forces in the fixed frame (N), ``(angles, 2)``, and moments (N m),
+        ``(angles, 1)``.
+    """
+    found: dict[tuple[str, str, int], Array] = {}
+    for group in system.transformation.groups:
+        nodal = group.dependent < system.transformation.height
+        residual = np.zeros((len(forces), len(group.dependent)))
+        residual[:, nodal] = forces[:, group.dependent[nodal]]
+        multipliers = group.multipliers(system.motion, residual)
+        start = 0
+        for equation in group.equations:
+            value = multipliers[:, start : start + equation.rows]
+            start += equation.rows
+            if equation.rows == 2 and equation.frame != GROUND:
+                value = _turned(value, system.motion.angle[:, equation.frame])
+            found[equation.joint, equation.body, equation.rows] = value
+    return found
+
+
+def joint_forces(scene: Scene, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:
     """Force (N) that each joint exerts, in the fixed frame, ``(angles, 2)`` each.
 
     Parameters
     ----------
-    scene, system
+    scene
         The linkage.
-    forces
-        From `nodal_forces`.
+    found
+        From `reactions`.
 
     Returns
     -------
@@ -34,30 +61,35 @@ def joint_forces(scene: Scene, system: System, forces: Array) -> dict[str, Array
         By joint: the force of its first body on its second. A pin through more than two bodies has one entry
         "joint:body" for every body after the first: the force of the pin on it.
     """
-    found: dict[str, Array] = {}
+    forces: dict[str, Array] = {}
     for name, joint in scene.joints.items():
-        on_body = {point.split(".")[0]: _on_point(system, forces, point) for point in joint.connect}
-        if "ground" in on_body:  # the ground takes what the others leave
-            on_body["ground"] = -np.sum([force for body, force in on_body.items() if body != "ground"], axis=0)
-        others = list(on_body.items())[1:]
-        found |= {name if len(others) == 1 else f"{name}:{body}": force for body, force in others}
-    return found
+        bodies = [point.split(".")[0] for point in joint.connect]
+        held = {body: found[name, body, 2] for body in bodies if (name, body, 2) in found}
+        for body in bodies:  # a body that has no equation takes what the others leave
+            if body not in held:
+                held[body] = -np.sum(list(held.values()), axis=0)
+        forces |= {name if len(bodies) == 2 else f"{name}:{body}": held[body] for body in bodies[1:]}
+    return forces
 
 
-def input_torque(scene: Scene, system: System, forces: Array) -> Array:
-    """Torque (N m) of the drive on the second body of the driven joint, ``(angles,)``."""
-    first, second = scene.joints[scene.drive.joint].connect
-    if second.startswith("ground."):
-        return -forces[:, 3 * system.beams.mesh.node(first) + 2]
-    return forces[:, 3 * system.beams.mesh.node(second) + 2]
+def drive_efforts(scene: Scene, motion: Motion, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:
+    """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
+    efforts = {}
+    for drive in scene.drives:
+        joint = scene.joints[drive.joint]
+        first, second = (point.split(".")[0] for point in joint.connect)
+        if joint.kind in ("slot", "prismatic"):
+            turned = motion.angle[:, motion.links.index(first)] if first != "ground" else np.zeros(len(motion.theta))
+            angle = scene.guide_angle(joint) + turned
+            force = found[drive.joint, second, 2]
+            efforts[drive.joint] = np.cos(angle) * force[:, 0] + np.sin(angle) * force[:, 1]
+        elif (drive.joint, second, 1) in found:
+            efforts[drive.joint] = found[drive.joint, second, 1][:, 0]
+        else:
+            efforts[drive.joint] = -found[drive.joint, first, 1][:, 0]
+    return efforts
 
 
-def _on_point(system: System, forces: Array, point: str) -> Array:
-    """Force on a link's point, turned into the fixed frame."""
-    if point.startswith("ground."):
-        return np.zeros((len(forces), 2))
-    mesh = system.beams.mesh
-    node = mesh.node(point)
-    x, y = forces[:, 3 * node], forces[:, 3 * node + 1]
-    angle = system.motion.angle[:, mesh.node_link[node]]
-    return np.stack([np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y], axis=-1)
+def _turned(vectors: Array, angle: Array) -> Array:
+    c, s, (x, y) = np.cos(angle), np.sin(angle), vectors.T
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

@@ -7,26 +7,20 @@ This is the same as adding the clamped-clamped particular solution to the Hermit
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.assembly import element_dofs, member_rotation, shape_functions
+from fenics_mech.beams.assembly import element_dofs, member_rotation
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, integral
 from fenics_mech.mechanism import System
+from fenics_mech.recovery.contacts import PointLoad
 from fenics_mech.response import History
 
 Array = NDArray[np.float64]
-LINEAR = (Polynomial([1, -1]), Polynomial([0, 1]))  # (4.5), (4.8) on the unit element
-CUBIC = (  # (4.6), (4.7), (4.9), (4.10)
-    Polynomial([1, 0, -3, 2]),
-    Polynomial([0, 1, -2, 1]),
-    Polynomial([0, 0, 3, -2]),
-    Polynomial([0, 0, -1, 1]),
-)
-AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs along its axis, and normal to it
 
 
 @dataclass(frozen=True)
@@ -50,7 +44,7 @@ class MemberState:
     deflection: Array
 
 
-def recover_members(system: System, history: History, s: Array) -> MemberState:
+def recover_members(system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()) -> MemberState:
     """Recover the members' state at stations `s`, the same on all members.
 
     Parameters
@@ -61,6 +55,8 @@ def recover_members(system: System, history: History, s: Array) -> MemberState:
         Displacement and the inertia that balances it.
     s
         Places along the members, 0..1, shape ``(stations,)``.
+    loads
+        Point loads on the members, beside those at their ends.
     """
     beams = system.beams
     dofs, rotation = element_dofs(beams.mesh), member_rotation(beams.mesh)
@@ -68,18 +64,29 @@ def recover_members(system: System, history: History, s: Array) -> MemberState:
     inertia = np.einsum("eij,tej->tei", rotation, history.inertia[:, dofs])
     ends = np.einsum("eij,tej->tei", beams.element_stiffness, displacement)
     ends += np.einsum("eij,tej->tei", beams.element_mass, inertia)  # forces on the element at its two nodes
+    for load in loads:
+        h = beams.mesh.cell_length[load.element]
+        ends[np.arange(len(ends)), load.element] -= load.at_ends(h)
     element, xi = locate(beams, s)
-    h, rho_a = beams.mesh.cell_length[element], beams.line_density[element]
+    h = beams.mesh.cell_length[element]
     along, normal = inertia[:, element][..., AXIAL], _scaled(inertia[:, element][..., NORMAL], h)
-    first, second = (_integral(CUBIC, xi, times) for times in (1, 2))
+    linear, first, second = _mass_up_to(beams, element, xi)
     end = ends[:, element]
+    axial = -end[..., 0] + h * np.sum(along * linear, -1)
+    shear = end[..., 1] - h * np.sum(normal * first, -1)
+    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(normal * second, -1)
+    u, w = _in_member(beams, displacement[:, element], inertia[:, element], element, xi)
+    for load in loads:
+        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
+        extra_u, extra_w = load.displacement(element, xi, h)
+        u, w = u + extra_u / beams.axial_rigidity[element], w + extra_w / beams.bending_rigidity[element]
     shape = (len(end), len(beams.mesh.members), len(s))
     return MemberState(
         s=s,
-        axial_force=(-end[..., 0] + rho_a * h * np.sum(along * _integral(LINEAR, xi, 1), -1)).reshape(shape),
-        shear_force=(end[..., 1] - rho_a * h * np.sum(normal * first, -1)).reshape(shape),
-        moment=(-end[..., 2] + end[..., 1] * xi * h - rho_a * h**2 * np.sum(normal * second, -1)).reshape(shape),
-        deflection=_deflection(system, displacement[:, element], inertia[:, element], element, xi).reshape(*shape, 2),
+        axial_force=axial.reshape(shape),
+        shear_force=shear.reshape(shape),
+        moment=moment.reshape(shape),
+        deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
     )
 
 
@@ -95,16 +102,43 @@ def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
     return np.concatenate(elements), np.concatenate(places)
 
 
-def _deflection(system: System, displacement: Array, inertia: Array, element: NDArray[np.int64], xi: Array) -> Array:
-    """Hermite displacement plus the particular solution of the inertia, in the fixed frame."""
-    beams, mesh = system.beams, system.beams.mesh
-    h, rho_a = mesh.cell_length[element], beams.line_density[element]
-    linear, cubic = shape_functions(xi)
-    u = np.sum(displacement[..., AXIAL] * linear, -1)
+def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Array, Array, Array]:
+    """Integrals of rho A times shape functions from an element's start to places xi in it (kg/m).
+
+    Returns
+    -------
+    tuple
+        Of the linear functions ``(places, 2)``, of the cubic ones ``(places, 4)``, and twice of the cubic ones.
+    """
+    if beams.density_powers is None:
+        rho_a = beams.line_density[element, None]
+        return rho_a * integral(LINEAR, xi), rho_a * integral(CUBIC, xi), rho_a * integral(CUBIC, xi, 2)
+    powers = beams.density_powers[element]
+    points, weights = np.polynomial.legendre.leggauss(
+        (powers.shape[-1] + 5) // 2
+    )  # exact to twice the number, less one
+    places = xi[:, None] * (1 + points) / 2
+    share = weights / 2 * xi[:, None]
+    share = share * np.einsum("sgp,sp->sg", places[..., None] ** np.arange(powers.shape[-1]), powers)
+    linear, cubic = evaluate(LINEAR, places), evaluate(CUBIC, places)
+    arm = xi[:, None] - places  # twice the integral of f up to xi is once that of (xi - t) f(t)
+    return tuple(np.einsum("sg,sgj->sj", w, f) for w, f in ((share, linear), (share, cubic), (share * arm, cubic)))
+
+
+def _in_member(
+    beams: Beams, displacement: Array, inertia: Array, element: NDArray[np.int64], xi: Array
+) -> tuple[Array, Array]:
+    """Displacements u and w: those of the shape functions, and the particular solution of the inertia."""
+    h, rho_a = beams.mesh.cell_length[element], beams.line_density[element]
+    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
     u += rho_a * h**2 / beams.axial_rigidity[element] * np.sum(inertia[..., AXIAL] * _between_fixed_ends(xi), -1)
-    w = np.sum(_scaled(displacement[..., NORMAL], h) * cubic, -1)
+    w = np.sum(_scaled(displacement[..., NORMAL], h) * evaluate(CUBIC, xi), -1)
     particular = np.sum(_scaled(inertia[..., NORMAL], h) * _between_clamped_ends(xi), -1)
-    w -= rho_a * h**4 / beams.bending_rigidity[element] * particular
+    return u, w - rho_a * h**4 / beams.bending_rigidity[element] * particular
+
+
+def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int64]) -> Array:
+    mesh = system.beams.mesh
     member = mesh.cell_member[element]
     angle = system.motion.angle[:, mesh.member_link[member]] + mesh.member_angle[member]
     c, s = np.cos(angle), np.sin(angle)
@@ -116,19 +150,14 @@ def _scaled(dofs: Array, h: Array) -> Array:
     return dofs * np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)
 
 
-def _integral(functions: tuple[Polynomial, ...], xi: Array, times: int) -> Array:
-    """Integrals from 0 of the functions, ``(points, functions)``."""
-    return np.stack([f.integ(times)(xi) for f in functions], axis=-1)
-
-
 def _between_fixed_ends(xi: Array) -> Array:
     """Answers of ``u'' = N_j`` with u = 0 at both ends of the unit element."""
-    at_end = _integral(LINEAR, np.ones(1), 2)
-    return _integral(LINEAR, xi, 2) - at_end * xi[:, None]
+    at_end = integral(LINEAR, np.ones(1), 2)
+    return integral(LINEAR, xi, 2) - at_end * xi[:, None]
 
 
 def _between_clamped_ends(xi: Array) -> Array:
     """Answers of ``w'''' = N_j`` with w = w' = 0 at both ends of the unit element."""
-    value, slope = (_integral(CUBIC, np.ones(1), times) for times in (4, 3))
+    value, slope = (integral(CUBIC, np.ones(1), times) for times in (4, 3))
     x = xi[:, None]
-    return _integral(CUBIC, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3
+    return integral(CUBIC, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3

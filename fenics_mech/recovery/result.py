@@ -76,6 +76,8 @@ class Result:
         paths = []
         for name, variable in self.data.data_vars.items():
             table = variable.to_dataframe().reset_index()
+            units = {key: self.data[key].attrs.get("units", "1") for key in (*variable.coords, name)}
+            table = table.rename(columns={key: f"{key} ({unit})" for key, unit in units.items() if unit != "1"})
             path = folder / f"{name}.csv"
             write_whole(path, lambda temporary, table=table: table.to_csv(temporary, index=False))  # type: ignore[misc]
             paths.append(path)
@@ -114,4 +116,4 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 def stamp(scene: Scene) -> dict[str, str]:
     """Attributes that every result carries."""
-    return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json(exclude_unset=True)}
+    return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()}

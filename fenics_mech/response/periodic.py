@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
@@ -22,12 +22,11 @@ from fenics_mech.response.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-DIRECT = {"ksp_type": "preonly", "pc_type": "lu"}
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
 LARGEST_RESIDUAL = 1e-8  # of the block-cyclic system, relative to its right-hand side
 
 
-def solve_periodic(scene: Scene, system: System, boundaries: System, modes: Modes) -> History:
+def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Array | None = None) -> History:
     """Solve for the steady state of the truncated equation (5.1) with modal damping.
 
     Parameters
@@ -36,10 +35,10 @@ def solve_periodic(scene: Scene, system: System, boundaries: System, modes: Mode
         States damping, join, load and static correction.
     system
         The mechanism at the middles theta_k of the sub-intervals.
-    boundaries
-        The mechanism at the sub-intervals' starts; the start of the first is the end of the last.
     modes
         The modes at the middles.
+    boundary_load
+        Load at the sub-intervals' starts, ``(angles, coordinates)``, when the modal load is to be linear in them.
 
     Raises
     ------
@@ -49,13 +48,12 @@ def solve_periodic(scene: Scene, system: System, boundaries: System, modes: Mode
     analysis = scene.analysis
     step = scene.period / len(modes.theta)
     oscillators = Oscillators(modes.omega, _damping_ratios(scene, modes.omega))
-    middle = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
-    if analysis.load == "linear":
-        rise = np.roll(boundaries.load, -1, axis=0) - boundaries.load
+    load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
+    slope = np.zeros_like(load)
+    if boundary_load is not None:
+        rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
-    else:
-        slope = np.zeros_like(middle)
-    start = middle - slope * step / 2
+    start = load - slope * step / 2
     carry = _carry_over(scene, modes, step)
     states = _solve_cycle(
         carry @ _block_diagonal(oscillators.transition(step)),
@@ -66,7 +64,7 @@ def solve_periodic(scene: Scene, system: System, boundaries: System, modes: Mode
     state = np.einsum("kmij,kmj->kmi", half, _unflat(states)) + oscillators.forced(start, slope, step / 2)
     if not analysis.allow_ringing:
         _refuse_ringing(modes, state, state - oscillators.particular(start, slope, step / 2), scene.period)
-    return _superpose(system, modes, state[..., 0], middle, scene)
+    return _superpose(system, modes, state[..., 0], load, scene)
 
 
 def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> None:
@@ -126,9 +124,10 @@ def _damping_ratios(scene: Scene, omega: Array) -> Array:
 def _carry_over(scene: Scene, modes: Modes, step: float) -> Array:
     """From the states at the end of each sub-interval to those at the start of the next, ``(angles, 2m, 2m)``.
 
-    The modes kept turn with the drive. What they lose of the displacement at a join,
-    ``(1 - Phi_{k+1} Phi_{k+1}^T M_{k+1}) Phi_k y``, is lost in no time and would take momentum with it; the physical
-    join gives that back. Without it the sub-intervals converge to an equation whose stiffness is about 1 % off.
+    Projected join: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. The modes kept
+    turn with the drive, and at a join they lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. As that happens
+    over a step h, its momentum as the old modes see it, ``Phi_k^T M_k l/h``, would be lost too. The physical join gives
+    it back: ``y'_{k+1} = J (y'_k + (1 - B J) y_k/h)`` with ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero.
     """
     count, m = modes.omega.shape
     join, lost = modes.transfer, np.zeros_like(modes.transfer)
@@ -169,8 +168,7 @@ def _solve_cycle(blocks: Array, right: Array, options: dict[str, str | float | i
     block_rows = np.roll(np.arange(count), -1)  # row k + 1 holds the block of k, row 0 that of the last
     behind = sp.bsr_matrix((np.roll(blocks, 1, axis=0), np.roll(np.arange(count), 1), np.arange(count + 1)))
     cyclic = (sp.identity(count * size, format="csr") - behind.tocsr()).sorted_indices()
-    csr = (cyclic.indptr.astype(PETSc.IntType), cyclic.indices.astype(PETSc.IntType), cyclic.data)
-    matrix = PETSc.Mat().createAIJ(cyclic.shape, csr=csr, comm=PETSc.COMM_SELF)
+    matrix = to_petsc(cyclic)
     b, x = matrix.createVecs()
     b.array.reshape(count, size)[block_rows] = right
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 from petsc4py import PETSc
 
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import DIRECT, configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.history import History
-
-DIRECT = {"ksp_type": "preonly", "pc_type": "lu"}
 
 
 def solve_static(system: System, options: Mapping[str, Any] | None = None) -> History:

@@ -1,19 +1,22 @@
 """What the user states: links, members, sections, materials, joints, drive, analysis."""
 
+from fenics_mech.scene.drives import Drive, Expression, Harmonics, Table
 from fenics_mech.scene.factories import four_bar
 from fenics_mech.scene.files import load, parse, schema
+from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
+from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import (
     Analysis,
     Damping,
-    Drive,
     Ground,
-    Joint,
     Link,
+    Load,
     Material,
     Measurement,
     Member,
     Mesh,
     PointMass,
+    RigidBody,
     Scene,
 )
 from fenics_mech.scene.sections import CustomSection, RectangleSection, Section
@@ -23,19 +26,28 @@ __all__ = [
     "CustomSection",
     "Damping",
     "Drive",
+    "Expression",
     "Ground",
-    "Joint",
+    "Harmonics",
     "Link",
+    "Load",
     "Material",
     "Measurement",
     "Member",
     "Mesh",
     "PointMass",
+    "Prismatic",
     "RectangleSection",
+    "Revolute",
+    "RigidBody",
     "Scene",
     "Section",
+    "Slot",
+    "Table",
+    "Weld",
     "four_bar",
     "load",
     "parse",
+    "refined",
     "schema",
 ]

@@ -9,6 +9,25 @@ from pydantic import ValidationError
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.models import Scene
 
+BRANCHES = (
+    "[key]",
+    "custom",
+    "rectangle",
+    "round",
+    "tube",
+    "I",
+    "laminate",
+    "polygon",
+    "variable",
+    "taper",
+    "one",
+    "many",
+    "revolute",
+    "weld",
+    "slot",
+    "prismatic",
+)  # of pydantic unions
+
 
 def build(data: dict[str, Any]) -> Scene:
     """Make a scene from nested dictionaries as a scene file holds them.
@@ -32,15 +51,19 @@ def changed(scene: Scene, **values: Any) -> Scene:
     SceneError
         When a path does not exist or the new scene is not valid.
     """
-    data = scene.model_dump(exclude_unset=True)
+    data = scene.model_dump()
     for path, value in values.items():
-        *parents, last = path.split("__")
+        *parents, last = (int(key) if key.isdigit() else key for key in path.split("__"))
         part: Any = data
-        for parent in parents:
-            part = part.setdefault(parent, {}) if isinstance(part, dict) else None
-        if not isinstance(part, dict):
-            raise SceneError("there is no such part of the scene", place=path.replace("__", "."))
-        part[last] = value
+        try:
+            for parent in parents:
+                if isinstance(part, dict):
+                    part.setdefault(parent, {})
+                part[parent] = list(part[parent]) if isinstance(part[parent], tuple) else part[parent]
+                part = part[parent]
+            part[last] = value
+        except (KeyError, IndexError, TypeError) as error:
+            raise SceneError("there is no such part of the scene", place=path.replace("__", ".")) from error
     return build(data)
 
 
@@ -86,7 +109,7 @@ def _place(location: tuple[int | str, ...], data: Any) -> list[str]:
         known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
         if known:
             data = data[part]  # type: ignore[index]
-        elif not isinstance(data, dict) or part in ("[key]", "custom", "rectangle"):
+        elif not isinstance(data, dict) or part in BRANCHES:
             continue  # a branch of a union, or a mark that the key itself is bad
         place.append(str(part))
     return place

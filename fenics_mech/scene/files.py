@@ -36,18 +36,22 @@ def load(path: str | Path) -> Scene:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not a UTF-8 text"
         raise SceneError(f"cannot read the scene file: {reason}", place=str(path)) from error
-    scene = parse(text, file=path.name)
+    scene = parse(text, file=path.name, folder=path.parent)
     measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
     return scene.model_copy(update={"measurements": measurements})
 
 
-def parse(text: str, *, file: str = "scene") -> Scene:
-    """Make a scene from the text of a scene file; `file` is named in errors."""
+def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
+    """Make a scene from the text of a scene file; `file` is named in errors, a drawing is looked for in `folder`."""
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise SceneError(f"not valid TOML: {error}", place=file) from error
     try:
+        if "drawing" in data:
+            from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (gmsh and meshio take their time)
+
+            data = completed(data, folder)
         return build(data)
     except SceneError as error:
         line = line_of(text, error.place.split("."))
@@ -55,8 +59,21 @@ def parse(text: str, *, file: str = "scene") -> Scene:
 
 
 def schema() -> dict[str, Any]:
-    """Give the JSON Schema of scene files."""
-    return Scene.model_json_schema()
+    """Give the JSON Schema of scene files, in which a drawing may stand for the links, joints and ground."""
+    full = Scene.model_json_schema()
+    drawn = ["ground", "links", "joints"]
+    table = {
+        "type": "object",
+        "properties": {key: {"type": "string"} for key in ("file", "unit", "section", "material")},
+    }
+    full["properties"]["drawing"] = {"anyOf": [{"type": "string"}, table | {"required": ["file"]}]}
+    full["required"] = [key for key in full["required"] if key not in drawn]
+    full["anyOf"] = [{"required": drawn}, {"required": ["drawing"]}]
+    for part in ("Link", "Ground", "Member"):
+        full["$defs"][part].pop("required", None)
+    names = {key: {"type": "string"} for key in ("section", "material")}  # of all members of a drawn link
+    full["$defs"]["Link"]["properties"] |= names | {"mesh": {"$ref": "#/$defs/Mesh"}}
+    return full
 
 
 def line_of(text: str, place: Sequence[str]) -> int | None:

@@ -7,27 +7,34 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from fenics_mech.scene.base import Part
+from fenics_mech.scene.base import Name, Part, PointName
 from fenics_mech.scene.consistency import check_references
-from fenics_mech.scene.sections import CustomSection, RectangleSection
-from fenics_mech.units import Angle, AngularSpeed, Density, Length, Mass, Modulus
+from fenics_mech.scene.drives import Drive
+from fenics_mech.scene.joints import Joint, Prismatic, Slot
+from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
+from fenics_mech.units import (
+    Angle,
+    Density,
+    Force,
+    Inertia,
+    Length,
+    Mass,
+    Modulus,
+    Torque,
+)
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*$")]
-PointName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*\.[A-Za-z_][A-Za-z0-9_\-]*$")]
 Point = tuple[Length, Length]
-AnySection = Annotated[
-    Annotated[CustomSection, Tag("custom")] | Annotated[RectangleSection, Tag("rectangle")],
-    Discriminator(lambda value: value.get("shape", "custom") if isinstance(value, dict) else value.shape),
-]
 
 
 class Material(Part):
     """Young's modulus E (Pa) and density rho (kg/m^3)."""
 
     modulus: Annotated[Modulus, Field(gt=0)]
-    density: Annotated[Density, Field(ge=0)]
+    density: Annotated[Density, Field(gt=0)]
 
 
 class Mesh(Part):
@@ -53,7 +60,7 @@ class Mesh(Part):
         if nodes is not None:
             if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in pairwise(nodes)):
                 raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")
-            if self.model_fields_set & {"elements", "grading"}:
+            if self.elements != 3 or self.grading != 1:
                 raise ValueError("give either stations, or elements and grading")
         return self
 
@@ -61,12 +68,13 @@ class Mesh(Part):
 class Member(Part):
     """A straight beam between two points of its link.
 
-    The member's axis runs from its first to its second point; its normal is 90 degrees counter-clockwise of it.
+    The member's axis runs from its first to its second point; its normal is 90 degrees counter-clockwise of it. It
+    needs no material if its section names those of its parts.
     """
 
     ends: tuple[Name, Name]
     section: Name
-    material: Name
+    material: Name | None = None
     mesh: Mesh | None = None
 
 
@@ -74,6 +82,24 @@ class Ground(Part):
     """The fixed frame, with its named points (m)."""
 
     points: dict[Name, Point]
+
+
+class RigidBody(Part):
+    """Inertia of a rigid link.
+
+    Parameters
+    ----------
+    mass
+        Mass (kg).
+    inertia
+        Moment of inertia about the centre of mass (kg m^2).
+    centre
+        Centre of mass in the link's frame (m).
+    """
+
+    mass: Annotated[Mass, Field(ge=0)] = 0.0
+    inertia: Annotated[Inertia, Field(ge=0)] = 0.0
+    centre: Point = (0.0, 0.0)
 
 
 class Link(Part):
@@ -84,55 +110,61 @@ class Link(Part):
     points
         Points in the link's frame, whose origin moves with the link.
     members
-        Beams, by name.
+        Beams, by name. They are welded where they share a point.
+    rigid
+        Inertia of a link that does not bend, instead of members.
     angle
         Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch.
+    position
+        Rough place of the link's origin at the start (m); without it, the joints and angles give one.
     """
 
-    points: dict[Name, Point]
-    members: Annotated[dict[Name, Member], Field(min_length=1)]
+    points: Annotated[dict[Name, Point], Field(min_length=1)]
+    members: dict[Name, Member] = Field(default_factory=dict)
+    rigid: RigidBody | None = None
     angle: Angle = 0.0
+    position: Point | None = None
 
-
-class Joint(Part):
-    """A revolute joint: a pin through two or more points, written "link.point"."""
-
-    kind: Literal["revolute"] = "revolute"
-    connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
+    @model_validator(mode="after")
+    def _bends_or_is_rigid(self) -> Self:
+        if bool(self.members) == (self.rigid is not None):
+            raise ValueError("a link has either members or `rigid`")
+        return self
 
 
 class PointMass(Part):
-    """A mass (kg) fixed to a point of a link."""
+    """A mass (kg), and a moment of inertia (kg m^2) if it turns with the link, fixed to a point of a link."""
 
     at: PointName
-    mass: Annotated[Mass, Field(ge=0)]
+    mass: Annotated[Mass, Field(ge=0)] = 0.0
+    inertia: Annotated[Inertia, Field(ge=0)] = 0.0
 
 
-class Drive(Part):
-    """The drive turns the second body of a revolute joint against its first at constant speed.
+class Load(Part):
+    """A constant load on a point of a link, in the fixed frame.
 
     Parameters
     ----------
-    joint
-        Name of a joint of two bodies.
-    speed
-        Angular speed (rad/s).
+    at
+        The point.
+    force
+        Force along X and Y (N).
+    moment
+        Moment, counter-clockwise (N m).
     """
 
-    joint: Name
-    speed: AngularSpeed
+    at: PointName
+    force: tuple[Force, Force] = (0.0, 0.0)
+    moment: Torque = 0.0
 
-    @model_validator(mode="after")
-    def _speed_is_not_zero(self) -> Self:
-        if self.speed == 0:
-            raise ValueError("the drive's speed must not be 0: the cycle would have no period")
-        return self
+
+Ratio = Annotated[float, Field(ge=0, lt=1)]
 
 
 class Damping(Part):
     """Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest)."""
 
-    ratio: Annotated[float, Field(ge=0, lt=1)] | tuple[Annotated[float, Field(ge=0, lt=1)], ...] = 0.0
+    ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
 
 
 class Analysis(Part):
@@ -141,7 +173,10 @@ class Analysis(Part):
     Parameters
     ----------
     method
-        "periodic" (chapter 5) or "quasi-static" (inertia of the rigid motion only).
+        "periodic" (chapter 5), "quasi-static" (loads and inertia of the rigid motion), or "static" (loads only, held at
+        one position, appendix C).
+    position
+        Drive coordinate (rad) at which "static" holds the linkage.
     sub_intervals
         Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
     modes
@@ -160,7 +195,8 @@ class Analysis(Part):
         Number of equally spaced points along each member at which results are given.
     """
 
-    method: Literal["periodic", "quasi-static"] = "periodic"
+    method: Literal["periodic", "quasi-static", "static"] = "periodic"
+    position: Angle = 0.0
     sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
     static_correction: bool = True
@@ -191,6 +227,12 @@ class Measurement(Part):
     fibre: Literal["+", "-"] = "+"
 
 
+Drives = Annotated[
+    Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
+    Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
+]
+
+
 class Scene(Part):
     """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format."""
 
@@ -201,7 +243,8 @@ class Scene(Part):
     links: Annotated[dict[Name, Link], Field(min_length=1)]
     joints: Annotated[dict[Name, Joint], Field(min_length=1)]
     masses: dict[Name, PointMass] = Field(default_factory=dict)
-    drive: Drive
+    loads: dict[Name, Load] = Field(default_factory=dict)
+    drive: Drives = ()
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
@@ -212,6 +255,7 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
+        check_sections(self)
         check_references(self)
         return self
 
@@ -228,9 +272,31 @@ class Scene(Part):
         return changed(self, **values)
 
     @property
+    def drives(self) -> tuple[Drive, ...]:
+        """All drives; the first one's coordinate theta is that of the cycle."""
+        return self.drive if isinstance(self.drive, tuple) else (self.drive,)
+
+    @property
+    def cycle_rate(self) -> float:
+        """Rate of the drive coordinate theta (rad/s)."""
+        return self.drives[0].cycle_rate
+
+    @property
     def period(self) -> float:
-        """Duration of one turn of the drive (s)."""
-        return 2 * math.pi / abs(self.drive.speed)
+        """Duration of one cycle of the first drive (s)."""
+        return 2 * math.pi / abs(self.cycle_rate)
+
+    def drive_angles(self, count: int) -> NDArray[np.float64]:
+        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad)."""
+        return math.copysign(2 * math.pi, self.cycle_rate) * np.arange(count) / count
+
+    def guide_angle(self, joint: Slot | Prismatic) -> float:
+        """Direction of a slot or prismatic joint's guide in its first body's frame (rad)."""
+        if joint.member is None:
+            return joint.angle
+        link = self.links[joint.connect[0].split(".")[0]]
+        (x, y), (x2, y2) = (link.points[end] for end in link.members[joint.member].ends)
+        return math.atan2(y2 - y, x2 - x)
 
     def point(self, name: str) -> tuple[str, Point]:
         """Split "body.point" into the body's name and the point's coordinates in the body's frame (m)."""
@@ -250,3 +316,9 @@ class Scene(Part):
             for link, body in self.links.items()
             for name, member in body.members.items()
         }
+
+    def rigidity(self, label: str, s: NDArray[np.float64]) -> Rigidity:
+        """Stiffness, mass and fibres of a member, by label, at places `s` (0..1) along it."""
+        _, member = self.members()[label]
+        material = None if member.material is None else self.materials[member.material]
+        return self.sections[member.section].rigidity(s, material, self.materials, self.sections)

@@ -19,6 +19,6 @@ def rigid_body_strains(scene: Scene, s: float = 0.5, fibre: str = "+") -> dict[s
     result = analyse(scene.changed(analysis__method="quasi-static"))
     theta = result.data["theta"].to_numpy()
     return {
-        str(member): (theta, result.strain_at(member, s, fibre), "rigid body (MECQBAR)")
+        str(member): (theta, result.strain_at(member, s, fibre), "rigid body (quasi-static)")
         for member in result.data["member"].to_numpy()
     }

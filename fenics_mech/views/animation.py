@@ -16,9 +16,12 @@ from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
+from fenics_mech.views.joints import ground_guides, ground_points
 from fenics_mech.views.rendering import prepare_rendering
+from fenics_mech.views.tables import drive_of
 
 Pictures = Generator[NDArray[np.uint8], None, None]
+GUIDE_POSITIONS = 120  # over the cycle, to find a slider's travel
 Progress = Callable[[int, int], None]
 
 
@@ -103,11 +106,12 @@ def _pictures(
     from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
     scene, shown = result.scene, frames_at(result, theta, magnify)
-    title = f"{scene.name}, {scene.drive.speed:.4g} rad/s"
+    several = f"{len(scene.drives)} drives; period {scene.period:.4g} s"
+    title = f"{scene.name}, {drive_of(scene) if len(scene.drives) == 1 else several}"
     caption = (
         f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, coloured by the strain of the + fibre; grey: rigid bodies"
     )
-    ground = np.array([scene.point(p)[1] for j in scene.joints.values() for p in j.connect if p.startswith("ground.")])
+    ground = (ground_points(scene), ground_guides(scene, cycle(result, GUIDE_POSITIONS)))
     stage = Stage(shown, ground, size, strain_limit(result), title, caption)
     try:
         for index in range(len(theta)):

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
-from fenics_mech.scene import Scene
 from fenics_mech.views.geometry import Array, at_angles, member_ends
+from fenics_mech.views.joints import pin_places, rigid_bars, slider_angles
 
 SHARE = 0.08  # of the linkage's size, for the largest deflection as drawn
 COVERED = 0.98
 ROUND = np.array([1, 2, 2.5, 5, 10])
 MICRO = 1e6
+CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,12 @@ class Frames:
         Of the "+" fibre (micrometres per metre), ``(frames, members, stations)``.
     pins
         Deformed positions of the joints (m), ``(frames, joints, 2)``.
+    bars
+        Sides of the rigid links (m), ``(frames, sides, 2, 2)``.
+    sliders
+        Corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``.
+    slider_pins
+        Positions of these pins (m), ``(frames, sliders, 2)``.
     """
 
     theta: Array
@@ -39,6 +47,9 @@ class Frames:
     path: Array
     strain: Array
     pins: Array
+    bars: Array
+    sliders: Array
+    slider_pins: Array
 
 
 def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
@@ -48,13 +59,26 @@ def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
     strain = at_angles(given, data["strain"].sel(fibre="+").transpose("theta", "member", "s").to_numpy(), theta)
     ends, s = member_ends(scene, theta), data["s"].to_numpy()[:, None]
     path = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1] + magnify * deflection
-    pins = np.stack([path[:, member, station] for member, station in _pinned_ends(scene)], axis=1)
-    return Frames(theta=theta, rigid=ends, path=path, strain=MICRO * strain, pins=pins)
+    motion = solve_motion(scene, theta)
+    pins = pin_places(scene, motion, path)
+    where, angle = slider_angles(scene, motion)
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, :, None]
+    across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)[:, :, None]
+    return Frames(
+        theta=theta,
+        rigid=ends,
+        path=path,
+        strain=MICRO * strain,
+        pins=pins,
+        bars=rigid_bars(scene, motion, pins),
+        sliders=along * CORNERS[:, :1] + across * CORNERS[:, 1:],
+        slider_pins=pins[:, where],
+    )
 
 
 def cycle(result: Result, count: int) -> Array:
     """Drive angles (rad) of `count` frames over one turn, in the order of time."""
-    return np.sign(result.scene.drive.speed) * 2 * np.pi * np.arange(count) / count
+    return result.scene.drive_angles(count)
 
 
 def default_magnification(result: Result) -> float:
@@ -86,13 +110,3 @@ def angle_of_peak(result: Result) -> float:
     """Drive angle (rad) of the largest strain of the "+" fibre."""
     strain = np.abs(result.data["strain"].sel(fibre="+").transpose("theta", "member", "s").to_numpy())
     return float(result.data["theta"][strain.max(axis=(1, 2)).argmax()])
-
-
-def _pinned_ends(scene: Scene) -> list[tuple[int, int]]:
-    """Member and station (0 or -1) that lie on each joint."""
-    ends = {
-        f"{link}.{end}": (index, station)
-        for index, (link, member) in enumerate(scene.members().values())
-        for end, station in zip(member.ends, (0, -1))
-    }
-    return [next(ends[point] for point in joint.connect if point in ends) for joint in scene.joints.values()]

@@ -12,6 +12,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.views.geometry import Array
 
 HINT = "Expected: a header line, then two columns, drive angle in degrees and strain"
+LARGEST_STRAIN = 0.2  # m/m; larger numbers are microstrain
 
 
 def read_measurement(path: Path) -> tuple[Array, Array]:
@@ -31,7 +32,9 @@ def read_measurement(path: Path) -> tuple[Array, Array]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = csv.reader(file)
-            next(lines, None)
+            header = next(lines, [])
+            if len(header) == 2 and all(map(_is_number, header)):
+                raise SceneError("the header line is missing", place=str(path), line=1, hint=HINT)
             points = [_numbers(cells, path, lines.line_num) for cells in lines if any(map(str.strip, cells))]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) else f"it is not a CSV text: {error}"
@@ -39,7 +42,17 @@ def read_measurement(path: Path) -> tuple[Array, Array]:
     if not points:
         raise SceneError("there are no measured points", place=str(path), hint=HINT)
     angle, strain = np.array(points).T
+    if np.abs(strain).max() > LARGEST_STRAIN:
+        raise SceneError(f"a strain of {np.abs(strain).max():g} is no strain", place=str(path), hint=f"{HINT}, in m/m")
     return np.radians(angle), strain
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _numbers(cells: list[str], path: Path, line: int) -> list[float]:

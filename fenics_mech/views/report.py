@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO
 from fenics_mech.scene import Scene
 from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
@@ -28,7 +29,23 @@ def summary(result: Result) -> Group:
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance))
+    parts.append(_validity(result))
     return Group(*parts)
+
+
+def _validity(result: Result) -> Text:
+    """Tell whether deflections and axial forces are small enough for the linear theory."""
+    members = [str(member) for member in result.data["member"].to_numpy()]
+    euler, bow = (result.data[name].to_numpy() for name in ("euler_ratio", "bow"))
+    worst = f"{members[euler.argmax()]!r}: axial force up to {euler.max():.3g} of its Euler load"
+    bent = f"{members[bow.argmax()]!r}: bow up to {bow.max():.3g} of its length"
+    if euler.max() <= LARGEST_EULER_RATIO and bow.max() <= LARGEST_BOW:
+        return Text(f"Within the linear theory: {worst}; {bent}.")
+    return Text(
+        f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {worst} (limit {LARGEST_EULER_RATIO}); {bent} "
+        f"(limit {LARGEST_BOW}).",
+        style="bold red",
+    )
 
 
 def _decisions(result: Result) -> Table:

@@ -15,11 +15,18 @@ from fenics_mech.views.geometry import Array
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"
 INK, SHADE, RIGID = "#222222", "#d9d9d9", "#a0a0a0"
-RIBBON, OUTLINE, PIN, HOLE, SUPPORT = 0.008, 0.0102, 0.013, 0.008, 0.045  # half widths and radii over the extent
+RIBBON, OUTLINE, PIN, HOLE, SUPPORT, BLOCK = (
+    0.008,
+    0.0102,
+    0.013,
+    0.008,
+    0.045,
+    0.018,
+)  # half widths and radii over the extent
 MARGIN = 0.06  # around the motion, over the extent
 BAR, TEXT = 0.17, 0.1  # of the picture's width and height, kept free for the colour bar, and for text above and below
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
-LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "ribbon": 3, "pin": 4, "hole": 5}
+LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "pin": 4, "hole": 5}
 
 
 class Stage:
@@ -30,7 +37,7 @@ class Stage:
     frames
         All frames that will be shown: the camera holds them all.
     ground
-        Points of the ground (m), ``(points, 2)``.
+        Points of the ground (m), ``(points, 2)``, and guides on it, ``(guides, 2, 2)``.
     size
         Of the picture (pixels).
     limit
@@ -40,9 +47,16 @@ class Stage:
     """
 
     def __init__(
-        self, frames: Frames, ground: Array, size: tuple[int, int], limit: tuple[float, bool], title: str, caption: str
+        self,
+        frames: Frames,
+        ground: tuple[Array, Array],
+        size: tuple[int, int],
+        limit: tuple[float, bool],
+        title: str,
+        caption: str,
     ) -> None:
-        points = np.concatenate([frames.path.reshape(-1, 2), frames.rigid.reshape(-1, 2), ground])
+        shown = (frames.path, frames.rigid, frames.bars, *ground)
+        points = np.concatenate([part.reshape(-1, 2) for part in shown])
         low, high = points.min(axis=0), points.max(axis=0)
         self.extent = float(np.linalg.norm(high - low))
         self.frames, self.size = frames, size
@@ -50,7 +64,8 @@ class Stage:
         self.plotter.set_background("white")
         self.plotter.enable_anti_aliasing("msaa", multi_samples=8)
         self._look_at(low - MARGIN * self.extent, high + MARGIN * self.extent)
-        self._add_ground(ground)
+        self._add_supports(ground[0])
+        self._add_guides(ground[1])
         self.meshes = self._add_mechanism(limit[0])
         self._add_bar(*limit)
         self._add_text(title, 0.03, 0.94)
@@ -65,6 +80,11 @@ class Stage:
         self.meshes["outline"].points = self._raised(ribbon(path, OUTLINE * self.extent), "outline")
         self.meshes["ribbon"].points = self._raised(ribbon(path, RIBBON * self.extent), "ribbon")
         self.meshes["ribbon"]["strain"] = np.repeat(frames.strain[index].ravel(), 2)
+        self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], OUTLINE * self.extent), "rigid")
+        self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], RIBBON * self.extent), "outline")
+        corners = frames.slider_pins[index][:, None] + BLOCK * self.extent * frames.sliders[index]
+        for name in ("block", "block edge"):
+            self.meshes[name].points = self._raised(corners, "block")
         for name, radius in (("pin", PIN), ("hole", HOLE)):
             self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
         self.angle.input = f"drive angle {np.degrees(frames.theta[index]) % 360:.0f}\N{DEGREE SIGN}"
@@ -88,19 +108,34 @@ class Stage:
         camera.parallel_scale = self.pixel * height / 2
         camera.clipping_range = (self.extent, 20 * self.extent)
 
-    def _add_ground(self, ground: Array) -> None:
+    def _add_supports(self, ground: Array) -> None:
         """Draw each point of the ground as a triangle on a hatched line."""
         triangle = np.array([[0, 0], [-0.6, -1], [0.6, -1]])
         left = np.linspace(-0.9, 0.7, 6)
         hatch = np.stack([np.stack([left, left * 0 - 1.35], -1), np.stack([left + 0.3, left * 0 - 1], -1)], axis=1)
         lines = np.concatenate([[[[-0.95, -1], [0.95, -1]]], hatch])
         size, first = SUPPORT * self.extent, ground[:, None]
+        if not len(ground):
+            return
         corners = self._raised(first + size * triangle, "ground")
         strokes = self._raised(first + size * lines.reshape(-1, 2), "ground")
         look = {"lighting": False, "color": INK, "line_width": self.size[1] / 450}
         self.plotter.add_mesh(pv.PolyData(corners, faces=_cells(len(ground), 3)), color=SHADE, lighting=False)
         self.plotter.add_mesh(pv.PolyData(corners, lines=_cells(len(ground), 3, closed=True)), **look)
         self.plotter.add_mesh(pv.PolyData(strokes, lines=_cells(len(ground) * len(lines), 2)), **look)
+
+    def _add_guides(self, guides: Array) -> None:
+        """Draw each guide as a hatched line under its slider's block."""
+        for first, second in guides:
+            along = (second - first) / max(float(np.linalg.norm(second - first)), 1e-300)
+            normal = np.array([-along[1], along[0]])
+            below = BLOCK * self.extent * normal
+            count = max(int(np.linalg.norm(second - first) / (0.32 * SUPPORT * self.extent)), 2)
+            tops = np.linspace(first - below, second - below, count)
+            feet = tops - 0.35 * SUPPORT * self.extent * (normal + 0.85 * along)
+            strokes = np.concatenate([[[tops[0], tops[-1]]], np.stack([feet, tops], axis=1)])
+            lines = pv.PolyData(self._raised(strokes, "ground"), lines=_cells(len(strokes), 2))
+            self.plotter.add_mesh(lines, lighting=False, color=INK, line_width=self.size[1] / 450)
 
     def _add_mechanism(self, limit: float) -> dict[str, pv.PolyData]:
         """Add the parts that move; `picture` puts them in their places."""
@@ -117,9 +152,25 @@ class Stage:
             "hole": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
         }
         meshes["ribbon"]["strain"] = np.zeros(len(blank))
+        meshes |= self._add_rigid_parts()
         for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white")):
             self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
         self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
+        return meshes
+
+    def _add_rigid_parts(self) -> dict[str, pv.PolyData]:
+        """Add rigid links and the blocks of sliders, where there are any."""
+        bars, blocks = self.frames.bars.shape[1], self.frames.sliders.shape[1]
+        edges, corners = np.zeros((bars * 4, 3)), np.zeros((blocks * 4, 3))
+        meshes = {
+            "bar edge": pv.PolyData(edges, faces=_strips(bars, 2)),
+            "bar": pv.PolyData(edges, faces=_strips(bars, 2)),
+            "block": pv.PolyData(corners, faces=_cells(blocks, 4)),
+            "block edge": pv.PolyData(corners, lines=_cells(blocks, 4, closed=True)),
+        }
+        for mesh, colour in zip(meshes.values(), (INK, RIGID, SHADE, INK)):
+            if mesh.n_points:
+                self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
         return meshes
 
     def _add_bar(self, limit: float, beyond: bool) -> None:

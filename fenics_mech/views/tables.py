@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from rich import box
-from rich.console import Group
+from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
-from fenics_mech.scene import Scene, load
+from fenics_mech.scene import Scene
 from fenics_mech.views.geometry import Array
 
 if TYPE_CHECKING:
     from fenics_mech.studies import Finding
-
-POSITIONS = 72  # at which a scene that is only looked at is assembled
 
 
 def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, float] | None = None) -> Table:
@@ -60,28 +59,23 @@ def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:
     return path
 
 
-def scene_overview(path: Path) -> Group:
-    """Read a scene file, see that its links can be assembled over the whole cycle, and tell what is in it.
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read or does not describe a scene.
-    AssemblyError
-        When the links cannot be assembled at some drive angle.
-    """
-    scene = load(path)
-    solve_motion(scene, np.sign(scene.drive.speed) * 2 * np.pi * np.arange(POSITIONS) / POSITIONS)
+def scene_overview(scene: Scene, reach: Range) -> Group:
+    """Tell what is in a scene, how far its drive turns, and where it transmits force worst."""
     table = table_of("Members", "member", "length (m)", "section", "material", "elements")
-    for label, (link, member) in scene.members().items():
-        first, second = (np.array(scene.links[link].points[end]) for end in member.ends)
+    for label, (_, member) in scene.members().items():
         mesh = member.mesh or scene.mesh
         elements = len(mesh.stations) - 1 if mesh.stations else mesh.elements
-        length = f"{np.linalg.norm(second - first):.6g}"
+        length = f"{math.dist(*scene.member_ends(label)):.6g}"
         table.add_row(escape(label), length, member.section, member.material, str(elements))
     counts = f"{len(scene.links)} links, {len(scene.joints)} joints, {len(scene.masses)} point masses"
-    good = "The scene is good: its links can be assembled over the whole cycle."
-    return Group(Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table, Text(good))
+    low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
+    turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
+    lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
+    lines.append(Text(turns))
+    for critical in reach.critical:
+        where = f"{critical.kind} at {np.degrees(critical.theta):.6g}\N{DEGREE SIGN}"
+        lines.append(Text(f"{where}: smallest singular value {critical.value:.3g} ({', '.join(critical.links)})"))
+    return Group(*lines)
 
 
 def check_table(findings: Sequence[Finding]) -> Table:
@@ -108,7 +102,11 @@ def table_of(title: str, first: str, *others: str) -> Table:
 
 def drive_of(scene: Scene) -> str:
     """Say how the scene is driven."""
-    return f"joint {scene.drive.joint} turns at {number(scene.drive.speed)} rad/s, period {number(scene.period)} s"
+    said = [
+        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else f"at {number(drive.speed)} rad/s")
+        for drive in scene.drives
+    ]
+    return f"{', '.join(said)}; period {number(scene.period)} s" if said else "no drive"
 
 
 def number(value: float) -> str:

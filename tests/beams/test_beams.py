@@ -92,10 +92,10 @@ def test_export_can_be_read_back(seed, tmp_path, ending):
     members = read.cell_data_dict["gmsh:physical" if ending == ".msh" else "member"]["line"]
     assert members.tolist() == [1] * 3 + [2] * 3 + [3] * 3
     if ending == ".msh":
-        assert set(read.field_data) == {"crank", "coupler", "follower", "joint O", "joint A", "joint B", "joint C"}
+        assert set(read.field_data) == {"crank", "coupler", "follower", "ground O", "joint A", "joint B", "ground C"}
         at_b = read.cells_dict["vertex"][read.cell_data_dict["gmsh:physical"]["vertex"] == 3].ravel()
     else:
-        at_b = np.flatnonzero(read.point_data["joint"] == 3)
+        at_b = np.flatnonzero(read.point_data["point"] == 3)
     assert len(at_b) == 2
     assert np.allclose(*read.points[at_b], atol=1e-9)
 

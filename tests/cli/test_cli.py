@@ -4,13 +4,14 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DEMOS
 
 from fenics_mech import Result, cli
 
+DEMOS = Path(__file__).parents[2] / "demos"
 DEMO = str(DEMOS / "four_bar.toml")
 
 
@@ -143,3 +144,23 @@ def test_error_exit_code_in_a_real_process(tmp_path):
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     assert "missing.toml" in done.stderr
+
+
+def test_refine_cuts_every_element(call, tmp_path):
+    code, out, _ = call("mesh", DEMO, "-o", tmp_path, "--refine", 2)
+    assert code == 0
+    assert "36 elements" in out
+
+
+def test_a_result_cannot_be_refined(call, tmp_path):
+    code, _, err = call("animate", tmp_path / "result.nc", "-o", tmp_path / "peak.png", "--refine", 1)
+    assert code == 1
+    assert "cannot be refined" in err
+
+
+def test_a_drawn_scene_is_run_from_another_folder(tmp_path):
+    drawn = DEMOS.parent / "meshes" / "four_bar.toml"
+    done = command("modes", drawn, "-o", tmp_path, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    table = np.genfromtxt(tmp_path / "frequencies.csv", delimiter=",", names=True)
+    assert min(table[table.dtype.names[-5]]) == pytest.approx(42.03, abs=0.01)

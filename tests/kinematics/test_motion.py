@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fenics_mech.errors import AssemblyError
@@ -37,6 +37,7 @@ def test_seed_agrees_with_mecqbar():
         assert np.allclose(motion.alpha[:, column], printed[f"alpha{name}_rad_s2"], rtol=0, atol=1e-8)
 
 
+@example(shortest=0.99, others=(1.0, 1.945885375377158), fraction=0.5, branch="crossed")  # nearly a change point
 @given(
     shortest=st.floats(0.05, 0.99),
     others=st.tuples(st.floats(1.0, 3.0), st.floats(1.0, 3.0)),
@@ -104,3 +105,9 @@ def test_links_that_cannot_be_assembled_name_the_open_joint(seed):
     data["ground"]["points"]["C"] = (2.0, 0.0)
     with pytest.raises(AssemblyError, match=r"joint \w stays open by [\d.]+ m"):
         solve_motion(type(seed).model_validate(data), THETA)
+
+
+def test_branch_far_from_the_rough_angles_is_refused():
+    scene = seed_four_bar(links__coupler__angle=-1.6, links__follower__angle=1.0)
+    with pytest.raises(AssemblyError, match="far from its rough angle"):
+        solve_motion(scene, THETA)

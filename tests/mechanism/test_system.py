@@ -1,5 +1,7 @@
 """System matrices: symmetry, energy, and derivatives of P."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ def test_matrices_are_symmetric_and_positive(seed_system):
 
 def test_derivatives_of_p_against_central_differences(seed):
     theta, h = np.linspace(0, 6, 7), 1e-5
-    system, _ = mechanism(seed)
+    system = mechanism(seed)
     here, ahead, behind = (solve_motion(seed, theta + d) for d in (0, h, -h))
     values = system.transformation.values
     first, second = system.transformation.derivatives(here)
@@ -37,15 +39,15 @@ def test_derivatives_of_p_against_central_differences(seed):
 
 
 def test_full_equation_has_the_damping_of_a_hamiltonian_system(seed_system):
-    # C = 2 P^T m P' + 2 P^T m_v P is M' plus a skew matrix, so that no energy is made (design, section 3)
+    # C = 2 P^T m P' + 2 P^T m_v P is M' plus a skew matrix, so that no energy is made
     k, h = 5, 1e-6
     scene = seed_four_bar(analysis={"sub_intervals": 24})
     theta = seed_system.motion.theta[k]
     coupling = seed_system.coupling(k)
     damping = 2 * (coupling["Md"][:, :] + coupling["Mv"][:, :])
-    system = mechanism(scene)[0]
+    system = mechanism(scene)
     near = [
-        type(system)(system.beams, solve_motion(scene, np.array([theta + d])), system.transformation) for d in (h, -h)
+        replace(system, motion=solve_motion(scene, np.array([theta + d])), applied=system.applied[:1]) for d in (h, -h)
     ]
     ahead, behind = (next(iter(s.positions()))[1][:, :] for s in near)
     rate = (ahead - behind) / (2 * h) * scene.drive.speed

@@ -101,7 +101,7 @@ def test_csv_holds_the_numbers(periodic, tmp_path):
     paths = periodic.to_csv(tmp_path / "tables")
     assert {p.stem for p in paths} == set(periodic.data.data_vars)
     table = np.genfromtxt(tmp_path / "tables" / "input_torque.csv", delimiter=",", names=True)
-    assert np.allclose(table["input_torque"], periodic.data["input_torque"], rtol=1e-12)
+    assert np.allclose(table["input_torque_N_m"], periodic.data["input_torque"], rtol=1e-12)
 
 
 def test_unwritable_folder_leaves_nothing(periodic, tmp_path):
@@ -126,3 +126,13 @@ def test_netcdf_of_another_program_is_refused(tmp_path):
 def test_same_scene_gives_the_same_bits(periodic):
     again = analyse(seed_four_bar(analysis={"sub_intervals": 96}))
     xr.testing.assert_identical(again.data, periodic.data)
+
+
+def test_limits_of_the_linear_theory_are_measured(quasi_static):
+    axial = np.abs(quasi_static.data["axial_force"]).max(("theta", "s")).to_numpy()
+    euler = np.pi**2 * 71e9 * np.array([1.62e-10, 8.67e-12, 8.67e-12]) / np.array([0.10795, 0.2794, 0.27051]) ** 2
+    assert np.allclose(quasi_static.data["euler_ratio"], axial / euler, rtol=1e-12)
+    # the bow of a member is its deflection across, from its chord: at most 5 q L^4/(384 EI) with its peak load here
+    bow = quasi_static.data["bow"].sel(member="coupler")
+    curvature = np.abs(quasi_static.data["moment"].sel(member="coupler")).max() / (71e9 * 8.67e-12)
+    assert float(bow) == pytest.approx(float(curvature) * 0.2794 / np.pi**2, rel=0.05)

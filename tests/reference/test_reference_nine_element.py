@@ -9,7 +9,7 @@ from fenics_mech.reference import FourBarParameters, NineElementModel, link_stra
 from fenics_mech.reference.nine_element import element_gyroscopic, element_mass, element_stiffness
 from fenics_mech.reference.strain import _inertia_before
 
-# design.md, section 4; printed to 1 mHz
+# Hz, computed once with another program and printed to 1 mHz
 FREQUENCIES = {
     0.0: [43.303, 48.744, 62.157, 194.597, 208.326, 475.912],
     np.pi / 2: [46.651, 50.171, 81.399, 192.463, 206.778, 476.599],

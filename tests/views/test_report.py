@@ -7,7 +7,9 @@ import pytest
 from rich.console import Console
 
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import AssemblyError, SceneError
+from fenics_mech.errors import SceneError
+from fenics_mech.kinematics import reachable_range
+from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies import Finding
 from fenics_mech.views import check_table, frequency_table, scene_overview, summary, write_frequencies
@@ -83,11 +85,14 @@ def test_check_table_says_what_holds_and_what_fails():
 def test_overview_of_scene_files(tmp_path, demo_text):
     file = tmp_path / "scene.toml"
     file.write_text(demo_text)
-    text = printed(scene_overview(file))
+    scene = load(file)
+    text = printed(scene_overview(scene, reachable_range(scene)))
     assert row(text, "coupler") == ["coupler", "0.2794", "strip", "aluminium", "3"]
-    assert "can be assembled" in text
-    file.write_text(demo_text.replace('"4.25 in"', '"9.9 in"'))  # the crank cannot turn all the way
-    with pytest.raises(AssemblyError):
-        scene_overview(file)
+    assert "turns through the whole cycle" in text
+    file.write_text(
+        demo_text.replace('"11 in"', '"8 in"').replace('"10.65 in"', '"6 in"')
+    )  # the crank cannot turn all the way
+    scene = load(file)
+    assert "dead centre" in printed(scene_overview(scene, reachable_range(scene)))
     with pytest.raises(SceneError):
-        scene_overview(tmp_path / "lost.toml")
+        load(tmp_path / "lost.toml")

@@ -1,4 +1,4 @@
-"""Scenes of common machines. Here, and only here, a four-bar is special."""
+"""The four-bar, and that of Kaminski (1989), chapter 7."""
 
 from __future__ import annotations
 

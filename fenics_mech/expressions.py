@@ -1,0 +1,191 @@
+"""Formulas in scene files: arithmetic and a few functions, read by a parser that executes nothing else."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")
+OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
+LONGEST = 500  # characters
+LARGEST_POWER = 20
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula of named variables.
+
+    Parameters
+    ----------
+    text
+        Python-like arithmetic: + - * / **, numbers, pi, the variables, and the functions in `FUNCTIONS`.
+    variables
+        The names that may stand in it.
+
+    Raises
+    ------
+    ValueError
+        When the text is anything else.
+    """
+
+    text: str
+    variables: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.text) > LONGEST:
+            raise ValueError(f"a formula has at most {LONGEST} characters")
+        self._check(self._tree())
+
+    def __call__(self, functions: Mapping[str, Callable[[Any], Any]], **values: Any) -> Any:
+        """Evaluate with the given values of the variables, of any type that `functions` and + - * / ** take."""
+        return self._value(self._tree(), functions, values | {"pi": math.pi})
+
+    def jet(self, variable: Jet, **parameters: float) -> Jet:
+        """Value and two derivatives by the one variable that is not among the parameters."""
+        (name,) = set(self.variables) - set(parameters)
+        found = self(
+            JET_FUNCTIONS, **{name: variable}, **{key: Jet.constant(p, variable) for key, p in parameters.items()}
+        )
+        return found if isinstance(found, Jet) else Jet.constant(found, variable)
+
+    def _tree(self) -> ast.expr:
+        try:
+            return ast.parse(self.text.strip(), mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            raise ValueError(f"cannot read the formula {self.text!r}") from error
+
+    def _check(self, node: ast.expr) -> None:
+        match node:
+            case ast.Constant(value=value) if isinstance(value, int | float) and not isinstance(value, bool):
+                return
+            case ast.Name(id=name) if name in (*self.variables, "pi"):
+                return
+            case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
+                self._check(operand)
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
+                self._check(left)
+                self._check(right)
+                if isinstance(op, ast.Pow):
+                    self._check_power(right)
+            case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
+                self._check(argument)
+            case _:
+                known = ", ".join((*self.variables, "pi", *FUNCTIONS))
+                raise ValueError(f"{ast.unparse(node)!r} may not stand in a formula; known are + - * / ** and {known}")
+
+    def _check_power(self, node: ast.expr) -> None:
+        power = node.operand if isinstance(node, ast.UnaryOp) else node
+        if not isinstance(power, ast.Constant) or not abs(float(power.value)) <= LARGEST_POWER:  # type: ignore[arg-type]
+            raise ValueError(f"{ast.unparse(node)!r}: an exponent is a number of at most {LARGEST_POWER}")
+
+    def _value(self, node: ast.expr, functions: Mapping[str, Callable[[Any], Any]], values: Mapping[str, Any]) -> Any:
+        match node:
+            case ast.Constant(value=value):
+                return float(value)  # type: ignore[arg-type]
+            case ast.Name(id=name):
+                return values[name]
+            case ast.UnaryOp(op=op, operand=operand):
+                inner = self._value(operand, functions, values)
+                return -inner if isinstance(op, ast.USub) else inner
+            case ast.BinOp(left=left, op=op, right=right):
+                sides = (self._value(side, functions, values) for side in (left, right))
+                return OPERATORS[type(op)](*sides)
+            case ast.Call(func=ast.Name(id=name), args=[argument]):
+                return functions[name](self._value(argument, functions, values))
+        raise AssertionError(ast.dump(node))  # `_check` has let nothing else pass
+
+
+@dataclass(frozen=True)
+class Jet:
+    """A function's values with its first and second derivative, each an array of one shape."""
+
+    value: Array
+    first: Array
+    second: Array
+
+    @classmethod
+    def variable(cls, value: Array) -> Jet:
+        """Give the variable itself."""
+        return cls(value, np.ones_like(value), np.zeros_like(value))
+
+    @classmethod
+    def constant(cls, value: float, like: Jet) -> Jet:
+        """Give a constant of the shape of another jet."""
+        zero = np.zeros_like(like.value)
+        return cls(zero + value, zero, zero)
+
+    def through(self, f: Array, df: Array, ddf: Array) -> Jet:
+        """Chain rule: values and derivatives of an outer function at this one's values."""
+        return Jet(f, df * self.first, ddf * self.first**2 + df * self.second)
+
+    def _other(self, other: Jet | float) -> Jet:
+        return other if isinstance(other, Jet) else Jet.constant(float(other), self)
+
+    def __add__(self, other: Jet | float) -> Jet:
+        o = self._other(other)
+        return Jet(self.value + o.value, self.first + o.first, self.second + o.second)
+
+    def __neg__(self) -> Jet:
+        return Jet(-self.value, -self.first, -self.second)
+
+    def __sub__(self, other: Jet | float) -> Jet:
+        return self + -self._other(other)
+
+    def __mul__(self, other: Jet | float) -> Jet:
+        o = self._other(other)
+        second = self.second * o.value + 2 * self.first * o.first + self.value * o.second
+        return Jet(self.value * o.value, self.first * o.value + self.value * o.first, second)
+
+    def __pow__(self, power: float) -> Jet:
+        x, p = self.value, float(power)
+        df = p * x ** (p - 1) if p else np.zeros_like(x)
+        ddf = p * (p - 1) * x ** (p - 2) if p * (p - 1) else np.zeros_like(x)
+        return self.through(x**p, df, ddf)
+
+    def __truediv__(self, other: Jet | float) -> Jet:
+        return self * self._other(other) ** -1
+
+    def __radd__(self, other: float) -> Jet:
+        return self + other
+
+    def __rmul__(self, other: float) -> Jet:
+        return self * other
+
+    def __rsub__(self, other: float) -> Jet:
+        return -self + other
+
+    def __rtruediv__(self, other: float) -> Jet:
+        return self._other(other) / self
+
+    def __rpow__(self, other: float) -> Jet:
+        raise ValueError("an exponent is a number")
+
+
+def _jet_function(f: Callable, df: Callable, ddf: Callable) -> Callable[[Any], Any]:
+    """Extend a function with known derivatives to jets; plain numbers stay numbers."""
+    return lambda x: x.through(f(x.value), df(x.value), ddf(x.value)) if isinstance(x, Jet) else float(f(x))
+
+
+JET_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "sin": _jet_function(np.sin, np.cos, lambda x: -np.sin(x)),
+    "cos": _jet_function(np.cos, lambda x: -np.sin(x), lambda x: -np.cos(x)),
+    "tan": _jet_function(np.tan, lambda x: 1 / np.cos(x) ** 2, lambda x: 2 * np.tan(x) / np.cos(x) ** 2),
+    "exp": _jet_function(np.exp, np.exp, np.exp),
+    "log": _jet_function(np.log, lambda x: 1 / x, lambda x: -1 / x**2),
+    "sqrt": _jet_function(np.sqrt, lambda x: 0.5 / np.sqrt(x), lambda x: -0.25 * x**-1.5),
+    "tanh": _jet_function(np.tanh, lambda x: 1 - np.tanh(x) ** 2, lambda x: -2 * np.tanh(x) * (1 - np.tanh(x) ** 2)),
+}

@@ -1,0 +1,145 @@
+"""Singular positions of a linkage: where the drive locks, and where the assembly branch is not unique.
+
+The smallest singular value of the loop Jacobian, made free of units, is 0 there. At a dead centre the drive cannot go
+on; at a change point the linkage can go on in two ways. Between them its minima tell where force is transmitted worst.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar, root
+
+from fenics_mech.kinematics.assembly import Branch, DriveLaw, follow, follow_branch
+from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.scene import Scene
+
+SAMPLES = 361
+SINGULAR = 1e-6  # smallest singular value below which a position counts as singular
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A position where the smallest singular value of the loop Jacobian is 0 or has a minimum.
+
+    Parameters
+    ----------
+    theta
+        Drive coordinate (rad).
+    kind
+        "dead centre", "change point" or "worst transmission".
+    value
+        The smallest singular value, 0 to about 1.
+    links
+        The links that move there while the drive stands still, those that move most first.
+    """
+
+    theta: float
+    kind: str
+    value: float
+    links: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Range:
+    """What the drive can reach from theta = 0.
+
+    Parameters
+    ----------
+    low, high
+        Limits of the drive coordinate (rad), at most a whole cycle to either side.
+    turns
+        Whether the drive can run through a whole cycle.
+    critical
+        Singular positions, and the minima of the smallest singular value, by theta.
+    """
+
+    low: float
+    high: float
+    turns: bool
+    critical: tuple[Critical, ...]
+
+
+def reachable_range(scene: Scene) -> Range:
+    """Find how far the drive can go from theta = 0 in both directions, and the critical positions on the way.
+
+    Limits are located to 1e-9 rad, minima to 1e-6 rad.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be assembled at theta = 0.
+    """
+    loops, law = Loops.of(scene), DriveLaw(scene)
+    whole = np.array([-2 * np.pi, 2 * np.pi])
+    branch = follow_branch(scene, loops, law, whole, to_the_end=True)
+    limits = [
+        _dead_centre(loops, law, branch, end) if abs(end) < 2 * np.pi else None
+        for end in (float(branch.theta[0]), float(branch.theta[-1]))
+    ]
+    low, high = (limit.theta if limit else target for limit, target in zip(limits, whole))
+    turns = high - low >= 2 * np.pi * (1 - 1e-12)
+    minima = _minima(loops, law, branch, 0.0 if turns else low, 2 * np.pi if turns else high, turns)
+    found = [limit for limit in limits if limit] + minima
+    return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)))
+
+
+def _singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
+    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors."""
+    unit = np.tile([loops.size, loops.size, 1.0], len(loops.links))
+    scaled = loops.jacobian(q) * unit / loops.scale[:, None]
+    _, values, right = np.linalg.svd(scaled)
+    return values, right * unit
+
+
+def _links_moved(loops: Loops, right: Array) -> tuple[str, ...]:
+    """Links that the last singular vector turns, the most turned first."""
+    turned = np.abs(right[-1, 2::3])
+    order = np.argsort(-turned)
+    return tuple(loops.links[i] for i in order if turned[i] > 0.05 * turned.max())
+
+
+def _dead_centre(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
+    """Where the branch turns back: the loops close, and the Jacobian has a null vector of length 1."""
+    last = int(np.argmin(np.abs(branch.theta - end)))
+    q = branch.q[last]
+    _, right = _singular_values(loops, q[None])
+    unit = np.tile([loops.size, loops.size, 1.0], len(loops.links))
+    null = right[0, -1] / unit
+    n = len(q)
+
+    def equations(x: Array) -> Array:
+        place, vector, theta = x[:n] * unit, x[n : 2 * n], x[-1:]
+        closed = loops.residual(place[None], law(theta).value)[0] / loops.scale
+        moved = (loops.jacobian(place[None])[0] * unit / loops.scale[:, None]) @ vector
+        return np.concatenate([closed, moved, [vector @ vector - 1]])
+
+    answer = root(equations, np.concatenate([q / unit, null, [end]]), tol=1e-14)
+    theta = float(answer.x[-1]) if abs(answer.x[-1] - end) < 1e-3 else float(end)
+    vector = answer.x[n : 2 * n] if theta != end else null
+    return Critical(theta, "dead centre", 0.0, _links_moved(loops, vector[None]))
+
+
+def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float, closed: bool) -> list[Critical]:
+    """Minima of the smallest singular value inside the range, which is a closed cycle or ends at dead centres."""
+    inside = 0.0 if closed else 1e-9 * (high - low)
+
+    def smallest(theta: float) -> float:
+        q = follow(loops, law, np.array([theta]), branch)
+        return float(_singular_values(loops, q)[0][0, -1])
+
+    thetas = np.linspace(low + inside, high - inside, SAMPLES)
+    values = _singular_values(loops, follow(loops, law, thetas, branch))[0][:, -1]
+    if closed:  # the first sample again is the last
+        values = values[:-1]
+    lowest = (values < np.roll(values, 1)) & (values <= np.roll(values, -1))
+    step, found = thetas[1] - thetas[0], []
+    for i in np.flatnonzero(lowest) if closed else np.flatnonzero(lowest[1:-1]) + 1:
+        around = (thetas[i] - step, thetas[i] + step)
+        best = minimize_scalar(smallest, bounds=around, method="bounded", options={"xatol": 1e-9})
+        theta, value = float(best.x), float(best.fun)
+        _, right = _singular_values(loops, follow(loops, law, np.array([theta]), branch))
+        kind = "change point" if value < SINGULAR else "worst transmission"
+        found.append(Critical(theta, kind, value, _links_moved(loops, right[0])))
+    return found

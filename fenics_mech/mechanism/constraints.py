@@ -1,0 +1,245 @@
+"""What the joints demand of elastic displacements, linearised about the rigid motion: ``G(theta) v = 0``.
+
+v holds the nodal dofs that take part (in link axes, see `beams`), and the coordinates that joints have of their own:
+the displacement X, Y of a pin in the fixed frame, and the slide of a slot. Every equation belongs to a joint and to one
+of its bodies, so that its multiplier is the force or the moment of the joint on that body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams import BeamMesh
+from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.contact import Contact
+from fenics_mech.mechanism.jets import QUARTER, Array, Jets, constant, product, rotation
+from fenics_mech.scene import Prismatic, Scene, Slot
+
+Index = NDArray[np.int64]
+Term = tuple[Index, Jets]  # columns ``(angles or 1, k)``, and jets ``(angles, rows, k)``
+GROUND = -1
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A point of a body: its displacement in link axes is `shift` times its node's three dofs, its rotation the third.
+
+    Parameters
+    ----------
+    body
+        Name of the link, or "ground".
+    link
+        Index of the link, or `GROUND`.
+    dofs
+        The three dofs of its node; empty for the ground.
+    shift
+        ``(2, 3)``: a beam's node as it is; for a rigid link also its rotation times the arm from its centre.
+    """
+
+    body: str
+    link: int
+    dofs: Index
+    shift: Array
+
+    @classmethod
+    def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Attachment:
+        """Find the attachment of a point "body.point"."""
+        body, point = scene.point(name)
+        if body == "ground":
+            return cls(body, GROUND, np.zeros(0, dtype=np.int64), np.zeros((2, 0)))
+        rigid = scene.links[body].rigid
+        node = mesh.node(name if rigid is None else f"{body}.centre")
+        arm = np.zeros(2) if rigid is None else np.subtract(point, rigid.centre)
+        shift = np.column_stack([np.eye(2), QUARTER @ arm])
+        return cls(body, list(scene.links).index(body), 3 * node + np.arange(3), shift)
+
+
+@dataclass(frozen=True)
+class Equation:
+    """Rows of G: the point of a body is where its joint wants it (two rows), or its rotation is (one row).
+
+    Parameters
+    ----------
+    joint, body
+        Name of the joint, and the body that its multiplier acts on.
+    frame
+        Link in whose axes the rows stand, `GROUND` for the fixed frame.
+    rows
+        Number of rows.
+    terms
+        Functions of (motion, orders) that give the columns and values of the rows.
+    """
+
+    joint: str
+    body: str
+    frame: int
+    rows: int
+    terms: tuple[Callable[[Motion, int], Term], ...]
+
+    def columns(self, motion: Motion) -> Index:
+        """All columns that take part at any angle."""
+        return np.unique(np.concatenate([term(motion, 1)[0].ravel() for term in self.terms]))
+
+    def jets(self, motion: Motion, orders: int, columns: Index) -> Jets:
+        """Give the rows over sorted `columns`, ``(angles, rows, columns)``."""
+        count = len(motion.theta)
+        matrices = [np.zeros((count, self.rows, len(columns))) for _ in range(orders)]
+        angles, rows = np.arange(count)[:, None, None], np.arange(self.rows)[None, :, None]
+        for term in self.terms:
+            where, values = term(motion, orders)
+            place = np.searchsorted(columns, np.broadcast_to(where, (count, where.shape[-1])))[:, None, :]
+            for matrix, value in zip(matrices, values):
+                np.add.at(matrix, (angles, rows, place), value)
+        return matrices
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """The equations of all joints and drives.
+
+    Parameters
+    ----------
+    equations
+        All equations.
+    names
+        Names of the joints' own coordinates: "joint.X", "joint.Y", "joint.slide"; their columns follow the nodal dofs.
+    contacts
+        By joint: where the pin of a slot along a member is.
+    """
+
+    equations: tuple[Equation, ...]
+    names: tuple[str, ...]
+    contacts: dict[str, Contact]
+
+
+def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
+    """State the equations of a scene's joints and drives."""
+    driven = {drive.joint for drive in scene.drives}
+    equations: list[Equation] = []
+    own: dict[str, int] = {}
+    contacts: dict[str, Contact] = {}
+
+    def column(name: str) -> int:
+        return own.setdefault(name, 3 * len(mesh.node_name) + len(own))
+
+    for name, joint in scene.joints.items():
+        points = [Attachment.of(scene, mesh, point) for point in joint.connect]
+        if isinstance(joint, Slot | Prismatic):
+            contact = Contact.of(scene, mesh, name) if joint.member is not None else None
+            if contact is not None:
+                contacts[name] = contact
+            slide = None if name in driven else column(f"{name}.slide")
+            equations += _slot(scene, name, joint, points[0], points[1], slide, contact)
+        else:
+            grounded = any(point.link == GROUND for point in points)
+            pin = None if grounded else np.array([column(f"{name}.X"), column(f"{name}.Y")])
+            equations += [_pinned(name, point, pin) for point in points if point.link != GROUND]
+            if joint.kind == "weld" or name in driven:
+                equations.append(_tied(name, points[0], points[1]))
+    return Constraints(tuple(equations), tuple(own), contacts)
+
+
+def _pinned(joint: str, point: Attachment, pin: Index | None) -> Equation:
+    """A body's point moves as its pin, (4.41): ``shift u - R^T (X, Y) = 0`` in the axes of the link."""
+    terms: list[Callable[[Motion, int], Term]] = [_fixed(point.dofs, point.shift)]
+    if pin is not None:
+        terms.append(lambda motion, orders: (pin[None], [-r for r in _into(motion, point.link, GROUND, orders)]))
+    return Equation(joint, point.body, point.link, 2, tuple(terms))
+
+
+def _tied(joint: str, first: Attachment, second: Attachment) -> Equation:
+    """Two bodies have one rotation, by a weld or a drive: ``phi_2 - phi_1 = 0``."""
+    terms = [_fixed(p.dofs[2:], sign * np.ones((1, 1))) for p, sign in ((second, 1.0), (first, -1.0)) if p.dofs.size]
+    held = second if second.dofs.size else first
+    return Equation(joint, held.body, held.link, 1, tuple(terms))
+
+
+def _slot(
+    scene: Scene,
+    name: str,
+    joint: Slot | Prismatic,
+    guide: Attachment,
+    pin: Attachment,
+    slide: int | None,
+    contact: Contact | None,
+) -> list[Equation]:
+    """A pin moves as its guide does where it is, and along it."""
+    frame = pin.link if pin.link != GROUND else guide.link
+    angle = scene.guide_angle(joint)
+    along = np.array([[np.cos(angle)], [np.sin(angle)]])  # in the guide's axes
+    places = [scene.point(point)[1] for point in joint.connect]
+
+    def carried(motion: Motion, orders: int) -> Term:
+        turn = _into(motion, frame, guide.link, orders)
+        if contact is not None:
+            dofs, shape = contact.shift(motion, orders)
+            return dofs, [-value for value in product(turn, shape)]
+        distance = travelled(motion, guide.body, pin.body, places, angle, orders)
+        shift = [
+            np.broadcast_to(guide.shift, (len(motion.theta), 2, 3)).copy(),
+            *(np.zeros((len(motion.theta), 2, 3)),) * 2,
+        ]
+        jets = [value.copy() for value in shift[:orders]]
+        for jet, d in zip(jets, distance):
+            jet[:, :, 2] += (QUARTER @ along)[:, 0] * d[:, None]  # the guide's rotation swings the pin
+        return guide.dofs[None], [-value for value in product(turn, jets)]
+
+    def slid(motion: Motion, orders: int) -> Term:
+        turn = _into(motion, frame, guide.link, orders)
+        return np.array([[slide]]), [-value for value in product(turn, constant(along, motion, orders))]
+
+    terms: list[Callable[[Motion, int], Term]] = []
+    if pin.link != GROUND:
+        terms.append(_fixed(pin.dofs, pin.shift))
+    if guide.link != GROUND:
+        terms.append(carried)
+    if slide is not None:
+        terms.append(slid)
+    held = pin if pin.link != GROUND else guide
+    equations = [Equation(name, held.body if held is pin else "ground", frame, 2, tuple(terms))]
+    if isinstance(joint, Prismatic):
+        turning = [_fixed(pin.dofs[2:], np.ones((1, 1)))] if pin.dofs.size else []
+        if contact is not None:
+            turning.append(contact.turn)
+        elif guide.dofs.size:
+            turning.append(_fixed(guide.dofs[2:], -np.ones((1, 1))))
+        equations.append(Equation(name, held.body if held is pin else "ground", frame, 1, tuple(turning)))
+    return equations
+
+
+def _fixed(columns: Index, values: Array) -> Callable[[Motion, int], Term]:
+    """Give a term that does not depend on the angle."""
+    return lambda motion, orders: (columns[None], constant(values, motion, orders))
+
+
+def _into(motion: Motion, link: int, other: int, orders: int) -> Jets:
+    """Rotation of vectors from the axes of link `other` into those of `link`; either may be `GROUND`."""
+    zero = np.zeros(len(motion.theta))
+    angle, omega, alpha = (
+        (array[:, other] if other != GROUND else zero) - (array[:, link] if link != GROUND else zero)
+        for array in (motion.angle, motion.omega, motion.alpha)
+    )
+    return rotation(angle, omega, alpha, orders)
+
+
+def travelled(
+    motion: Motion,
+    guide: str,
+    pin: str,
+    places: list[tuple[float, float]],
+    angle: float,
+    orders: int,
+) -> Jets:
+    """Distance of a pin along its guide from the guide's point (m), with time derivatives, ``(angles,)`` each."""
+    gap = [b - a for a, b in zip(motion.of_point(guide, places[0]), motion.of_point(pin, places[1]))]
+    zero = np.zeros(len(motion.theta))
+    link = GROUND if guide == "ground" else motion.links.index(guide)
+    turn = [a[:, link] if link != GROUND else zero for a in (motion.angle, motion.omega, motion.alpha)]
+    tangent = [r[:, :, 0] for r in rotation(turn[0] + angle, turn[1], turn[2], orders)]
+    return [
+        value[:, 0, 0] for value in product([t[:, None, :] for t in tangent], [g[:, :, None] for g in gap[:orders]])
+    ]

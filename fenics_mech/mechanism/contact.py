@@ -1,0 +1,117 @@
+"""The contact of a pin that travels along a member that bends: shape functions at a place that moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from fenics_mech.beams import BeamMesh
+from fenics_mech.beams.assembly import element_dofs, member_rotation
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
+from fenics_mech.errors import AssemblyError
+from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.jets import Jets, constant, product
+from fenics_mech.scene import Scene
+
+Index = NDArray[np.int64]
+SLACK = 1e-9  # of a member's length, by which a pin may leave it
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A pin on a member.
+
+    Parameters
+    ----------
+    joint
+        Name of the joint.
+    scene, mesh
+        The scene and its mesh.
+    member
+        Index of the member.
+    backwards
+        Whether the guide's point is the member's second end.
+    """
+
+    joint: str
+    scene: Scene
+    mesh: BeamMesh
+    member: int
+    backwards: bool
+
+    @classmethod
+    def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Contact:
+        """Find the member along which a joint's pin travels."""
+        joint = scene.joints[name]
+        link, point = joint.connect[0].split(".")
+        labels = {id(member): label for label, (_, member) in scene.members().items()}
+        member = scene.links[link].members[joint.member]  # type: ignore[union-attr, index]
+        return cls(name, scene, mesh, mesh.members.index(labels[id(member)]), member.ends[0] != point)
+
+    def place(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
+        """Element that the pin is on, ``(angles,)``, and its place 0..1 in it with time derivatives.
+
+        Raises
+        ------
+        AssemblyError
+            When the pin leaves the member.
+        """
+        from fenics_mech.mechanism.constraints import travelled  # noqa: PLC0415
+
+        joint, mesh = self.scene.joints[self.joint], self.mesh
+        guide, pin = (point.split(".")[0] for point in joint.connect)
+        places = [self.scene.point(point)[1] for point in joint.connect]
+        distance = travelled(motion, guide, pin, places, float(mesh.member_angle[self.member]), orders)
+        length = float(mesh.member_length[self.member])
+        if self.backwards:
+            distance = [length + distance[0], *distance[1:]]
+        k = int(np.abs(distance[0] - length / 2).argmax())
+        if not -SLACK * length <= distance[0][k] <= (1 + SLACK) * length:
+            raise AssemblyError(
+                f"the pin of joint {self.joint} leaves member {mesh.members[self.member]} at drive angle "
+                f"{np.degrees(motion.theta[k]):.6g} deg: it is {distance[0][k]:.6g} m along its {length:.6g} m"
+            )
+        cells = np.flatnonzero(mesh.cell_member == self.member)
+        inside = np.searchsorted(mesh.cell_start[cells], distance[0], side="right") - 1
+        element = cells[np.clip(inside, 0, len(cells) - 1)]
+        h = mesh.cell_length[element]
+        return element, [(distance[0] - mesh.cell_start[element]) / h, *(d / h for d in distance[1:])]
+
+    def shift(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
+        """Displacement of the member at the pin, in link axes: dofs ``(angles, 6)`` and jets ``(angles, 2, 6)``."""
+        element, xi = self.place(motion, orders)
+        h = self.mesh.cell_length[element]
+        jets = [np.zeros((len(element), 2, 6)) for _ in range(orders)]
+        one = np.ones_like(h)
+        for functions, row, columns, scale in ((LINEAR, 0, AXIAL, [one, one]), (CUBIC, 1, NORMAL, [one, h, one, h])):
+            for function, column, factor in zip(functions, columns, scale):
+                for jet, value in zip(jets, _along(function, xi)):
+                    jet[:, row, column] = factor * value
+        return self._in_link_axes(element, jets, motion, orders)
+
+    def turn(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
+        """Minus the member's rotation at the pin: dofs ``(angles, 6)`` and jets ``(angles, 1, 6)``."""
+        element, xi = self.place(motion, orders)
+        h = self.mesh.cell_length[element]
+        jets = [np.zeros((len(element), 1, 6)) for _ in range(orders)]
+        for function, column, factor in zip(CUBIC, NORMAL, [1 / h, np.ones_like(h), 1 / h, np.ones_like(h)]):
+            for jet, value in zip(jets, _along(function.deriv(), xi)):
+                jet[:, 0, column] = -factor * value
+        angle = member_rotation(self.mesh)[element]
+        return element_dofs(self.mesh)[element], product(jets, [angle, *(np.zeros_like(angle),) * (orders - 1)])
+
+    def _in_link_axes(self, element: Index, jets: Jets, motion: Motion, orders: int) -> tuple[Index, Jets]:
+        into_member = member_rotation(self.mesh)[element]
+        out = constant(member_rotation(self.mesh)[element[0], :2, :2].T, motion, orders)
+        return element_dofs(self.mesh)[element], product(out, [jet @ into_member for jet in jets])
+
+
+def _along(function: Polynomial, xi: Jets) -> Jets:
+    """A function at a place that moves, by the chain rule."""
+    if len(xi) == 1:
+        return [function(xi[0])]
+    first, second = function.deriv(1)(xi[0]), function.deriv(2)(xi[0])
+    return [function(xi[0]), first * xi[1], second * xi[1] ** 2 + first * xi[2]]

@@ -1,0 +1,36 @@
+"""Quantities with their first two time derivatives, as lists of one or three arrays of shape ``(angles, ...)``."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.kinematics import Motion
+
+Array = NDArray[np.float64]
+Jets = list[Array]  # the value alone, or value, first and second derivative
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
+
+
+def constant(value: Array, motion: Motion, orders: int) -> Jets:
+    """Give the jets of a constant matrix."""
+    spread = np.broadcast_to(value, (len(motion.theta), *value.shape))
+    return [spread, *(np.zeros_like(spread),) * (orders - 1)]
+
+
+def product(a: Jets, b: Jets) -> Jets:
+    """Matrix product, by Leibniz' rule."""
+    if len(a) == 1:
+        return [a[0] @ b[0]]
+    return [a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2 * a[1] @ b[1] + a[0] @ b[2]]
+
+
+def rotation(angle: Array, omega: Array, alpha: Array, orders: int) -> Jets:
+    """Rotation matrices (7.3) and their derivatives (7.4), (7.5), ``(angles, 2, 2)`` each."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+    if orders == 1:
+        return [turn]
+    across = QUARTER @ turn
+    omega, alpha = omega[:, None, None], alpha[:, None, None]
+    return [turn, omega * across, alpha * across - omega**2 * turn]

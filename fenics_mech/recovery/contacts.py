@@ -1,0 +1,82 @@
+"""Forces of pins that travel along members: point loads inside elements, beside the distributed inertia."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.mechanism import System
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class PointLoad:
+    """A load at a place of a member that changes with the drive angle; arrays of shape ``(angles,)``.
+
+    Parameters
+    ----------
+    element
+        Element that it acts on.
+    place
+        Place 0..1 in the element.
+    along, across, moment
+        Force along the member's axis and its normal (N), and moment (N m).
+    """
+
+    element: Index
+    place: Array
+    along: Array
+    across: Array
+    moment: Array
+
+    def at_ends(self, length: Array) -> Array:
+        """Forces at the element's nodes that do the same work, ``(angles, 6)``; length is the element's (m)."""
+        forces = np.zeros((len(self.place), 6))
+        scale = np.stack([np.ones_like(length), length, np.ones_like(length), length], axis=-1)
+        slopes = np.stack([f.deriv()(self.place) for f in CUBIC], axis=-1)
+        forces[:, AXIAL] = self.along[:, None] * evaluate(LINEAR, self.place)
+        forces[:, NORMAL] = (
+            self.across[:, None] * evaluate(CUBIC, self.place) + (self.moment / length)[:, None] * slopes
+        ) * scale
+        return forces
+
+    def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
+        """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'."""
+        passed = (self.element[:, None] == element) & (xi > self.place[:, None])
+        arm = (xi - self.place[:, None]) * length
+        across = self.across[:, None]
+        return -self.along[:, None] * passed, across * passed, (across * arm - self.moment[:, None]) * passed
+
+    def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
+        """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)``."""
+        here = self.element[:, None] == element
+        a = np.broadcast_to(self.place[:, None], here.shape)
+        x = np.broadcast_to(xi, here.shape)
+        before = x <= a
+        p, y = np.where(before, a, 1 - a), np.where(before, x, 1 - x)  # seen from the other end where it is beyond
+        u = y * (1 - p) * self.along[:, None] * length
+        force = (1 - p) ** 2 * y**2 * (3 * p - y * (2 * p + 1)) / 6
+        slope = y**2 * (-2 * (1 - p) * (3 * p - y * (2 * p + 1)) + (1 - p) ** 2 * (3 - 2 * y)) / 6
+        couple = np.where(before, slope, -slope)
+        w = force * self.across[:, None] * length**3 + couple * self.moment[:, None] * length**2
+        return u * here, w * here
+
+
+def point_loads(system: System, found: dict[tuple[str, str, int], Array]) -> list[PointLoad]:
+    """Loads of all pins on the members that they travel along, from the joints' reactions."""
+    mesh, motion = system.beams.mesh, system.motion
+    loads = []
+    for name, contact in system.transformation.constraints.contacts.items():
+        pin = contact.scene.joints[name].connect[1].split(".")[0]
+        force, moment = -found[name, pin, 2], found.get((name, pin, 1))
+        element, place = contact.place(motion, 1)
+        angle = motion.angle[:, mesh.member_link[contact.member]] + mesh.member_angle[contact.member]
+        c, s, (x, y) = np.cos(angle), np.sin(angle), force.T
+        couple = np.zeros(len(force)) if moment is None else -moment[:, 0]
+        loads.append(PointLoad(element, place[0], c * x + s * y, c * y - s * x, couple))
+    return loads

@@ -1,0 +1,29 @@
+"""How far a linear answer may be trusted: axial forces against the Euler load, bow against length."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fenics_mech.recovery.members import MemberState
+from fenics_mech.scene import Scene
+
+LARGEST_EULER_RATIO = 0.05  # beyond it the axial force changes the bending by more than about as much
+LARGEST_BOW = 0.02  # of the length; beyond it bending shortens a member noticeably
+
+
+def euler_ratio(scene: Scene, members: MemberState) -> np.ndarray:
+    """Largest axial force over the Euler load pi^2 EI/L^2 of each member, in tension or compression, ``(members,)``."""
+    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
+    stiffness = np.array([scene.rigidity(label, members.s).bending.min() for label in scene.members()])
+    euler = np.pi**2 * stiffness / lengths**2
+    return np.abs(members.axial_force).max(axis=(0, 2)) / euler
+
+
+def bow(scene: Scene, members: MemberState) -> np.ndarray:
+    """Largest distance of each member's axis from its chord, over its length, ``(members,)``."""
+    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
+    s = members.s[:, None]
+    chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
+    return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths

@@ -1,0 +1,79 @@
+"""Joints: what holds two or more bodies together, and what a drive does to one of them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from fenics_mech.scene.base import Name, Part, PointName
+from fenics_mech.units import Angle
+
+
+class Revolute(Part):
+    """A pin through two or more points, written "link.point" or "ground.point"."""
+
+    kind: Literal["revolute"] = "revolute"
+    connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
+
+
+class Weld(Part):
+    """Two points and the rotations of their bodies made one; on the ground it is a fixed support.
+
+    Parameters
+    ----------
+    connect
+        The two points.
+    angle
+        Angle of the second body's frame in the first's (rad).
+    """
+
+    kind: Literal["weld"]
+    connect: tuple[PointName, PointName]
+    angle: Angle = 0.0
+
+
+class Slot(Part):
+    """A pin of the second body that slides along a straight guide of the first and may turn; a roller on the ground.
+
+    Parameters
+    ----------
+    connect
+        A point of the guide on the first body, and the pin on the second.
+    angle
+        Direction of the guide in the first body's frame (rad).
+    member
+        Instead of an angle: the member of the first body along whose bent axis the pin travels.
+    """
+
+    kind: Literal["slot"]
+    connect: tuple[PointName, PointName]
+    angle: Angle = 0.0
+    member: Name | None = None
+
+
+class Prismatic(Part):
+    """A slot in which the second body cannot turn against the first.
+
+    Parameters
+    ----------
+    connect, angle, member
+        As of a slot.
+    turn
+        Angle of the second body's frame in the first's (rad).
+    """
+
+    kind: Literal["prismatic"]
+    connect: tuple[PointName, PointName]
+    angle: Angle = 0.0
+    member: Name | None = None
+    turn: Angle = 0.0
+
+
+Joint = Annotated[
+    Annotated[Revolute, Tag("revolute")]
+    | Annotated[Weld, Tag("weld")]
+    | Annotated[Slot, Tag("slot")]
+    | Annotated[Prismatic, Tag("prismatic")],
+    Discriminator(lambda value: value.get("kind", "revolute") if isinstance(value, dict) else value.kind),
+]

@@ -1,0 +1,83 @@
+"""Cross-sections, by `shape`: each gives the `Rigidity` of a member, which may change along it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Discriminator, Tag
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.sections.laminate import LaminateSection, Ply
+from fenics_mech.scene.sections.plain import (
+    CustomSection,
+    ISection,
+    PlainSection,
+    RectangleSection,
+    RoundSection,
+    TubeSection,
+)
+from fenics_mech.scene.sections.polygon import PolygonPart, PolygonSection
+from fenics_mech.scene.sections.rigidity import Rigidity, Section
+from fenics_mech.scene.sections.varying import TaperSection, VariableSection
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Scene
+
+SHAPES = ("custom", "rectangle", "round", "tube", "I", "laminate", "polygon", "variable", "taper")
+
+
+def _shape(value: Any) -> Any:
+    return value.get("shape", "custom") if isinstance(value, dict) else value.shape
+
+
+AnySection = Annotated[
+    Annotated[CustomSection, Tag("custom")]
+    | Annotated[RectangleSection, Tag("rectangle")]
+    | Annotated[RoundSection, Tag("round")]
+    | Annotated[TubeSection, Tag("tube")]
+    | Annotated[ISection, Tag("I")]
+    | Annotated[LaminateSection, Tag("laminate")]
+    | Annotated[PolygonSection, Tag("polygon")]
+    | Annotated[VariableSection, Tag("variable")]
+    | Annotated[TaperSection, Tag("taper")],
+    Discriminator(
+        _shape,
+        custom_error_type="unknown_shape",
+        custom_error_message=f"there is no such shape of section; known are {', '.join(SHAPES)}",
+    ),
+]
+
+
+def check_sections(scene: Scene) -> None:
+    """Raise `SceneError` where a section names what the scene does not have, or a member lacks a material."""
+    for name, section in scene.sections.items():
+        section.check(f"sections.{name}", scene.materials, scene.sections)
+    for link, body in scene.links.items():
+        for name, member in body.members.items():
+            unnamed = member.material is None and member.section in scene.sections
+            if unnamed and not scene.sections[member.section].complete:
+                raise SceneError(
+                    f"a member of section {member.section!r} needs a material",
+                    place=f"links.{link}.members.{name}.material",
+                    hint="Only sections that name the materials of their parts do without",
+                )
+
+
+__all__ = [
+    "AnySection",
+    "CustomSection",
+    "ISection",
+    "LaminateSection",
+    "PlainSection",
+    "Ply",
+    "PolygonPart",
+    "PolygonSection",
+    "RectangleSection",
+    "Rigidity",
+    "RoundSection",
+    "Section",
+    "TaperSection",
+    "TubeSection",
+    "VariableSection",
+    "check_sections",
+]

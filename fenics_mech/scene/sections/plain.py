@@ -1,0 +1,217 @@
+"""Sections of one material that are symmetric about the neutral line: area A (m^2), inertia I (m^4), fibre (m).
+
+Their formulas hold for numbers and, in a taper, for arrays of dimensions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import model_validator
+
+from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section
+from fenics_mech.units import Area, Length, SecondMoment
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Material
+
+
+def of_one_material(
+    s: Array, material: Material | None, area: Array | float, inertia: Array | float, fibre: Array | float
+) -> Rigidity:
+    """Give the rigidity of a section of one material, with its outer fibres at the same distance on both sides."""
+    if material is None:
+        raise ValueError("a section of one material needs the member's material")  # `check_sections` sees to it
+    e = material.modulus
+    return Rigidity.at(s, e * area, e * inertia, material.density * area, (e, e), (fibre, -fibre))
+
+
+class PlainSection(Section):
+    """A section that has its area, inertia and fibre."""
+
+    if TYPE_CHECKING:  # fields of a custom section, properties of all others
+
+        @property
+        def area(self) -> float:
+            """A (m^2)."""
+
+        @property
+        def inertia(self) -> float:
+            """I about the neutral line (m^4)."""
+
+        @property
+        def fibre(self) -> float:
+            """Distance from the neutral line to the outer fibres (m)."""
+
+    def rigidity(
+        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
+    ) -> Rigidity:
+        """EA, EI, rho A and fibres of the one material, as `Section.rigidity` says."""
+        return of_one_material(s, material, self.area, self.inertia, self.fibre)
+
+
+class CustomSection(PlainSection):
+    """A section given by its numbers, as in table 7.1.
+
+    Parameters
+    ----------
+    area
+        A (m^2).
+    inertia
+        Second moment of area I about the neutral line (m^4).
+    fibre
+        Distance n from the neutral line to the outer fibres (m), the same on both sides.
+    """
+
+    shape: Literal["custom"] = "custom"
+    area: Annotated[Area, Positive]
+    inertia: Annotated[SecondMoment, Positive]
+    fibre: Annotated[Length, Positive]
+
+
+class RectangleSection(PlainSection):
+    """A rectangle that bends about the axis parallel to its width.
+
+    Parameters
+    ----------
+    width
+        Size normal to the plane of motion (m).
+    height
+        Size in the plane of motion (m).
+    """
+
+    shape: Literal["rectangle"]
+    width: Annotated[Length, Positive]
+    height: Annotated[Length, Positive]
+
+    @property
+    def area(self) -> float:
+        """A = width height (m^2)."""
+        return self.width * self.height
+
+    @property
+    def inertia(self) -> float:
+        """I = width height^3/12 (m^4)."""
+        return self.width * self.height**3 / 12
+
+    @property
+    def fibre(self) -> float:
+        """Half the height (m)."""
+        return self.height / 2
+
+
+class RoundSection(PlainSection):
+    """A solid round.
+
+    Parameters
+    ----------
+    diameter
+        Diameter (m).
+    """
+
+    shape: Literal["round"]
+    diameter: Annotated[Length, Positive]
+
+    @property
+    def area(self) -> float:
+        """A = pi d^2/4 (m^2)."""
+        return math.pi * self.diameter**2 / 4
+
+    @property
+    def inertia(self) -> float:
+        """I = pi d^4/64 (m^4)."""
+        return math.pi * self.diameter**4 / 64
+
+    @property
+    def fibre(self) -> float:
+        """Half the diameter (m)."""
+        return self.diameter / 2
+
+
+class TubeSection(PlainSection):
+    """A round tube.
+
+    Parameters
+    ----------
+    diameter
+        Outer diameter (m).
+    thickness
+        Thickness of the wall (m), at most half the diameter.
+    """
+
+    shape: Literal["tube"]
+    diameter: Annotated[Length, Positive]
+    thickness: Annotated[Length, Positive]
+
+    @model_validator(mode="after")
+    def _has_a_wall(self) -> Self:
+        if self.thickness > self.diameter / 2:
+            raise ValueError(
+                f"the wall of a tube is at most half its diameter: expected thickness <= {self.diameter / 2:g} m, "
+                f"found {self.thickness:g} m"
+            )
+        return self
+
+    @property
+    def area(self) -> float:
+        """A = pi t (d - t) (m^2)."""
+        return math.pi * self.thickness * (self.diameter - self.thickness)
+
+    @property
+    def inertia(self) -> float:
+        """I = A (d^2 + (d - 2t)^2)/16, which loses no digits for a thin wall (m^4)."""
+        return self.area * (self.diameter**2 + (self.diameter - 2 * self.thickness) ** 2) / 16
+
+    @property
+    def fibre(self) -> float:
+        """Half the outer diameter (m)."""
+        return self.diameter / 2
+
+
+class ISection(PlainSection):
+    """An I whose web lies in the plane of motion, with equal flanges.
+
+    Parameters
+    ----------
+    height
+        Whole height (m), in the plane of motion.
+    width
+        Width of the flanges (m).
+    flange, web
+        Thickness of each flange and of the web (m).
+    """
+
+    shape: Literal["I"]
+    height: Annotated[Length, Positive]
+    width: Annotated[Length, Positive]
+    flange: Annotated[Length, Positive]
+    web: Annotated[Length, Positive]
+
+    @model_validator(mode="after")
+    def _has_a_web(self) -> Self:
+        if 2 * self.flange > self.height:
+            raise ValueError(
+                f"two flanges are at most as high as the I: expected flange <= {self.height / 2:g} m, "
+                f"found {self.flange:g} m"
+            )
+        if self.web > self.width:
+            raise ValueError(f"the web is at most as wide as the I: expected <= {self.width:g} m, found {self.web:g} m")
+        return self
+
+    @property
+    def area(self) -> float:
+        """Two flanges and the web (m^2)."""
+        return 2 * self.width * self.flange + self.web * (self.height - 2 * self.flange)
+
+    @property
+    def inertia(self) -> float:
+        """The whole rectangle less the two empty ones (m^4)."""
+        empty = (self.width - self.web) * (self.height - 2 * self.flange) ** 3
+        return (self.width * self.height**3 - empty) / 12
+
+    @property
+    def fibre(self) -> float:
+        """Half the height (m)."""
+        return self.height / 2

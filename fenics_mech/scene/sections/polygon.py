@@ -1,0 +1,127 @@
+"""Sections of any shape, of one or more materials, by the package sectionproperties."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known
+from fenics_mech.units import Length
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Material
+
+Outline = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
+ELEMENTS = 20  # about; a polygon's properties are exact on any triangles
+TOUCHING = 1e-9  # part of the smaller area that two parts may share
+
+
+class PolygonPart(Part):
+    """A polygon of a composite section: its outline, its holes and its material."""
+
+    outline: Outline
+    holes: tuple[Outline, ...] = ()
+    material: Name
+
+
+class PolygonSection(Section):
+    """A section with straight sides, given by its corners (y, z) (m): y along the member's normal, z out of the plane.
+
+    It bends in the plane of motion only, whatever its principal axes: a planar linkage holds it there. It bends about
+    its neutral line, which for several materials is that of the stiffness-weighted area.
+
+    Parameters
+    ----------
+    outline
+        Corners of a section of the member's material.
+    holes
+        Corners of each hole in it.
+    parts
+        Instead of the two: the polygons of a composite section, each with its material; they share sides, no area.
+    """
+
+    shape: Literal["polygon"]
+    outline: Outline | None = None
+    holes: tuple[Outline, ...] = ()
+    parts: tuple[PolygonPart, ...] = ()
+
+    @model_validator(mode="after")
+    def _is_a_shape(self) -> Self:
+        if bool(self.parts) == (self.outline is not None) or (self.parts and self.holes):
+            raise ValueError("a polygon has either an outline, with holes, or parts")
+        shapes = [_polygon(outline, holes) for outline, holes, _ in self._polygons(None)]
+        for i, shape in enumerate(shapes):
+            if any(shape.intersection(o).area > TOUCHING * min(shape.area, o.area) for o in shapes[:i]):
+                raise ValueError(f"part {i} lies over another part; parts may share sides only")
+        return self
+
+    def _polygons(self, material: Material | None) -> list[tuple[Outline, tuple[Outline, ...], Any]]:
+        """Outline, holes and material (a name, or the member's) of each polygon."""
+        if self.outline is not None:
+            return [(self.outline, self.holes, material)]
+        return [(part.outline, part.holes, part.material) for part in self.parts]
+
+    @property
+    def complete(self) -> bool:  # type: ignore[override]
+        """Whether all materials are named."""
+        return bool(self.parts)
+
+    def rigidity(
+        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
+    ) -> Rigidity:
+        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says."""
+        polygons = [
+            (outline, holes, materials[of] if isinstance(of, str) else of)
+            for outline, holes, of in self._polygons(material)
+        ]
+        corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
+        (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
+        ea, ei, rho_a, neutral = _integrals(polygons, max(abs(top), abs(bottom)))
+        return Rigidity.at(s, ea, ei, rho_a, (e_top, e_bottom), (top - neutral, bottom - neutral))
+
+    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+        """Raise `SceneError` where a part's material is not there."""
+        for i, part in enumerate(self.parts):
+            known(part.material, materials, "material", f"{place}.parts.{i}.material")
+
+
+def _integrals(
+    polygons: list[tuple[Outline, tuple[Outline, ...], Material]], size: float
+) -> tuple[float, float, float, float]:
+    """EA, EI, rho A and the neutral line's y of polygons with their materials; sizes are scaled to about 1 for it."""
+    from sectionproperties.analysis import Section as Analysis  # noqa: PLC0415  (an extra; `_polygon` has found it)
+    from sectionproperties.pre import CompoundGeometry, Geometry  # noqa: PLC0415
+    from sectionproperties.pre import Material as Stuff  # noqa: PLC0415
+
+    parts = []
+    for outline, holes, of in polygons:
+        stuff = Stuff("", of.modulus, poissons_ratio=0, yield_strength=1, density=of.density, color="w")
+        parts.append(Geometry(_polygon(outline, holes, 1 / size), material=stuff))
+    whole = CompoundGeometry(parts) if len(parts) > 1 else parts[0]
+    analysis = Analysis(whole.create_mesh([part.calculate_area() / ELEMENTS for part in parts]))
+    analysis.calculate_geometric_properties()
+    ei = analysis.get_eic()[1]  # its x is our y
+    return analysis.get_ea() * size**2, ei * size**4, analysis.get_mass() * size**2, analysis.get_c()[0] * size
+
+
+def _polygon(outline: Outline, holes: tuple[Outline, ...], scale: float = 1.0) -> Any:
+    """Make shapely's polygon, scaled.
+
+    Raises
+    ------
+    ValueError
+        When it is none, or the extra that brings shapely is not installed.
+    """
+    try:
+        import sectionproperties.pre  # noqa: F401, PLC0415  (an extra, and slow to import)
+        from shapely import Polygon, is_valid_reason  # noqa: PLC0415
+    except ImportError as error:
+        raise ValueError("a polygon needs sectionproperties: pip install 'fenics_mech[sections]'") from error
+    polygon = Polygon(np.multiply(outline, scale), [np.multiply(hole, scale) for hole in holes])
+    if not polygon.is_valid:
+        raise ValueError(f"the corners make no polygon, found: {is_valid_reason(polygon)}")
+    return polygon

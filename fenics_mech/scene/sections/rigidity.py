@@ -1,0 +1,88 @@
+"""What a section and its materials give a beam, and the base of all sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import Part
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Material
+
+Array = NDArray[np.float64]
+Positive = Field(gt=0)
+
+
+@dataclass(frozen=True)
+class Rigidity:
+    """Stiffness, mass and outer fibres at places along a member.
+
+    Parameters
+    ----------
+    axial, bending, line_density
+        EA (N), EI about the neutral line (N m^2) and rho A (kg/m), shape ``(places,)``.
+    modulus
+        Young's modulus of the outer fibres, first on the side of the normal, then opposite (Pa), ``(places, 2)``.
+    fibre
+        Place of these fibres along the normal, from the neutral line (m), ``(places, 2)``: the second is negative.
+    """
+
+    axial: Array
+    bending: Array
+    line_density: Array
+    modulus: Array
+    fibre: Array
+
+    @classmethod
+    def at(
+        cls,
+        s: Array,
+        ea: Array | float,
+        ei: Array | float,
+        rho_a: Array | float,
+        modulus: tuple[float, float],
+        fibre: tuple[Array | float, Array | float],
+    ) -> Rigidity:
+        """Make one at places `s` from values that may be the same at all of them."""
+        axial, bending, density = (np.broadcast_to(value, s.shape) for value in (ea, ei, rho_a))
+        outer = (np.stack([np.broadcast_to(v, s.shape) for v in pair], axis=-1) for pair in (modulus, fibre))
+        return cls(axial, bending, density, *outer)
+
+
+class Section(Part):
+    """A cross-section."""
+
+    constant: ClassVar[bool] = True  # the same at all places along the member
+    complete: ClassVar[bool] = False  # it names its own materials, so the member need not
+
+    def rigidity(
+        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
+    ) -> Rigidity:
+        """Give the rigidity of a member with this section.
+
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, shape ``(places,)``.
+        material
+            The member's material.
+        materials, sections
+            All of the scene's, by name.
+        """
+        raise NotImplementedError
+
+    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+        """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
+
+
+def known(name: str, things: Mapping[str, object], kind: str, place: str) -> None:
+    """Raise `SceneError` unless there is a thing of that name."""
+    if name not in things:
+        raise SceneError(f"there is no {kind} {name!r}", place=place, hint=f"Known: {', '.join(things) or 'none'}")

@@ -1,0 +1,39 @@
+"""Dead centres, worst transmission, and what the drive can reach."""
+
+import numpy as np
+import pytest
+
+from fenics_mech.kinematics import reachable_range
+from fenics_mech.scene.factories import four_bar, seed_four_bar
+
+SECTION = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}
+
+
+def linkage(crank, coupler, follower, ground):
+    material = {"modulus": 7e10, "density": 2700}
+    lengths = {"crank": crank, "coupler": coupler, "follower": follower, "ground": ground}
+    return four_bar(**lengths, sections=[SECTION] * 3, material=material, speed=10.0)
+
+
+def test_dead_centres_of_a_double_rocker_are_where_coupler_and_follower_are_in_line():
+    reach = reachable_range(linkage(2.0, 1.2, 1.2, 1.9))
+    limit = np.arccos((2**2 + 1.9**2 - 2.4**2) / (2 * 2 * 1.9))
+    assert not reach.turns
+    assert reach.high == pytest.approx(limit, abs=1e-9)
+    assert reach.low == pytest.approx(-limit, abs=1e-9)
+    assert [c.kind for c in reach.critical if c.value == 0] == ["dead centre", "dead centre"]
+    assert set(reach.critical[0].links) == {"coupler", "follower"}
+
+
+def test_crank_rocker_turns_and_transmits_worst_where_the_diagonal_is_shortest():
+    # the angle between coupler and follower is farthest from 90 deg where the crank is in line with the ground
+    reach = reachable_range(seed_four_bar())
+    assert reach.turns
+    worst = min(reach.critical, key=lambda critical: critical.value)
+    assert worst.kind == "worst transmission"
+    assert abs(np.angle(np.exp(1j * worst.theta))) < 0.35
+
+
+def test_slider_like_stroke_of_a_locked_linkage_is_symmetric():
+    reach = reachable_range(linkage(3.0, 1.0, 1.0, 2.5))
+    assert reach.low == pytest.approx(-reach.high, abs=1e-9)
