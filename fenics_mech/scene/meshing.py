@@ -1,0 +1,68 @@
+"""Where the nodes of a member lie, and the same scene with finer meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.models import Member, Mesh, Scene
+
+Array = NDArray[np.float64]
+MOST_ELEMENTS = 1_000_000  # of a refined scene
+
+
+def nodes_of(mesh: Mesh) -> Array:
+    """Nodes along a member with this mesh, 0 to 1 of its length, shape ``(elements + 1,)``."""
+    if mesh.stations is not None:
+        return np.array(mesh.stations)
+    lengths = mesh.grading ** np.arange(mesh.elements)
+    return np.concatenate([[0.0], np.cumsum(lengths)[:-1] / lengths.sum(), [1.0]])
+
+
+def member_nodes(scene: Scene, member: Member) -> Array:
+    """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``."""
+    return nodes_of(member.mesh or scene.mesh)
+
+
+def refined(scene: Scene, times: int) -> Scene:
+    """Halve every element of a scene a number of times; the nodes that it has stay where they are.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    times
+        How often each element is cut into two: it becomes ``2**times`` elements of equal length.
+
+    Raises
+    ------
+    SceneError
+        When `times` is negative, or there would be more than a million elements.
+    """
+    if times < 0:
+        raise SceneError(f"a mesh can be refined 0 or more times, not {times}", place="mesh")
+    if times == 0:
+        return scene
+    elements = sum(len(member_nodes(scene, member)) - 1 for _, member in scene.members().values())
+    if times > 40 or elements * 2**times > MOST_ELEMENTS:
+        raise SceneError(
+            f"refining {elements} elements {times} times gives more than {MOST_ELEMENTS:,} elements",
+            place="mesh",
+            hint="Refine less often",
+        )
+    links = {}
+    for name, link in scene.links.items():
+        members = {
+            label: member.model_copy(update={"mesh": _halved(member.mesh, times)} if member.mesh else {})
+            for label, member in link.members.items()
+        }
+        links[name] = link.model_copy(update={"members": members})
+    return scene.model_copy(update={"links": links, "mesh": _halved(scene.mesh, times)})
+
+
+def _halved(mesh: Mesh, times: int) -> Mesh:
+    """Cut every element of a mesh into ``2**times`` of equal length."""
+    nodes, parts = nodes_of(mesh), 2**times
+    cut = nodes[:-1, None] + np.diff(nodes)[:, None] * np.arange(parts) / parts
+    return Mesh(stations=(*cut.ravel().tolist(), 1.0))
