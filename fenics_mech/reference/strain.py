@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .nine_element import Array, NineElementModel, element_mass, element_stiffness
+from .two_links import TwoLinkModel
 
 
 @dataclass(frozen=True)
 class LinkStrain:
-    """Strain of crank, coupler and follower at the "+" fibre, that of the w side, shape ``(angles, 3)``.
+    """Strain of the links (crank, coupler, follower) at the "+" fibre, that of the w side, shape ``(angles, links)``.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ class LinkStrain:
 
 
 def link_strain(
-    model: NineElementModel,
+    model: NineElementModel | TwoLinkModel,
     theta: ArrayLike,
     displacement: Array,
     acceleration: Array | None = None,

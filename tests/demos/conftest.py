@@ -1,0 +1,42 @@
+"""The demos and some more machines, each loaded and analysed once."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.scene import load
+
+from .machines import MACHINES
+
+DEMOS = Path(__file__).parents[2] / "demos"
+NAMES = sorted(path.stem for path in DEMOS.glob("*.toml"))
+
+
+@cache
+def _loaded(name):
+    return MACHINES[name]() if name in MACHINES else load(DEMOS / f"{name}.toml")
+
+
+@cache
+def _analysed(name, method):
+    return analyse(_loaded(name).changed(analysis__method=method))
+
+
+@pytest.fixture(params=[*NAMES, *MACHINES])
+def machine(request):
+    """Each demo's and machine's scene in turn."""
+    return _loaded(request.param)
+
+
+@pytest.fixture(scope="session")
+def scene_of():
+    """Load a demo by name."""
+    return _loaded
+
+
+@pytest.fixture(scope="session")
+def analysed():
+    """Analyse a demo by name, "periodic" or "quasi-static"."""
+    return lambda name, method="periodic": _analysed(name, method).data
