@@ -393,8 +393,8 @@ def test_one_drawing_knows_nothing_of_another(bent):
 
 def test_a_mesh_that_lacks_a_node_is_refused(tmp_path):
     text = (MESHES / "four_bar.msh").read_text()
-    assert "\n2 2 5 \n" in text  # an element from node 2 to node 5
-    (tmp_path / "four_bar.msh").write_text(text.replace("\n2 2 5 \n", "\n2 2 99 \n"))
+    assert "\n5 1 5 \n" in text  # element 5, from node 1 to node 5
+    (tmp_path / "four_bar.msh").write_text(text.replace("\n5 1 5 \n", "\n5 1 99 \n"))
     with pytest.raises(SceneError, match=r"four_bar\.msh"):
         parse((MESHES / "four_bar_graded.toml").read_text(), folder=tmp_path)
 
