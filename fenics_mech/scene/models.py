@@ -37,6 +37,9 @@ class Material(Part):
     density: Annotated[Density, Field(gt=0)]
 
 
+MOST_ELEMENTS = 300  # in a member; measured: relative strain error 4e-10 with 30, 5e-7 with 100, 6e-5 with 300
+
+
 class Mesh(Part):
     """How a member is cut into elements.
 
@@ -50,13 +53,19 @@ class Mesh(Part):
         Instead of the two above: the nodes, as increasing numbers from 0 to 1 along the member.
     """
 
-    elements: Annotated[int, Field(ge=1, le=100_000)] = 3
+    elements: Annotated[int, Field(ge=1)] = 3
     grading: Annotated[float, Field(gt=0)] = 1.0
     stations: tuple[float, ...] | None = None
 
     @model_validator(mode="after")
     def _stations_increase(self) -> Self:
         nodes = self.stations
+        count = self.elements if nodes is None else len(nodes) - 1
+        if count > MOST_ELEMENTS:
+            raise ValueError(
+                f"{count} elements in one member: rounding grows with the 4th power of their number, and beyond "
+                f"{MOST_ELEMENTS} the strains would lose more than 4 digits"
+            )
         if nodes is not None:
             if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in pairwise(nodes)):
                 raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")

@@ -123,3 +123,8 @@ def test_crossed_branch_is_the_mirror_image():
     shape |= {"sections": [section] * 3, "material": {"modulus": 1, "density": 1}}
     upright, crossed = four_bar(**shape), four_bar(**shape, branch="crossed")
     assert crossed.links["coupler"].angle == pytest.approx(-upright.links["coupler"].angle)
+
+
+def test_more_elements_than_rounding_allows_are_refused():
+    with pytest.raises(SceneError, match="301 elements in one member: rounding"):
+        seed_four_bar(mesh={"elements": 301})
