@@ -12,6 +12,8 @@ from pydantic import BeforeValidator, WithJsonSchema
 if TYPE_CHECKING:
     import pint
 
+LARGEST = 1e30  # of any quantity in SI: products of several of them must not overflow
+
 EXAMPLES = {
     "m": "4.25 in",
     "m**2": "0.406 cm^2",
@@ -62,8 +64,10 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
         number = _parse(value, unit) if isinstance(value, str) else value
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise ValueError(f"expected a number or a string with a unit such as {EXAMPLES[unit]!r}, found {value!r}")
-        if not math.isfinite(number):
-            raise ValueError(f"expected a finite number, found {value!r}")
+        if not math.isfinite(number) or abs(number) > LARGEST or 0 < abs(number) < 1 / LARGEST:
+            raise ValueError(
+                f"expected a finite number, 0 or of a size from {1 / LARGEST:g} to {LARGEST:g}, found {value!r}"
+            )
         return float(number)
 
     return convert

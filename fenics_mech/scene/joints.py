@@ -75,5 +75,7 @@ Joint = Annotated[
     | Annotated[Weld, Tag("weld")]
     | Annotated[Slot, Tag("slot")]
     | Annotated[Prismatic, Tag("prismatic")],
-    Discriminator(lambda value: value.get("kind", "revolute") if isinstance(value, dict) else value.kind),
+    Discriminator(
+        lambda value: value.get("kind", "revolute") if isinstance(value, dict) else getattr(value, "kind", None)
+    ),
 ]
