@@ -41,7 +41,7 @@ def test_damaged_files_are_scenes_or_refused_in_one_line(name):
             parse(damaged(text, chance), file="damaged.toml")
             good += 1
         except SceneError as error:
-            assert "\n" not in str(error)
+            assert "\n" not in str(error)  # noqa: PT017
             refused += 1
     assert good > 20
     assert refused > 200
