@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -56,12 +57,13 @@ class Rigidity:
         return cls(axial, bending, density, *outer)
 
 
-class Section(Part):
+class Section(Part, ABC):
     """A cross-section."""
 
     constant: ClassVar[bool] = True  # the same at all places along the member
     complete: ClassVar[bool] = False  # it names its own materials, so the member need not
 
+    @abstractmethod
     def rigidity(
         self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
     ) -> Rigidity:
@@ -76,7 +78,6 @@ class Section(Part):
         materials, sections
             All of the scene's, by name.
         """
-        raise NotImplementedError
 
     def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
         """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
