@@ -99,3 +99,9 @@ def assemble(form: Any) -> PETSc.Mat:
     matrix = fem_petsc.assemble_matrix(fem.form(form))
     matrix.assemble()
     return matrix
+
+
+@_quiet()
+def assemble_vector(form: Any) -> Array:
+    """Compile a linear form and assemble it."""
+    return np.asarray(fem_petsc.assemble_vector(fem.form(form)).array_r).copy()

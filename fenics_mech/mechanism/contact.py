@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech.beams import BeamMesh
-from fenics_mech.beams.assembly import element_dofs, member_rotation
+from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion

@@ -13,8 +13,8 @@ from petsc4py import PETSc
 
 from fenics_mech._petsc import to_scipy
 from fenics_mech.beams import Beams
+from fenics_mech.beams.attachment import GROUND, Attachment
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.constraints import GROUND, Attachment
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.assembly import element_dofs, member_rotation
+from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, integral
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad

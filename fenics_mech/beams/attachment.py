@@ -1,0 +1,50 @@
+"""Where joints, loads and springs take hold of the links: points of bodies, and the nodal dofs that move them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+GROUND = -1
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A point of a body: its displacement in link axes is `shift` times its node's three dofs, its rotation the third.
+
+    Parameters
+    ----------
+    body
+        Name of the link, or "ground".
+    link
+        Index of the link, or `GROUND`.
+    dofs
+        The three dofs of its node; empty for the ground.
+    shift
+        ``(2, 3)``: a beam's node as it is; for a rigid link also its rotation times the arm from its centre.
+    """
+
+    body: str
+    link: int
+    dofs: Index
+    shift: Array
+
+    @classmethod
+    def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Attachment:
+        """Find the attachment of a point "body.point"."""
+        body, point = scene.point(name)
+        if body == "ground":
+            return cls(body, GROUND, np.zeros(0, dtype=np.int64), np.zeros((2, 0)))
+        rigid = scene.links[body].rigid
+        node = mesh.node(name if rigid is None else f"{body}.centre")
+        arm = np.zeros(2) if rigid is None else np.subtract(point, rigid.centre)
+        shift = np.column_stack([np.eye(2), QUARTER @ arm])
+        return cls(body, list(scene.links).index(body), 3 * node + np.arange(3), shift)

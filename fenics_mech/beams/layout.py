@@ -1,0 +1,120 @@
+"""How the broken space of the forms hangs together with the nodal dofs of the links.
+
+The forms are assembled in the broken space, one cell by itself. The constant matrix `embedding` (broken <- nodal)
+carries what joins inside a link: the Hermite functions with their element size, continuity, the members' angles and
+the welds. Nodal dofs are three per node: displacement along the link's x and y axes, and rotation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fenics_mech import _fenicsx
+from fenics_mech._petsc import to_petsc, to_scipy
+from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The broken space of a mesh, and what a form in it becomes in nodal dofs.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    space
+        The broken space, axial by normal displacement.
+    """
+
+    mesh: BeamMesh
+    space: Any
+
+    @classmethod
+    def of(cls, mesh: BeamMesh) -> Layout:
+        """Lay out the broken space DG1 x DG3 on a mesh."""
+        return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)))
+
+    def coefficient(self, by_element: Array) -> Any:
+        """Give the UFL coefficient that takes one value per element, ``(elements,)``."""
+        by_cell = np.empty_like(by_element)
+        by_cell[self.mesh.cell] = by_element
+        return _fenicsx.cellwise(self.mesh.mesh, by_cell)
+
+    def assemble(self, form: Any) -> PETSc.Mat:
+        """Compile a bilinear form and assemble it in the broken space."""
+        return _fenicsx.assemble(form)
+
+    def nodal(self, broken: PETSc.Mat) -> PETSc.Mat:
+        """Carry a broken matrix to nodal dofs in link axes, as a new matrix."""
+        embedding = to_petsc(self._embedding)
+        matrix = broken.PtAP(embedding)
+        embedding.destroy()
+        return matrix
+
+    def of_elements(self, broken: PETSc.Mat) -> Array:
+        """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``."""
+        matrix, (dofs, hermite) = to_scipy(broken), self._hermite
+        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        blocks = np.asarray(matrix[rows.ravel(), columns.ravel()]).reshape(-1, 6, 6)
+        return np.einsum("eai,eab,ebj->eij", hermite, blocks, hermite)
+
+    def vector_of_elements(self, form: Any) -> Array:
+        """Assemble a linear form: its parts in the nodal dofs and member axes of each element, ``(elements, 6)``."""
+        dofs, hermite = self._hermite
+        return np.einsum("eai,ea->ei", hermite, _fenicsx.assemble_vector(form)[dofs])
+
+    @cached_property
+    def _hermite(self) -> tuple[Index, Array]:
+        """Broken dofs of each element, and the Hermite and linear functions at them, in member axes.
+
+        Dofs ``(elements, 6)`` and values ``(elements, 6, 6)``: column j is the broken function that nodal dof j (u, w,
+        phi at both nodes) of the element makes.
+        """
+        mesh = self.mesh
+        (u_dofs, u_points), (w_dofs, w_points) = (_fenicsx.cell_dofs(self.space, part) for part in (0, 1))
+        dofs = np.concatenate([u_dofs, w_dofs], axis=1)[mesh.cell]
+        flipped = mesh.cell_flipped[:, None]
+        linear = evaluate(LINEAR, np.where(flipped, 1 - u_points, u_points))
+        cubic = evaluate(CUBIC, np.where(flipped, 1 - w_points, w_points))
+        cubic[..., [1, 3]] *= mesh.cell_length[:, None, None]
+        values = np.zeros((len(dofs), 6, 6))
+        values[:, :2][..., AXIAL] = linear
+        values[:, 2:][..., NORMAL] = cubic
+        return dofs, values
+
+    @cached_property
+    def _embedding(self) -> sp.csr_matrix:
+        """Broken <- nodal: column j is the broken function of nodal dof j (link axes)."""
+        dofs, hermite = self._hermite
+        values = hermite @ member_rotation(self.mesh)
+        rows, columns = np.broadcast_arrays(dofs[:, :, None], element_dofs(self.mesh)[:, None, :])
+        shape = (dofs.size, 3 * len(self.mesh.node_link))
+        return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+
+def member_rotation(mesh: BeamMesh) -> Array:
+    """Turn an element's nodal dofs from link axes into its member's axes, ``(elements, 6, 6)``."""
+    angle = mesh.member_angle[mesh.cell_member]
+    rotation = np.zeros((len(angle), 6, 6))
+    for first in (0, 3):
+        rotation[:, first, first] = rotation[:, first + 1, first + 1] = np.cos(angle)
+        rotation[:, first, first + 1] = np.sin(angle)
+        rotation[:, first + 1, first] = -np.sin(angle)
+        rotation[:, first + 2, first + 2] = 1.0
+    return rotation
+
+
+def element_dofs(mesh: BeamMesh) -> NDArray[np.int64]:
+    """Nodal dofs of each element, ``(elements, 6)``."""
+    return (3 * mesh.cell_nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
