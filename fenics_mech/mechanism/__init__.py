@@ -1,6 +1,6 @@
 """The whole linkage: P(theta), system matrices and load."""
 
-from fenics_mech.mechanism.system import System, applied_forces, build_system
+from fenics_mech.mechanism.system import System, build_system
 from fenics_mech.mechanism.transformation import Transformation
 
-__all__ = ["System", "Transformation", "applied_forces", "build_system"]
+__all__ = ["System", "Transformation", "build_system"]

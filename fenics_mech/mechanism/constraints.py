@@ -38,6 +38,8 @@ class Equation:
         Number of rows.
     terms
         Functions of (motion, orders) that give the columns and values of the rows.
+    contact
+        Where the pin of a slot along a member is.
     """
 
     joint: str
@@ -45,10 +47,12 @@ class Equation:
     frame: int
     rows: int
     terms: tuple[Callable[[Motion, int], Term], ...]
+    contact: Contact | None = None
 
     def columns(self, motion: Motion) -> Index:
-        """All columns that take part at any angle."""
-        return np.unique(np.concatenate([term(motion, 1)[0].ravel() for term in self.terms]))
+        """All columns that take part at any angle, also at others than the motion's: a pin may come to any element."""
+        travelled_along = [] if self.contact is None else [self.contact.dofs]
+        return np.unique(np.concatenate([*travelled_along, *(term(motion, 1)[0].ravel() for term in self.terms)]))
 
     def jets(self, motion: Motion, orders: int, columns: Index) -> Jets:
         """Give the rows over sorted `columns`, ``(angles, rows, columns)``."""
@@ -166,14 +170,15 @@ def _slot(
     if slide is not None:
         terms.append(slid)
     held = pin if pin.link != GROUND else guide
-    equations = [Equation(name, held.body if held is pin else "ground", frame, 2, tuple(terms))]
+    body = held.body if held is pin else "ground"
+    equations = [Equation(name, body, frame, 2, tuple(terms), contact)]
     if isinstance(joint, Prismatic):
         turning = [_fixed(pin.dofs[2:], np.ones((1, 1)))] if pin.dofs.size else []
         if contact is not None:
             turning.append(contact.turn)
         elif guide.dofs.size:
             turning.append(_fixed(guide.dofs[2:], -np.ones((1, 1))))
-        equations.append(Equation(name, held.body if held is pin else "ground", frame, 1, tuple(turning)))
+        equations.append(Equation(name, body, frame, 1, tuple(turning), contact))
     return equations
 
 

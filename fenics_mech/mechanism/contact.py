@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -50,6 +51,11 @@ class Contact:
         labels = {id(member): label for label, (_, member) in scene.members().items()}
         member = scene.links[link].members[joint.member]  # type: ignore[union-attr, index]
         return cls(name, scene, mesh, mesh.members.index(labels[id(member)]), member.ends[0] != point)
+
+    @cached_property
+    def dofs(self) -> Index:
+        """Nodal dofs of the member."""
+        return np.unique(element_dofs(self.mesh)[self.mesh.cell_member == self.member])
 
     def place(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Element that the pin is on, ``(angles,)``, and its place 0..1 in it with time derivatives.

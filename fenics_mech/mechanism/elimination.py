@@ -2,6 +2,9 @@
 
 The equations fall apart into groups that share no unknown, one per joint in a linkage of beams on pins; a rigid link
 ties the groups of its joints together. Each group is solved on its own, for all angles at once.
+
+The unknowns that are solved for are the same at all angles. Where a pin that cannot give way travels along a member, no
+nodal dof of it will do, and the equations are written in displacements relative to a base (see `relative`).
 """
 
 from __future__ import annotations
@@ -16,11 +19,16 @@ from scipy.sparse.csgraph import connected_components
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, Equation
+from fenics_mech.mechanism.contact import Contact
 from fenics_mech.mechanism.jets import Array, Jets
+from fenics_mech.mechanism.relative import relative_to_base
 
 Index = NDArray[np.int64]
 LARGEST_LEVERAGE = 1e8  # of an unknown that is kept on one that is solved for
+LARGEST_TRAVELLING = 30.0  # the same where a pin travels, rotations times its member's length: q must not hang on it
+LARGEST_CONDITION = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
 SMALLEST_PIVOT = 1e-6
+SMALLEST_NODAL = 0.1  # pivot of a relative nodal dof, below which a joint's own coordinate is solved for instead
 
 
 @dataclass(frozen=True)
@@ -31,20 +39,29 @@ class Group:
     ----------
     equations
         The equations.
+    columns
+        Columns of the nodal dofs and the joints' own coordinates that take part, ascending.
     dependent, independent
         Columns of the unknowns that are solved for, and of the others.
+    base
+        Gives the nodal dofs where the unknowns are relative displacements.
     """
 
     equations: tuple[Equation, ...]
+    columns: Index
     dependent: Index
     independent: Index
+    base: csr_matrix | None = None
 
     def jets(self, motion: Motion, orders: int) -> tuple[Jets, Jets]:
         """Give G_d, ``(angles, rows, rows)``, and G_i, ``(angles, rows, independent)``, with time derivatives."""
-        columns = np.sort(np.concatenate([self.dependent, self.independent]))
-        parts = [equation.jets(motion, orders, columns) for equation in self.equations]
+        parts = [equation.jets(motion, orders, self.columns) for equation in self.equations]
         whole = [np.concatenate(rows, axis=1) for rows in zip(*parts)]
-        d, i = np.searchsorted(columns, self.dependent), np.searchsorted(columns, self.independent)
+        unknowns = np.sort(np.concatenate([self.dependent, self.independent]))
+        if self.base is not None:
+            carried = self.base[self.columns][:, unknowns].toarray()
+            whole = [g @ carried for g in whole]
+        d, i = np.searchsorted(unknowns, self.dependent), np.searchsorted(unknowns, self.independent)
         return [g[..., d] for g in whole], [g[..., i] for g in whole]
 
     def solution(self, motion: Motion, orders: int = 1) -> Jets:
@@ -71,7 +88,7 @@ class Group:
         return np.linalg.solve(lead[0].transpose(0, 2, 1), residual[..., None])[..., 0]
 
 
-def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple[Group, ...]:
+def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple[tuple[Group, ...], csr_matrix | None]:
     """Choose the unknowns to solve for, in every group.
 
     Parameters
@@ -83,18 +100,53 @@ def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple
     first_own
         First column that is a joint's own coordinate; such are solved for last.
 
+    Returns
+    -------
+    tuple
+        The groups, and B of ``v = B z`` where some of the unknowns are relative displacements z, else None.
+
     Raises
     ------
     AssemblyError
         When no choice is good at every angle, as where rigid links are in line.
     """
     columns = [equation.columns(motion) for equation in constraints.equations]
-    groups = []
+    groups: list[Group] = []
+    unyielding: list[Contact] = []
     for members in _connected(columns):
-        equations = tuple(constraints.equations[i] for i in members)
-        unknowns = np.unique(np.concatenate([columns[i] for i in members]))
-        groups.append(_pivoted(equations, unknowns, motion, first_own))
+        equations, unknowns = _gathered(constraints, columns, members)
+        contacts = [equation.contact for equation in equations if equation.contact is not None]
+        try:
+            groups.append(_pivoted(equations, unknowns, motion, first_own))
+        except AssemblyError:
+            if not contacts:
+                raise
+            unyielding += contacts
+    if not unyielding:
+        return tuple(groups), None
+    base = relative_to_base(unyielding, first_own + len(constraints.names))
+    return _relative_groups(constraints, columns, motion, first_own, base), base
+
+
+def _relative_groups(
+    constraints: Constraints, columns: list[Index], motion: Motion, first_own: int, base: csr_matrix
+) -> tuple[Group, ...]:
+    """Choose anew, with relative displacements where the base has some."""
+    relative = np.flatnonzero(np.diff(base.indptr) > 1)
+    groups = []
+    for members in _connected([np.unique(base[c].indices).astype(np.int64) for c in columns]):
+        equations, unknowns = _gathered(constraints, columns, members)
+        if np.isin(unknowns, relative).any():
+            groups.append(_pivoted_relative(equations, unknowns, motion, first_own, base))
+        else:
+            groups.append(_pivoted(equations, unknowns, motion, first_own))
     return tuple(groups)
+
+
+def _gathered(constraints: Constraints, columns: list[Index], members: Index) -> tuple[tuple[Equation, ...], Index]:
+    """Equations of a group, and their columns."""
+    equations = tuple(constraints.equations[i] for i in members)
+    return equations, np.unique(np.concatenate([columns[i] for i in members]))
 
 
 def _connected(columns: list[Index]) -> list[Index]:
@@ -110,25 +162,30 @@ def _connected(columns: list[Index]) -> list[Index]:
 
 def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, first_own: int) -> Group:
     """Choose pivots by elimination at one angle, and try another one where they are bad somewhere."""
-    whole = Group(equations, np.zeros(0, dtype=np.int64), unknowns).jets(motion, 1)[1][0]
+    whole = Group(equations, unknowns, np.zeros(0, dtype=np.int64), unknowns).jets(motion, 1)[1][0]
     reach = np.abs(whole).max(axis=1)
     size = reach.max(axis=0)
     passing = reach.min(axis=0) < size / 2  # nodes that a travelling pin comes by and leaves
     # translations of beams' ends first, then rotations, then the joints' own
     rotations = (unknowns % 3 == 2) & (unknowns < first_own)
     order = np.lexsort((unknowns, rotations, passing, unknowns >= first_own))
+    lengths = [float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None]
+    unit = np.where(rotations, max(lengths, default=1.0), 1.0)
+    limit = LARGEST_TRAVELLING if lengths else LARGEST_LEVERAGE
     k = 0
     for _ in range(5):
         chosen = _pivots(whole[k] / np.maximum(size, 1e-300), order)
         if len(chosen) == whole.shape[1]:
             rest = np.setdiff1d(np.arange(len(unknowns)), chosen)
-            k = int(np.argmax(np.linalg.cond(whole[..., chosen]))) if chosen else k
-            if not np.isfinite(np.linalg.cond(whole[k][:, chosen])):
+            condition = np.linalg.cond(whole[..., chosen])
+            k = int(np.argmax(condition))
+            if not condition[k] < LARGEST_CONDITION:
                 continue
-            leverage = np.abs(np.linalg.solve(whole[..., chosen], whole[..., rest])).max(axis=(1, 2), initial=0.0)
+            moved = np.linalg.solve(whole[..., chosen], whole[..., rest]) * unit[chosen, None] / unit[rest]
+            leverage = np.abs(moved).max(axis=(1, 2), initial=0.0)
             worst = int(np.argmax(leverage))
-            if leverage[worst] < LARGEST_LEVERAGE:
-                return Group(equations, unknowns[chosen], unknowns[rest])
+            if leverage[worst] < limit:
+                return Group(equations, unknowns, unknowns[chosen], unknowns[rest])
             k = worst
         else:
             k = (k + len(whole) // 3) % len(whole)
@@ -136,6 +193,41 @@ def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, f
         f"the rigid links at joint {equations[0].joint} do not hold together at drive angle "
         f"{np.degrees(motion.theta[k]):.6g} deg: they are in line, or held more than once"
     )
+
+
+def _pivoted_relative(
+    equations: tuple[Equation, ...], columns: Index, motion: Motion, first_own: int, base: csr_matrix
+) -> Group:
+    """Choose, one after the other, the relative unknown of which most is left at its worst angle.
+
+    What is left of a column is its part at right angles to those chosen before: a QR factorisation with pivots that are
+    common to all angles. The joints' own coordinates come last: those of pins are in the fixed frame, and an answer
+    must not depend on how that lies.
+    """
+    unknowns = np.unique(base[columns].indices).astype(np.int64)
+    whole = Group(equations, columns, np.zeros(0, dtype=np.int64), unknowns, base).jets(motion, 1)[1][0]
+    length = max(float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None)
+    rotations = (unknowns % 3 == 2) & (unknowns < first_own)
+    rows = np.concatenate([np.full(e.rows, length if e.rows == 1 else 1.0) for e in equations])
+    left = whole * rows[:, None] * np.where(rotations, 1 / length, 1.0)
+    chosen: list[int] = []
+    for _ in rows:
+        size = np.linalg.norm(left, axis=1)
+        least = size.min(axis=0)
+        column = int(np.argmax(least * (unknowns < first_own)))
+        if least[column] < SMALLEST_NODAL:
+            column = int(np.argmax(least))
+        k = int(np.argmin(size[:, column]))
+        if size[k, column] < SMALLEST_PIVOT:
+            joint = next(e.joint for e in equations if e.contact is not None)
+            raise AssemblyError(
+                f"the pin of joint {joint} locks the linkage at drive angle {np.degrees(motion.theta[k]):.6g} deg: it "
+                "cannot give way, and what it slides along is held there already"
+            )
+        direction = left[:, :, column] / size[:, column, None]
+        left = left - direction[:, :, None] * (direction[:, None, :] @ left)
+        chosen.append(column)
+    return Group(equations, columns, unknowns[chosen], np.delete(unknowns, chosen), base)
 
 
 def _pivots(matrix: Array, order: Index) -> list[int]:

@@ -11,9 +11,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from fenics_mech._petsc import to_scipy
+from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams import Beams
-from fenics_mech.beams.attachment import GROUND, Attachment
+from fenics_mech.beams.layout import element_dofs
+from fenics_mech.effects import NOTHING, Entries, Terms
+from fenics_mech.effects.terms import summed
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
@@ -33,14 +35,26 @@ class System:
         Rigid-body motion at the drive angles.
     transformation
         P(theta).
-    applied
-        Forces and moments on the nodal dofs from outside, in link axes, ``(angles, nodal dofs)``.
+    terms
+        What effects add.
     """
 
     beams: Beams
     motion: Motion
     transformation: Transformation
-    applied: Array
+    terms: Terms = NOTHING
+
+    @property
+    def applied(self) -> Array:
+        """Loads on the nodal dofs in link axes (N, N m), ``(angles, nodal dofs)``."""
+        if self.terms.force is not None:
+            return self.terms.force
+        return np.zeros((len(self.motion.theta), self.transformation.height))
+
+    @property
+    def link_of_dof(self) -> NDArray[np.int64]:
+        """Link of each nodal dof."""
+        return np.repeat(self.beams.mesh.node_link, 3)
 
     @property
     def size(self) -> int:
@@ -63,15 +77,21 @@ class System:
         return to_scipy(self.beams.stiffness)
 
     @cached_property
+    def link_gyroscopic(self) -> sp.csr_matrix:
+        """Gyroscopic matrix s of all links in link axes."""
+        return to_scipy(self.beams.gyroscopic)
+
+    @cached_property
     def rigid_acceleration(self) -> Array:
-        """Acceleration of the rigid motion in nodal dofs and link axes, ``(angles, nodal dofs)``; eq. (4.17)."""
+        """Acceleration of the rigid motion, less gravity's, in link axes, ``(angles, nodal dofs)``; eq. (4.17)."""
         mesh, motion = self.beams.mesh, self.motion
         phi, omega, alpha = (array[:, mesh.node_link] for array in (motion.angle, motion.omega, motion.alpha))
         origin = motion.acceleration[:, mesh.node_link]
         c, s, (x, y) = np.cos(phi), np.sin(phi), mesh.node_xy.T
         along_x = c * origin[..., 0] + s * origin[..., 1] - alpha * y - omega**2 * x
         along_y = c * origin[..., 1] - s * origin[..., 0] + alpha * x - omega**2 * y
-        return np.stack([along_x, along_y, alpha], axis=-1).reshape(len(phi), -1)
+        rigid = np.stack([along_x, along_y, alpha], axis=-1).reshape(len(phi), -1)
+        return rigid if self.terms.acceleration is None else rigid + self.terms.acceleration
 
     @cached_property
     def load(self) -> Array:
@@ -82,6 +102,10 @@ class System:
     def to_links(self, q: Array) -> Array:
         """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``."""
         return self.transformation.forward(self.values, q)
+
+    def assembled(self, ends: Array) -> Array:
+        """Sum forces on the elements' ends ``(angles, elements, 6)`` to nodal forces ``(angles, nodal dofs)``."""
+        return summed(ends.reshape(len(ends), -1), element_dofs(self.beams.mesh).ravel(), self.transformation.height)
 
     def mass_times(self, vectors: Array, shift: int = 0) -> Array:
         """``M vectors`` at all angles, M being that of the angle `shift` further on.
@@ -98,6 +122,13 @@ class System:
         momenta = (self.link_mass @ nodal.reshape(-1, nodal.shape[-1]).T).T
         return self.transformation.backward(values, momenta.reshape(nodal.shape))
 
+    @cached_property
+    def added_stiffness(self) -> tuple[Entries, ...]:
+        """Stiffness that effects add to that of the links."""
+        blocks = self.terms.element_stiffness
+        of_elements = () if blocks is None else (Entries.of_elements(self.beams.mesh, blocks),)
+        return (*self.terms.stiffness, *of_elements)
+
     def positions(self) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
         """Walk over the angles: yields index, M (4.57) and K (4.58).
 
@@ -105,13 +136,14 @@ class System:
         """
         p = _csr(self.transformation, self.values[0])
         pointers, columns, _ = p.getValuesCSR()
-        mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, self.beams.stiffness))
+        link_stiffness = _Changing(self.beams.stiffness, self.added_stiffness)
+        mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, link_stiffness.at(0)))
         for k, values in enumerate(self.values):
             if k:
                 p.setValuesCSR(pointers, columns, values)
                 p.assemble()
                 self.beams.mass.PtAP(p, result=mass)  # (4.47)
-                self.beams.stiffness.PtAP(p, result=stiffness)  # (4.48)
+                link_stiffness.at(k).PtAP(p, result=stiffness)  # (4.48)
             yield k, mass, stiffness
         for matrix in (p, mass, stiffness):
             matrix.destroy()
@@ -128,8 +160,7 @@ class System:
         here = self.motion.part(slice(k, k + 1))
         rate, second = (_csr(self.transformation, d[0]) for d in self.transformation.derivatives(here))
         m = self.beams.mass
-        link_of_row = np.repeat(self.beams.mesh.node_link, 3)
-        omega, alpha = (array[k, link_of_row] for array in (self.motion.omega, self.motion.alpha))
+        omega, alpha = (array[k, self.link_of_dof] for array in (self.motion.omega, self.motion.alpha))
         m_v = _scaled(self.beams.gyroscopic, omega)  # (4.29)
         m_a = _scaled(self.beams.gyroscopic, alpha)  # (4.30)
         m_a.axpy(-1.0, _scaled(m, omega**2), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
@@ -142,7 +173,7 @@ class System:
         }
 
 
-def build_system(scene: Scene, beams: Beams, motion: Motion) -> System:
+def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTHING) -> System:
     """Join the links of a scene to a mechanism that moves as given.
 
     Raises
@@ -150,22 +181,7 @@ def build_system(scene: Scene, beams: Beams, motion: Motion) -> System:
     AssemblyError
         When the joints' equations cannot be solved at some angle.
     """
-    transformation = build_transformation(scene, beams.mesh, motion)
-    return System(beams, motion, transformation, applied_forces(scene, beams, motion))
-
-
-def applied_forces(scene: Scene, beams: Beams, motion: Motion) -> Array:
-    """Loads of a scene on the nodal dofs in link axes, ``(angles, nodal dofs)``, {Qex} of (4.39)."""
-    forces = np.zeros((len(motion.theta), 3 * len(beams.mesh.node_name)))
-    for load in scene.loads.values():
-        point = Attachment.of(scene, beams.mesh, load.at)
-        if point.link == GROUND:
-            continue
-        angle = motion.angle[:, point.link]
-        c, s, (x, y) = np.cos(angle), np.sin(angle), load.force
-        in_link = np.stack([c * x + s * y, c * y - s * x], axis=-1)  # transpose of (7.3)
-        forces[:, point.dofs] += in_link @ point.shift + load.moment * np.array([0.0, 0.0, 1.0])
-    return forces
+    return System(beams, motion, build_transformation(scene, beams.mesh, motion), terms)
 
 
 def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:
@@ -181,3 +197,32 @@ def _scaled(matrix: PETSc.Mat, rows: Array) -> PETSc.Mat:
     copy = matrix.copy()
     copy.diagonalScale(PETSc.Vec().createWithArray(np.ascontiguousarray(rows), comm=PETSc.COMM_SELF))
     return copy
+
+
+class _Changing:
+    """A constant PETSc matrix with entries that change from angle to angle added; without any, the matrix itself."""
+
+    def __init__(self, base: PETSc.Mat, added: tuple[Entries, ...]) -> None:
+        self.base, self.added = base, added
+        if added:
+            rows, columns = (np.concatenate([getattr(a, name) for a in added]) for name in ("rows", "columns"))
+            start = to_scipy(base).tocoo()
+            places = np.concatenate([start.row, rows]), np.concatenate([start.col, columns])
+            values = np.concatenate([start.data, np.zeros(len(rows))])
+            whole = sp.coo_matrix((values, places), shape=base.size).tocsr()  # keeps the zeros
+            whole.sort_indices()
+            self.matrix, self.data = to_petsc(whole), whole.data.copy()
+            self.pointers, self.columns, _ = self.matrix.getValuesCSR()
+            key = np.repeat(np.arange(len(whole.indptr) - 1), np.diff(whole.indptr)) * base.size[1] + whole.indices
+            self.places = [np.searchsorted(key, a.rows * base.size[1] + a.columns) for a in added]
+
+    def at(self, k: int) -> PETSc.Mat:
+        """Give the matrix at angle number k; it is the same object at every angle."""
+        if not self.added:
+            return self.base
+        data = self.data.copy()
+        for entries, place in zip(self.added, self.places):
+            np.add.at(data, place, entries.values[min(k, len(entries.values) - 1)])
+        self.matrix.setValuesCSR(self.pointers, self.columns, data)
+        self.matrix.assemble()
+        return self.matrix

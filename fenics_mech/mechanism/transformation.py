@@ -42,6 +42,8 @@ class Transformation:
         Name of each coordinate q: "joint.X", "joint.Y", "joint.slide", or "node.x", "node.y", "node.rotation".
     height
         Number of rows: nodal dofs of all links.
+    base
+        B, where some of the unknowns are displacements relative to a base node (see `relative`), else None.
     """
 
     constraints: Constraints
@@ -50,6 +52,7 @@ class Transformation:
     coordinate: Index
     names: tuple[str, ...]
     height: int
+    base: sp.csr_matrix | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -58,7 +61,7 @@ class Transformation:
 
     @cached_property
     def _pattern(self) -> tuple[Index, Index, list[NDArray[np.bool_]]]:
-        """Rows and columns of the nonzeros before sorting: free dofs, then each group's dependent nodal dofs."""
+        """Rows and columns of the nonzeros of B^-1 P: free dofs, then each group's dependent nodal dofs."""
         rows, columns = [self.free], [self.coordinate[self.free]]
         keep = []
         for group in self.groups:
@@ -70,19 +73,26 @@ class Transformation:
         return np.concatenate(rows), np.concatenate(columns), keep
 
     @cached_property
-    def _order(self) -> Index:
+    def _layout(self) -> tuple[Index, Index, Index | sp.csr_matrix]:
+        """Rows and columns of the nonzeros of P, sorted, and what makes their values from those of `_pattern`."""
         rows, columns, _ = self._pattern
-        return np.lexsort((columns, rows))
+        if self.base is None:
+            order = np.lexsort((columns, rows))
+            return rows[order], columns[order], order
+        carried = self.base[: self.height].tocsc()[:, rows].tocoo()  # the nodal dofs that each value moves
+        place, which = np.unique(carried.row * np.int64(len(self.names)) + columns[carried.col], return_inverse=True)
+        gather = sp.csr_matrix((carried.data, (which, carried.col)), shape=(len(place), len(rows)))
+        return place // len(self.names), place % len(self.names), gather
 
-    @cached_property
+    @property
     def rows(self) -> Index:
         """Row of each nonzero, ascending."""
-        return self._pattern[0][self._order]
+        return self._layout[0]
 
-    @cached_property
+    @property
     def columns(self) -> Index:
         """Coordinate of each nonzero."""
-        return self._pattern[1][self._order]
+        return self._layout[1]
 
     def values(self, motion: Motion) -> Array:
         """Nonzeros of P at all angles, ``(angles, nonzeros)``."""
@@ -99,7 +109,9 @@ class Transformation:
         parts = [ones]
         for group, nodal in zip(self.groups, self._pattern[2]):
             parts.append([s[:, nodal].reshape(count, -1) for s in group.solution(motion, orders)])
-        return [np.concatenate(values, axis=1)[:, self._order] for values in zip(*parts)]
+        gather = self._layout[2]
+        joined = (np.concatenate(values, axis=1) for values in zip(*parts))
+        return [(gather @ j.T).T if sp.issparse(gather) else j[:, gather] for j in joined]
 
     def forward(self, values: Array, q: Array) -> Array:
         """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., nodal dofs)``."""
@@ -108,6 +120,10 @@ class Transformation:
     def backward(self, values: Array, force: Array) -> Array:
         """``P^T force`` at all angles: ``(angles, ..., nodal dofs)`` to ``(angles, ..., coordinates)``."""
         return _summed(values * force[..., self.rows], self.columns, len(self.names))
+
+    def on_unknowns(self, force: Array) -> Array:
+        """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(angles, nodal dofs)``."""
+        return force if self.base is None else force @ self.base[: self.height, : self.height]
 
 
 def _summed(terms: Array, target: Index, size: int) -> Array:
@@ -127,16 +143,17 @@ def build_transformation(scene: Scene, mesh: BeamMesh, motion: Motion) -> Transf
     """
     height = 3 * len(mesh.node_name)
     constraints = build_constraints(scene, mesh)
-    groups = eliminate(constraints, motion, height)
+    groups, base = eliminate(constraints, motion, height)
     dependent = np.concatenate([np.zeros(0, dtype=np.int64), *(group.dependent for group in groups)])
     coordinate = np.full(height + len(constraints.names), -1)
     left = np.setdiff1d(np.arange(len(coordinate)), dependent)
     left = left[np.argsort(_places(groups, left, height), kind="stable")]
     coordinate[left] = np.arange(len(left))
     names = [f"{name}.{component}" for name in mesh.node_name for component in COMPONENTS] + list(constraints.names)
-    return Transformation(
-        constraints, groups, np.sort(left[left < height]), coordinate, tuple(names[i] for i in left), height
-    )
+    if base is not None:
+        names = [f"{name} relative" if many else name for name, many in zip(names, np.diff(base.indptr) > 1)]
+    free = np.sort(left[left < height])
+    return Transformation(constraints, groups, free, coordinate, tuple(names[i] for i in left), height, base)
 
 
 def _places(groups: tuple[Group, ...], columns: Index, height: int) -> Array:

@@ -16,8 +16,19 @@ GROUND = -1
 
 def nodal_forces(system: System, history: History) -> Array:
     """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``."""
-    elastic = system.link_stiffness @ system.to_links(history.displacement).T
-    return (elastic + system.link_mass @ history.inertia.T).T - system.applied  # (4.39), solved for {Qc}
+    terms, v = system.terms, system.to_links(history.displacement)
+    forces = (system.link_stiffness @ v.T + system.link_mass @ history.inertia.T).T - system.applied  # (4.39) for {Qc}
+    for entries in system.added_stiffness:
+        forces += entries.times(v)
+    if history.turning is not None:
+        forces += (system.link_gyroscopic @ history.turning.T).T
+    if history.velocity is not None:
+        forces += terms.material * (system.link_stiffness @ history.velocity.T).T
+        for entries in terms.damping:
+            forces += entries.times(history.velocity)
+        if terms.law is not None:
+            forces += system.assembled(terms.law.force(v, history.velocity))
+    return forces
 
 
 def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array]:
@@ -30,6 +41,7 @@ def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array
         ``(angles, 1)``.
     """
     found: dict[tuple[str, str, int], Array] = {}
+    forces = system.transformation.on_unknowns(forces)
     for group in system.transformation.groups:
         nodal = group.dependent < system.transformation.height
         residual = np.zeros((len(forces), len(group.dependent)))

@@ -21,6 +21,7 @@ from fenics_mech.recovery.contacts import PointLoad
 from fenics_mech.response import History
 
 Array = NDArray[np.float64]
+SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
 
 
 @dataclass(frozen=True)
@@ -59,27 +60,27 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
         Point loads on the members, beside those at their ends.
     """
     beams = system.beams
-    dofs, rotation = element_dofs(beams.mesh), member_rotation(beams.mesh)
-    displacement = np.einsum("eij,tej->tei", rotation, system.to_links(history.displacement)[:, dofs])
-    inertia = np.einsum("eij,tej->tei", rotation, history.inertia[:, dofs])
-    ends = np.einsum("eij,tej->tei", beams.element_stiffness, displacement)
-    ends += np.einsum("eij,tej->tei", beams.element_mass, inertia)  # forces on the element at its two nodes
-    for load in loads:
-        h = beams.mesh.cell_length[load.element]
-        ends[np.arange(len(ends)), load.element] -= load.at_ends(h)
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    along, normal = inertia[:, element][..., AXIAL], _scaled(inertia[:, element][..., NORMAL], h)
-    linear, first, second = _mass_up_to(beams, element, xi)
+    ends = element_forces(system, history)
+    for load in loads:
+        ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
     end = ends[:, element]
-    axial = -end[..., 0] + h * np.sum(along * linear, -1)
-    shear = end[..., 1] - h * np.sum(normal * first, -1)
-    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(normal * second, -1)
-    u, w = _in_member(beams, displacement[:, element], inertia[:, element], element, xi)
+    axial_load, normal_load = _inertia(system, history, element)
+    first, second = _mass_up_to(beams, element, xi)
+    axial = -end[..., 0] + h * np.sum(axial_load * first, -1)
+    shear = end[..., 1] - h * np.sum(normal_load * first, -1)
+    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(normal_load * second, -1)
+    displacement = _in_member_axes(system, system.to_links(history.displacement))[:, element]
+    u, w, slope = _in_member(beams, displacement, axial_load, normal_load, element, xi)
     for load in loads:
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u / beams.axial_rigidity[element], w + extra_w / beams.bending_rigidity[element]
+    tension = element_tension(system, history)
+    if tension is not None:  # the axial force acts on the bent axis
+        shear += tension[:, element] * slope
+        moment += tension[:, element] * (w - displacement[..., 1])
     shape = (len(end), len(beams.mesh.members), len(s))
     return MemberState(
         s=s,
@@ -88,6 +89,69 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
         moment=moment.reshape(shape),
         deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
     )
+
+
+def element_forces(system: System, history: History) -> Array:
+    """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
+    beams, terms = system.beams, system.terms
+    v = system.to_links(history.displacement)
+    ends = _each(beams.element_stiffness, _in_member_axes(system, v))
+    ends += _each(beams.element_mass, _in_member_axes(system, history.inertia))
+    if history.turning is not None:
+        ends += _each(beams.element_gyroscopic, _in_member_axes(system, history.turning))
+    if history.velocity is not None and terms.material:
+        ends += terms.material * _each(beams.element_stiffness, _in_member_axes(system, history.velocity))
+    rotation = member_rotation(beams.mesh)
+    if terms.element_stiffness is not None:
+        of_elements = v[:, element_dofs(beams.mesh)]
+        ends += _each(rotation, (terms.element_stiffness @ of_elements[..., None])[..., 0])
+    if terms.law is not None and history.velocity is not None:
+        ends += _each(rotation, terms.law.force(v, history.velocity))
+    return ends
+
+
+def element_tension(system: System, history: History) -> Array | None:
+    """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory."""
+    law = system.terms.law
+    if law is not None and history.velocity is not None:
+        return law.tension(system.to_links(history.displacement), history.velocity)
+    return system.terms.tension
+
+
+def mean_tension(system: System, history: History) -> Array:
+    """Mean axial force of every element (N), ``(angles, elements)``."""
+    ends = element_forces(system, history)
+    return (ends[..., 3] - ends[..., 0]) / 2
+
+
+def _each(matrices: Array, vectors: Array) -> Array:
+    """One matrix per element times ``(angles, elements, 6)``."""
+    return np.einsum("eij,tej->tei", matrices, vectors)
+
+
+def _in_member_axes(system: System, nodal: Array) -> Array:
+    """Nodal values in link axes as those of each element in its member's axes, ``(angles, elements, 6)``."""
+    mesh = system.beams.mesh
+    return _each(member_rotation(mesh), nodal[:, element_dofs(mesh)])
+
+
+def _inertia(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Acceleration along and across the member in each element, as coefficients of `SHAPES`.
+
+    Returns
+    -------
+    tuple
+        Along and across, ``(angles, places, 6)`` each.
+    """
+    h = system.beams.mesh.cell_length[element]
+    inertia = _in_member_axes(system, history.inertia)[:, element]
+    along = np.zeros((*inertia.shape[:2], 6))
+    across = np.zeros_like(along)
+    along[..., 4:], across[..., :4] = inertia[..., AXIAL], _scaled(inertia[..., NORMAL], h)
+    if history.turning is not None:
+        turning = _in_member_axes(system, history.turning)[:, element]
+        along[..., :4], across[..., 4:] = -_scaled(turning[..., NORMAL], h), turning[..., AXIAL]  # the form s
+    return along, across
 
 
 def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
@@ -102,17 +166,14 @@ def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
     return np.concatenate(elements), np.concatenate(places)
 
 
-def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Array, Array, Array]:
-    """Integrals of rho A times shape functions from an element's start to places xi in it (kg/m).
+def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Array, Array]:
+    """Integrals, and twice repeated integrals, of rho A times `SHAPES` from an element's start to places xi (kg/m).
 
-    Returns
-    -------
-    tuple
-        Of the linear functions ``(places, 2)``, of the cubic ones ``(places, 4)``, and twice of the cubic ones.
+    Each is ``(places, 6)``.
     """
     if beams.density_powers is None:
         rho_a = beams.line_density[element, None]
-        return rho_a * integral(LINEAR, xi), rho_a * integral(CUBIC, xi), rho_a * integral(CUBIC, xi, 2)
+        return rho_a * integral(SHAPES, xi), rho_a * integral(SHAPES, xi, 2)
     powers = beams.density_powers[element]
     points, weights = np.polynomial.legendre.leggauss(
         (powers.shape[-1] + 5) // 2
@@ -120,21 +181,23 @@ def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Ar
     places = xi[:, None] * (1 + points) / 2
     share = weights / 2 * xi[:, None]
     share = share * np.einsum("sgp,sp->sg", places[..., None] ** np.arange(powers.shape[-1]), powers)
-    linear, cubic = evaluate(LINEAR, places), evaluate(CUBIC, places)
+    shapes = evaluate(SHAPES, places)
     arm = xi[:, None] - places  # twice the integral of f up to xi is once that of (xi - t) f(t)
-    return tuple(np.einsum("sg,sgj->sj", w, f) for w, f in ((share, linear), (share, cubic), (share * arm, cubic)))
+    return np.einsum("sg,sgj->sj", share, shapes), np.einsum("sg,sgj->sj", share * arm, shapes)
 
 
 def _in_member(
-    beams: Beams, displacement: Array, inertia: Array, element: NDArray[np.int64], xi: Array
-) -> tuple[Array, Array]:
-    """Displacements u and w: those of the shape functions, and the particular solution of the inertia."""
+    beams: Beams, displacement: Array, along: Array, across: Array, element: NDArray[np.int64], xi: Array
+) -> tuple[Array, Array, Array]:
+    """Displacements u and w by the shape functions and the inertia's particular solution, and the slope of w."""
     h, rho_a = beams.mesh.cell_length[element], beams.line_density[element]
     u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
-    u += rho_a * h**2 / beams.axial_rigidity[element] * np.sum(inertia[..., AXIAL] * _between_fixed_ends(xi), -1)
-    w = np.sum(_scaled(displacement[..., NORMAL], h) * evaluate(CUBIC, xi), -1)
-    particular = np.sum(_scaled(inertia[..., NORMAL], h) * _between_clamped_ends(xi), -1)
-    return u, w - rho_a * h**4 / beams.bending_rigidity[element] * particular
+    u += rho_a * h**2 / beams.axial_rigidity[element] * np.sum(along * _between_fixed_ends(xi), -1)
+    bent = _scaled(displacement[..., NORMAL], h)
+    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
+    w = np.sum(bent * evaluate(CUBIC, xi), -1)
+    particular = np.sum(across * _between_clamped_ends(xi), -1)
+    return u, w - rho_a * h**4 / beams.bending_rigidity[element] * particular, np.sum(bent * slopes, -1)
 
 
 def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int64]) -> Array:
@@ -151,13 +214,13 @@ def _scaled(dofs: Array, h: Array) -> Array:
 
 
 def _between_fixed_ends(xi: Array) -> Array:
-    """Answers of ``u'' = N_j`` with u = 0 at both ends of the unit element."""
-    at_end = integral(LINEAR, np.ones(1), 2)
-    return integral(LINEAR, xi, 2) - at_end * xi[:, None]
+    """Answers of ``u'' = N_j``, N of `SHAPES`, with u = 0 at both ends of the unit element."""
+    at_end = integral(SHAPES, np.ones(1), 2)
+    return integral(SHAPES, xi, 2) - at_end * xi[:, None]
 
 
 def _between_clamped_ends(xi: Array) -> Array:
-    """Answers of ``w'''' = N_j`` with w = w' = 0 at both ends of the unit element."""
-    value, slope = (integral(CUBIC, np.ones(1), times) for times in (4, 3))
+    """Answers of ``w'''' = N_j``, N of `SHAPES`, with w = w' = 0 at both ends of the unit element."""
+    value, slope = (integral(SHAPES, np.ones(1), times) for times in (4, 3))
     x = xi[:, None]
-    return integral(CUBIC, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3
+    return integral(SHAPES, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.mechanism.equation import Equation, times
+
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class History:
@@ -19,7 +23,31 @@ class History:
     inertia
         Acceleration of every nodal dof in link axes (m/s^2, rad/s^2), ``(angles, nodal dofs)``, such that
         ``K q + P^T m inertia = 0``: rigid and elastic acceleration, and the modal damping force over the mass.
+    turning
+        What the gyroscopic matrix s is multiplied by, ``2 omega v' + alpha v``; None where the coupling is off.
+    velocity
+        Velocity v' of every nodal dof in link axes (m/s, rad/s), where a solver gives it.
     """
 
-    displacement: NDArray[np.float64]
-    inertia: NDArray[np.float64]
+    displacement: Array
+    inertia: Array
+    turning: Array | None = None
+    velocity: Array | None = None
+
+
+def history_of(equation: Equation, q: Array, rate: Array) -> History:
+    """Give the history of a motion from its coordinates and their velocities, ``(angles, coordinates)`` each."""
+    system, (p, first, second) = equation.system, equation.shape
+    v, v_rate = equation.in_links(q, rate)
+    seconds = equation.acceleration(q, rate)
+    damped = seconds
+    if equation.extra_damping is not None:
+        damping = times(equation.extra_damping, rate)
+        damped = seconds + np.linalg.solve(equation.linear.mass, damping[..., None])[..., 0]
+    inertia = times(p, damped) + system.rigid_acceleration + system.terms.external * v_rate
+    turning = None
+    if first is not None and second is not None:
+        omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.motion.alpha))
+        inertia += 2 * times(first, rate) + times(second, q) - omega**2 * v
+        turning = 2 * omega * v_rate + alpha * v
+    return History(displacement=q, inertia=inertia, turning=turning, velocity=v_rate)

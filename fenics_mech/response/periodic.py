@@ -8,14 +8,13 @@ linear system for the states at their starts, (5.16).
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
-from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
+from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.damping import damping_ratios
 from fenics_mech.response.history import History
 from fenics_mech.response.oscillator import Oscillators
 from fenics_mech.response.quasi_static import solve_static
@@ -23,7 +22,6 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
-LARGEST_RESIDUAL = 1e-8  # of the block-cyclic system, relative to its right-hand side
 
 
 def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Array | None = None) -> History:
@@ -47,7 +45,7 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     """
     analysis = scene.analysis
     step = scene.period / len(modes.theta)
-    oscillators = Oscillators(modes.omega, _damping_ratios(scene, modes.omega))
+    oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
     load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
     slope = np.zeros_like(load)
     if boundary_load is not None:
@@ -55,7 +53,7 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
     start = load - slope * step / 2
     carry = _carry_over(scene, modes, step)
-    states = _solve_cycle(
+    states = solve_cycle(
         carry @ _block_diagonal(oscillators.transition(step)),
         np.einsum("kij,kj->ki", carry, _flat(oscillators.forced(start, slope, step))),
         scene.petsc,
@@ -115,12 +113,6 @@ def _superpose(system: System, modes: Modes, y: Array, load: Array, scene: Scene
     return History(displacement=displacement, inertia=inertia)
 
 
-def _damping_ratios(scene: Scene, omega: Array) -> Array:
-    """Ratio of every mode (E.12), of the shape of `omega`; the last one stated holds for the modes after it."""
-    stated = np.atleast_1d(scene.damping.ratio)
-    return np.broadcast_to(stated[np.minimum(np.arange(omega.shape[1]), len(stated) - 1)], omega.shape)
-
-
 def _carry_over(scene: Scene, modes: Modes, step: float) -> Array:
     """From the states at the end of each sub-interval to those at the start of the next, ``(angles, 2m, 2m)``.
 
@@ -160,31 +152,3 @@ def _flat(states: Array) -> Array:
 
 def _unflat(states: Array) -> Array:
     return states.reshape(len(states), 2, -1).transpose(0, 2, 1)
-
-
-def _solve_cycle(blocks: Array, right: Array, options: dict[str, str | float | int | bool]) -> Array:
-    """Solve ``z_{k+1} - blocks_k z_k = right_k`` with ``z_n = z_0`` (5.16); gives z, ``(angles, 2 modes)``."""
-    count, size, _ = blocks.shape
-    block_rows = np.roll(np.arange(count), -1)  # row k + 1 holds the block of k, row 0 that of the last
-    behind = sp.bsr_matrix((np.roll(blocks, 1, axis=0), np.roll(np.arange(count), 1), np.arange(count + 1)))
-    cyclic = (sp.identity(count * size, format="csr") - behind.tocsr()).sorted_indices()
-    matrix = to_petsc(cyclic)
-    b, x = matrix.createVecs()
-    b.array.reshape(count, size)[block_rows] = right
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    with configured(ksp, "periodic_", DIRECT, options):
-        ksp.setOperators(matrix)
-        ksp.solve(b, x)
-        found = ksp.getConvergedReason()
-    answer = x.array_r.copy()
-    size_of_right = max(float(np.linalg.norm(right)), float(np.finfo(float).tiny))
-    residual = float(np.linalg.norm(cyclic @ answer - b.array_r)) / size_of_right
-    for thing in (matrix, b, x):
-        thing.destroy()
-    if found <= 0 or not residual < LARGEST_RESIDUAL:
-        raise SolverError(
-            f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, found)}, "
-            f"relative residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, "
-            "or other solver options"
-        )
-    return answer.reshape(count, size)

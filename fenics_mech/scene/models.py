@@ -24,6 +24,8 @@ from fenics_mech.units import (
     Length,
     Mass,
     Modulus,
+    Rate,
+    Time,
     Torque,
 )
 
@@ -171,9 +173,21 @@ Ratio = Annotated[float, Field(ge=0, lt=1)]
 
 
 class Damping(Part):
-    """Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest)."""
+    """Damping of the elastic motion; what is stated adds up.
+
+    Parameters
+    ----------
+    ratio
+        Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest).
+    material
+        Retardation time of the material (s): its stress is E times the strain plus this times the strain's rate.
+    external
+        Drag on the elastic velocity, in proportion to the mass (1/s).
+    """
 
     ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
+    material: Annotated[Time, Field(ge=0)] = 0.0
+    external: Annotated[Rate, Field(ge=0)] = 0.0
 
 
 class Analysis(Part):
@@ -184,6 +198,14 @@ class Analysis(Part):
     method
         "periodic" (chapter 5), "quasi-static" (loads and inertia of the rigid motion), or "static" (loads only, held at
         one position, appendix C).
+    solver
+        Of a periodic response: "sub-intervals" (chapter 5), for constant coefficients in each and modal damping;
+        "collocation", of high order in time, for every effect; "auto" takes the first where it can.
+    stages
+        Collocation points in a sub-interval.
+    scheme
+        Where they are: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
+        (order 2 stages, damps nothing).
     position
         Drive coordinate (rad) at which "static" holds the linkage.
     sub_intervals
@@ -205,6 +227,9 @@ class Analysis(Part):
     """
 
     method: Literal["periodic", "quasi-static", "static"] = "periodic"
+    solver: Literal["auto", "sub-intervals", "collocation"] = "auto"
+    stages: Annotated[int, Field(ge=1, le=9)] = 3
+    scheme: Literal["radau", "gauss"] = "radau"
     position: Angle = 0.0
     sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
@@ -254,6 +279,7 @@ class Scene(Part):
     masses: dict[Name, PointMass] = Field(default_factory=dict)
     loads: dict[Name, Load] = Field(default_factory=dict)
     drive: Drives = ()
+    effects: tuple[str, ...] = ()
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()

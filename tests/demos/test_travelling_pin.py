@@ -88,7 +88,7 @@ class _Held:
     """A system whose nodal displacements are given."""
 
     def __init__(self, system, nodal):
-        self.beams, self.motion, self.to_links = system.beams, system.motion, lambda q: nodal
+        self.beams, self.motion, self.terms, self.to_links = system.beams, system.motion, system.terms, lambda q: nodal
 
 
 def _nodes(mesh, member):

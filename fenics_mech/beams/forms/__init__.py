@@ -4,5 +4,6 @@ from fenics_mech.beams.forms.axial import axial
 from fenics_mech.beams.forms.bending import bending
 from fenics_mech.beams.forms.gyroscopic import gyroscopic
 from fenics_mech.beams.forms.mass import mass
+from fenics_mech.beams.forms.stretching import stretching
 
-__all__ = ["axial", "bending", "gyroscopic", "mass"]
+__all__ = ["axial", "bending", "gyroscopic", "mass", "stretching"]

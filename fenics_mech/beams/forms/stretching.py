@@ -1,0 +1,25 @@
+"""Stretching of a beam whose axis turns by a moderate angle."""
+
+from typing import Any
+
+import ufl
+from dolfinx import fem
+
+
+def stretching(space: Any, tension: Any) -> Any:
+    """Give ``int N (u' + w'^2/2) dx`` of a state: its work with the tension N (N), constant in each element.
+
+    With ``- N^2/(2 EA)`` it is the mixed energy of von Karman's strain (Hellinger and Reissner). Stationary in N, that
+    energy says that N is EA times the strain's mean over the element, so that a bent element does not lock.
+
+    Returns
+    -------
+    tuple
+        The first derivative at the straight state, a linear form ``int N v' dx``, and the second derivative, the
+        bilinear form ``int N w' z' dx`` of the geometric stiffness.
+    """
+    state = fem.Function(space)
+    u, w = ufl.split(state)
+    work = tension * (u.dx(0) + w.dx(0) ** 2 / 2) * ufl.dx
+    slope = ufl.derivative(work, state, ufl.TestFunction(space))
+    return slope, ufl.derivative(slope, state, ufl.TrialFunction(space))

@@ -1,0 +1,55 @@
+"""Physical effects, one a file: each is found here, and acts only in scenes that call for it."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+
+from fenics_mech.beams import Beams
+from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.terms import NOTHING, Entries, Situation, Terms, total
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
+
+__all__ = ["EFFECTS", "NOTHING", "Effect", "Entries", "Situation", "Terms", "active", "build_terms", "shaped"]
+
+
+def _found() -> dict[str, Effect]:
+    modules = [import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)]
+    effects = [module.EFFECT for module in modules if hasattr(module, "EFFECT")]
+    return {effect.name: effect for effect in effects}
+
+
+EFFECTS = _found()
+
+
+def active(scene: Scene) -> tuple[Effect, ...]:
+    """Give the effects that act in a scene: those that it names, and those that come with what it states.
+
+    Raises
+    ------
+    SceneError
+        When it names one that is not known, or two that exclude each other.
+    """
+    for name in scene.effects:
+        if name not in EFFECTS:
+            raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"Known: {', '.join(EFFECTS)}")
+    acting = tuple(effect for effect in EFFECTS.values() if effect.name in scene.effects or effect.stated(scene))
+    names = {effect.name for effect in acting}
+    for effect in acting:
+        if clash := names.intersection(effect.refuses):
+            raise SceneError(f"{effect.name!r} and {min(clash)!r} exclude each other", place="effects")
+    return acting
+
+
+def shaped(scene: Scene, beams: Beams) -> Beams:
+    """Give the links' matrices as the scene's effects change them."""
+    for effect in active(scene):
+        if effect.beams is not None:
+            beams = effect.beams(scene, beams)
+    return beams
+
+
+def build_terms(situation: Situation) -> Terms:
+    """Give what the scene's effects add to the equation of motion."""
+    return total([effect.terms(situation) for effect in active(situation.scene) if effect.terms is not None])

@@ -1,0 +1,11 @@
+"""Coupling of rigid and elastic motion: Coriolis, centrifugal and Euler forces on the elastic displacement."""
+
+from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.terms import Terms
+
+EFFECT = Effect(
+    name="coupling",
+    meaning="Coriolis, centrifugal and Euler forces on the elastic displacement",
+    source="(4.59)-(4.66), which (5.1) drops",
+    terms=lambda situation: Terms(coupled=True),
+)

@@ -1,0 +1,21 @@
+"""Geometric stiffness: tension in a link holds it straight, compression bends it further."""
+
+from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.stretching import Stretching
+from fenics_mech.effects.terms import Situation, Terms
+
+
+def terms(situation: Situation) -> Terms:
+    """Give ``int N w' z' dx`` with the mean axial force N of each element, of loads and rigid motion."""
+    tension = situation.tension()
+    blocks = tension[..., None, None] * Stretching.of(situation.beams).bow
+    return Terms(element_stiffness=blocks, tension=tension)
+
+
+EFFECT = Effect(
+    name="geometric-stiffness",
+    meaning="bending stiffness from the axial force of loads and rigid motion",
+    source="section 7.4; Przemieniecki (1968), ch. 15",
+    terms=terms,
+    refuses=("moderate-rotations",),
+)

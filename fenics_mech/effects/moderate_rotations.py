@@ -1,0 +1,101 @@
+"""Moderate rotations: bending shortens a member, and its axial force acts on the bent axis (von Karman)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech.beams.layout import element_dofs
+from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.stretching import Stretching
+from fenics_mech.effects.terms import Array, Index, Situation, Terms
+
+
+@dataclass(frozen=True)
+class VonKarman:
+    """Elements with the strain ``u' + w'^2/2``, its mean over each element.
+
+    Parameters
+    ----------
+    stretching
+        Strain of the elements.
+    dofs
+        Nodal dofs of the elements, ``(elements, 6)``.
+    rigidity
+        EA over the element's length (N/m), ``(elements,)``.
+    material
+        Retardation time: the tension is ``EA (strain + material * rate of strain)`` (s). The rate is that of the whole
+        strain: on the linear part alone it would damp bending away, as u' follows -w'^2/2.
+    """
+
+    stretching: Stretching
+    dofs: Index
+    rigidity: Array
+    material: float
+
+    def tension(self, v: Array, rate: Array) -> Array:
+        """Axial force of each element (N), ``(angles, elements)``."""
+        return self._forces(v[:, self.dofs], rate[:, self.dofs])[0]
+
+    def force(self, v: Array, rate: Array) -> Array:
+        """``N (line + bow v)`` less its linear part, ``(angles, elements, 6)``."""
+        v, rate = v[:, self.dofs], rate[:, self.dofs]
+        tension, turned = self._forces(v, rate)
+        linear = self.rigidity * np.einsum("ei,tei->te", self.stretching.line, v + self.material * rate)
+        return tension[..., None] * turned - linear[..., None] * self.stretching.line
+
+    def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
+        """Force about v, v' and a tension, see `Law`."""
+        v, rate = v[:, self.dofs], rate[:, self.dofs]
+        found, turned = self._forces(v, rate)
+        line, bow, rigidity = self.stretching.line, self.stretching.bow, self.rigidity[:, None, None]
+        swing = self.material * _times(bow, rate)  # change of the strain's rate with v
+        lift = turned[..., :, None]
+        by_v = rigidity * lift * (turned + swing)[..., None, :]
+        by_rate = self.material * rigidity * lift * turned[..., None, :]
+        constant = found[..., None] * turned - _apply(by_v, v) - _apply(by_rate, rate)
+        constant -= tension[..., None] * _times(bow, v)
+        straight = rigidity * line[:, :, None] * line[:, None, :]
+        return constant, by_v + tension[..., None, None] * bow - straight, by_rate - self.material * straight
+
+    def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
+        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
+        v, rate, new_v, new_rate = (array[:, self.dofs] for array in (v, rate, new_v, new_rate))
+        found, turned = self._forces(v, rate)
+        swing = self.material * _times(self.stretching.bow, rate)
+        change = np.sum((turned + swing) * (new_v - v), -1) + self.material * np.sum(turned * (new_rate - rate), -1)
+        return found + self.rigidity * change
+
+    def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
+        """Tension, and the change of the element's elongation with its dofs, ``line + bow v``."""
+        bent = _times(self.stretching.bow, v)
+        turned = self.stretching.line + bent
+        elongation = np.sum((self.stretching.line + bent / 2) * v, -1)
+        return self.rigidity * (elongation + self.material * np.sum(turned * rate, -1)), turned
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """One matrix per element times ``(angles, elements, 6)``."""
+    return np.einsum("eij,tej->tei", matrices, vectors)
+
+
+def _apply(blocks: Array, vectors: Array) -> Array:
+    return (blocks @ vectors[..., None])[..., 0]
+
+
+def terms(situation: Situation) -> Terms:
+    """Give the law of the elements."""
+    beams = situation.beams
+    rigidity = beams.axial_rigidity / beams.mesh.cell_length
+    material = situation.scene.damping.material
+    return Terms(law=VonKarman(Stretching.of(beams), element_dofs(beams.mesh), rigidity, material))
+
+
+EFFECT = Effect(
+    name="moderate-rotations",
+    meaning="von Karman strains: bending shortens a member, axial forces act on its bent axis",
+    source="von Karman (1910); Reddy, An Introduction to Nonlinear Finite Element Analysis, ch. 4",
+    terms=terms,
+    refuses=("geometric-stiffness",),
+)

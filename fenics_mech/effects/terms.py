@@ -1,0 +1,159 @@
+"""What effects add to the equation of motion of the links, in the links' own axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fenics_mech.beams import BeamMesh, Beams
+from fenics_mech.beams.layout import element_dofs
+from fenics_mech.kinematics import Motion
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What an effect may look at.
+
+    Parameters
+    ----------
+    scene, beams, motion
+        The scene, its links' matrices and its rigid motion.
+    tension
+        Gives the axial force of each element from loads and rigid motion (N), ``(angles, elements)``.
+    """
+
+    scene: Scene
+    beams: Beams
+    motion: Motion
+    tension: Callable[[], Array]
+
+
+@dataclass(frozen=True)
+class Entries:
+    """A matrix over the nodal dofs, in link axes, that may change with the drive angle.
+
+    Parameters
+    ----------
+    rows, columns
+        Place of each entry, ``(entries,)``; entries at one place add up.
+    values
+        ``(angles, entries)``, or ``(1, entries)`` where they do not change.
+    """
+
+    rows: Index
+    columns: Index
+    values: Array
+
+    @classmethod
+    def of_elements(cls, mesh: BeamMesh, blocks: Array) -> Entries:
+        """Give the matrix of element blocks in link axes, ``(angles or 1, elements, 6, 6)``."""
+        dofs = element_dofs(mesh)
+        rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        return cls(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
+
+    def times(self, vectors: Array) -> Array:
+        """Product with one vector at each angle, ``(angles, nodal dofs)``."""
+        return summed(self.values * vectors[:, self.columns], self.rows, vectors.shape[1])
+
+    def dense(self, size: int) -> Array:
+        """The matrix at all angles, ``(angles or 1, size, size)``."""
+        return summed(self.values, self.rows * size + self.columns, size**2).reshape(-1, size, size)
+
+
+def summed(values: Array, place: Index, size: int) -> Array:
+    """Sum values ``(angles, entries)`` that share a place, ``(angles, size)``."""
+    collect = sp.csr_matrix((np.ones(len(place)), (place, np.arange(len(place)))), shape=(size, len(place)))
+    return np.ascontiguousarray((collect @ values.T).T)
+
+
+class Law(Protocol):
+    """A nonlinear force of the elements: what it adds to the linear elastic one.
+
+    Newton's method takes each element's tension as an unknown of its own, beside v. It then needs few steps and no
+    small ones: a tension that is computed from a bending not yet right is a bad guess, as elements are stiff along
+    their axes. Source: Magisano, Leonetti and Garcea, Int. J. Numer. Meth. Engng 109 (2017) 1237.
+    """
+
+    def force(self, v: Array, rate: Array) -> Array:
+        """Forces on the elements' ends in link axes, ``(angles, elements, 6)``, from v and v'."""
+
+    def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
+        """Force about v, v' and a tension, ``constant + by_v v + by_rate v'``.
+
+        Returns
+        -------
+        tuple
+            The constant ``(angles, elements, 6)``, and two matrices ``(angles, elements, 6, 6)``.
+        """
+
+    def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
+        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
+
+    def tension(self, v: Array, rate: Array) -> Array:
+        """Axial force of each element, with the linear part (N), ``(angles, elements)``."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What effects add; every part may be missing, and a part that is missing costs nothing.
+
+    Parameters
+    ----------
+    coupled
+        Whether the elastic motion feels the turning of its link's axes (P', P'', Coriolis, centrifugal, Euler).
+    force
+        Loads on the nodal dofs, ``(angles, nodal dofs)`` (N, N m).
+    acceleration
+        Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
+    stiffness, damping
+        Matrices that are no elements': springs, dampers, load stiffness (N/m ..., N s/m ...).
+    element_stiffness, element_damping
+        Blocks of the elements in link axes, ``(angles or 1, elements, 6, 6)``.
+    tension
+        Axial force that the elements' stiffness was computed with (N), ``(angles, elements)``.
+    external, material
+        Damping per mass (1/s), and retardation time of the material (s): the force goes with the strain's rate.
+    law
+        A nonlinear force of the elements.
+    """
+
+    coupled: bool = False
+    force: Array | None = None
+    acceleration: Array | None = None
+    stiffness: tuple[Entries, ...] = ()
+    damping: tuple[Entries, ...] = ()
+    element_stiffness: Array | None = None
+    tension: Array | None = None
+    external: float = 0.0
+    material: float = 0.0
+    law: Law | None = None
+
+    def __add__(self, other: Terms) -> Terms:
+        """Give both effects' terms."""
+        names = [field.name for field in fields(self)]
+        return Terms(**{name: _sum(getattr(self, name), getattr(other, name)) for name in names})
+
+
+NOTHING = Terms()
+
+
+def _sum(a: Any, b: Any) -> Any:
+    if a is None or b is None:
+        return b if a is None else a
+    if isinstance(a, bool):
+        return a or b
+    return a + b
+
+
+def total(terms: Sequence[Terms]) -> Terms:
+    """Sum of all terms."""
+    return sum(terms, NOTHING)

@@ -1,0 +1,174 @@
+"""The whole equation of motion (4.66) at many drive angles at once, as dense matrices over the coordinates q.
+
+In link axes the elastic displacement is ``v = P q``, its velocity ``v' = P q' + P' q``, its acceleration
+``v'' = P q'' + 2 P' q' + P'' q``. The links' forces in their own axes, carried back by P^T, give the equation. Without
+the coupling of rigid and elastic motion P counts as constant, (5.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fenics_mech.effects import Entries
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.system import System
+
+Array = NDArray[np.float64]
+MOST_COORDINATES = 1500  # beyond it the dense matrices of a cycle take more memory than a workstation has
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """``M q'' + C q' + K q = f``: three of ``(angles, coordinates, coordinates)`` and ``(angles, coordinates)``."""
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    load: Array
+
+
+@dataclass(frozen=True)
+class Equation:
+    """The equation of motion of a system, its linear part assembled once.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angles.
+    extra_damping
+        Damping over the coordinates q, ``(angles, coordinates, coordinates)``: that of modal ratios.
+    """
+
+    system: System
+    extra_damping: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is too large to be dense."""
+        if self.system.size > MOST_COORDINATES:
+            raise SolverError(
+                f"{self.system.size} degrees of freedom are too many for this solver, which takes "
+                f"{MOST_COORDINATES}: use fewer elements"
+            )
+
+    @cached_property
+    def shape(self) -> tuple[Array, Array | None, Array | None]:
+        """P, P' and P'' at all angles, ``(angles, nodal dofs, coordinates)``; the last two None when not coupled."""
+        transformation = self.system.transformation
+        values = [self.system.values, *(transformation.derivatives(self.system.motion) if self.coupled else ())]
+        full = np.zeros((len(values), len(values[0]), *transformation.shape))
+        full[:, :, transformation.rows, transformation.columns] = np.stack(values)
+        return (full[0], full[1], full[2]) if self.coupled else (full[0], None, None)
+
+    @property
+    def coupled(self) -> bool:
+        """Whether the coupling of rigid and elastic motion counts."""
+        return self.system.terms.coupled
+
+    @cached_property
+    def linear(self) -> Matrices:
+        """The linear part."""
+        p, first, second = self.shape
+        m, d = self.system.link_mass, self._link_damping
+        k = self._with(self.system.link_stiffness, self.system.added_stiffness)
+        mass, damping, stiffness = _product(m, p), _product(d, p), _product(k, p)
+        if first is not None and second is not None:
+            m_v = self._scaled(self.system.link_gyroscopic, self.system.motion.omega)  # (4.29)
+            m_a = self._scaled(self.system.link_gyroscopic, self.system.motion.alpha)  # (4.30)
+            m_a = m_a - self._scaled(m, self.system.motion.omega**2)
+            damping = damping + 2 * _product(m, first) + 2 * _product(m_v, p)  # (4.52), (4.53)
+            stiffness = stiffness + _product(m, second) + 2 * _product(m_v, first) + _product(m_a, p)  # (4.49)-(4.51)
+            stiffness = stiffness + _product(d, first)
+        back = p.transpose(0, 2, 1)
+        damping = back @ damping
+        if self.extra_damping is not None:
+            damping = damping + self.extra_damping
+        return Matrices(back @ mass, damping, back @ stiffness, self.system.load)
+
+    def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
+        """Linearise about a state: the tangents, and the load with which they are exact at that state.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        tension
+            Axial force of each element that goes with them (N), ``(angles, elements)``.
+        """
+        linear, law, mesh = self.linear, self.system.terms.law, self.system.beams.mesh
+        if law is None:
+            return linear
+        p, first, _ = self.shape
+        constant, *tangents = law.linearised(*self.in_links(q, rate), tension)
+        by_v, by_rate = (Entries.of_elements(mesh, blocks).dense(p.shape[1]) for blocks in tangents)
+        back = p.transpose(0, 2, 1)
+        stiffness = by_v @ p if first is None else by_v @ p + by_rate @ first
+        return Matrices(
+            mass=linear.mass,
+            damping=linear.damping + back @ (by_rate @ p),
+            stiffness=linear.stiffness + back @ stiffness,
+            load=linear.load - self._to_coordinates(constant),
+        )
+
+    def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:
+        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
+        law = self.system.terms.law
+        assert law is not None
+        return law.predicted(*self.in_links(q, rate), *self.in_links(new_q, new_rate))
+
+    def residual(self, q: Array, rate: Array, second: Array) -> Array:
+        """``M q'' + C q' + K q + law - f``, ``(angles, coordinates)``."""
+        linear, law = self.linear, self.system.terms.law
+        lack = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
+        return lack if law is None else lack + self._to_coordinates(law.force(*self.in_links(q, rate)))
+
+    def _to_coordinates(self, ends: Array) -> Array:
+        """Carry forces on the elements' ends, ``(angles, elements, 6)``, to the coordinates."""
+        return (self.system.assembled(ends)[:, None] @ self.shape[0])[:, 0]
+
+    def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
+        """Displacement v and its velocity v' in link axes, each ``(angles, nodal dofs)``."""
+        p, first, _ = self.shape
+        v_rate = times(p, rate)
+        return times(p, q), v_rate if first is None else v_rate + times(first, q)
+
+    def acceleration(self, q: Array, rate: Array) -> Array:
+        """Second derivative of the coordinates at a state, ``(angles, coordinates)``."""
+        lack = self.residual(q, rate, np.zeros_like(q))
+        return np.linalg.solve(self.linear.mass, -lack[..., None])[..., 0]
+
+    @cached_property
+    def _link_damping(self) -> sp.csr_matrix | Array:
+        """Damping in link axes: by the material, by the surroundings, by dampers."""
+        terms = self.system.terms
+        constant = terms.material * self.system.link_stiffness + terms.external * self.system.link_mass
+        return self._with(constant, terms.damping)
+
+    def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...]) -> sp.csr_matrix | Array:
+        """Give a constant matrix, or with entries of effects a dense one at all angles."""
+        if not added:
+            return constant
+        return constant.toarray() + sum(entries.dense(constant.shape[0]) for entries in added)
+
+    def _scaled(self, matrix: sp.csr_matrix, by_link: Array) -> sp.csr_matrix | Array:
+        """Scale the rows of each link by a factor that changes with the angle, ``(angles, links)``."""
+        rows = by_link[:, self.system.link_of_dof]
+        return rows[..., None] * matrix.toarray()
+
+
+def _product(matrix: sp.csr_matrix | Array, columns: Array) -> Array:
+    """Product of a matrix, constant or at all angles, with ``(angles, nodal dofs, coordinates)``."""
+    if isinstance(matrix, np.ndarray):
+        return matrix @ columns
+    angles, rows, size = columns.shape
+    flat = columns.transpose(1, 0, 2).reshape(rows, -1)
+    return np.asarray(matrix @ flat).reshape(-1, angles, size).transpose(1, 0, 2)
+
+
+def times(matrices: Array, vectors: Array) -> Array:
+    """One matrix at each angle times one vector, ``(angles, rows)``."""
+    return (matrices @ vectors[..., None])[..., 0]

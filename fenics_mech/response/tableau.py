@@ -1,0 +1,45 @@
+"""Collocation points in a step, and the Runge-Kutta coefficients that they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Legendre, Polynomial
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """Coefficients of a collocation method with s points.
+
+    Parameters
+    ----------
+    points
+        c, places 0..1 in the step, ``(s,)``.
+    inner
+        A: integrals of the Lagrange polynomials up to each point, ``(s, s)``.
+    weights
+        b: their integrals over the step, ``(s,)``.
+    """
+
+    points: Array
+    inner: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, scheme: str, stages: int) -> Tableau:
+        """Give the method "gauss" (order 2s, conserves quadratic energies) or "radau" (IIA, order 2s - 1, L-stable).
+
+        Source: Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8.
+        """
+        legendre = Legendre.basis(stages)
+        if scheme == "radau":
+            legendre = legendre - Legendre.basis(stages - 1)
+        points = (np.sort(legendre.roots().real) + 1) / 2
+        others = [Polynomial.fromroots(np.delete(points, j)) for j in range(stages)]
+        lagrange = [(other / other(point)).integ() for other, point in zip(others, points)]
+        inner = np.stack([integral(points) - integral(0) for integral in lagrange], axis=-1)
+        return cls(points, inner, np.array([integral(1) - integral(0) for integral in lagrange]))
