@@ -142,7 +142,7 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
     Where the drive locks it raises `AssemblyError`, or stops there when it is told to go `to_the_end`.
     """
     start = assemble(scene, loops, law)
-    points = [(0.0, start, *_derivatives(loops, law, start, 0.0))]
+    points = [(0.0, start, *_derivatives_at(loops, law, start, 0.0))]
     ours = float(side(loops, start[None])[0])
     for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
         here, q, rate, curvature = points[0]
@@ -154,7 +154,7 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
             stayed = np.abs((found[0] - guess)[2::3]).max() < LARGEST_CORRECTION and side(loops, found)[0] == ours
             if closed[0] and stayed:
                 here, q = here + ahead, found[0]
-                rate, curvature = _derivatives(loops, law, q, here)
+                rate, curvature = _derivatives_at(loops, law, q, here)
                 points.append((here, q, rate, curvature))
                 step = min(1.5 * step, LARGEST_STEP)
             elif (step := step / 2) < SMALLEST_STEP:
@@ -169,15 +169,25 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
     return Branch(knots, poses, rates, curvatures, ours)
 
 
-def _derivatives(loops: Loops, law: DriveLaw, q: Array, theta: float) -> tuple[Array, Array]:
-    """First and second derivative of the coordinates by the drive coordinate."""
-    jacobian = loops.jacobian(q[None])[0]
-    jet = law(np.array([theta]))
+def derivatives(loops: Loops, law: DriveLaw, q: Array, theta: Array) -> tuple[Array, Array]:
+    """First and second derivative of the coordinates by the drive coordinate, each ``(positions, 3 links)``."""
+    jacobian = loops.jacobian(q)
+    jet = law(theta)
     try:
-        rate = np.linalg.solve(jacobian, loops.driven(jet.first)[0])
-        return rate, np.linalg.solve(jacobian, (loops.driven(jet.second) - loops.convective(q[None], rate[None]))[0])
+        rate = np.linalg.solve(jacobian, loops.driven(jet.first)[..., None])[..., 0]  # (6.2) for all loops
+        forced = loops.driven(jet.second) - loops.convective(q, rate)
+        return rate, np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
     except np.linalg.LinAlgError as error:
-        raise AssemblyError(f"the linkage is at a dead centre at drive angle {_degrees(theta)}") from error
+        where = f" at drive angle {_degrees(theta[0])}" if len(theta) == 1 else ""
+        raise AssemblyError(
+            f"the linkage is at a dead centre{where}: its velocities are not determined there"
+        ) from error
+
+
+def _derivatives_at(loops: Loops, law: DriveLaw, q: Array, theta: float) -> tuple[Array, Array]:
+    """Both derivatives at one position, ``(3 links,)`` each."""
+    rate, curvature = derivatives(loops, law, q[None], np.array([theta]))
+    return rate[0], curvature[0]
 
 
 def _place_links(scene: Scene, loops: Loops, drive: Array) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from fenics_mech.errors import AssemblyError
-from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch, side
+from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, derivatives, follow, follow_branch, side
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
 
@@ -91,18 +91,16 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     rate = scene.cycle_rate
     law = DriveLaw(scene)
     q = follow(loops, law, theta, _branch(loops, near, rate) if near else follow_branch(scene, loops, law, theta))
-    jets = law(theta)
-    jacobian = loops.jacobian(q)
-    try:
-        velocity = np.linalg.solve(jacobian, rate * loops.driven(jets.first)[..., None])[..., 0]  # (6.2) for all loops
-        forced = rate**2 * loops.driven(jets.second) - loops.convective(q, velocity)
-        acceleration = np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
-    except np.linalg.LinAlgError as error:
-        raise AssemblyError("the linkage is at a dead centre: its velocities are not determined") from error
+    slope, curvature = derivatives(loops, law, q, theta)
+    return as_motion(loops, theta, theta / rate, q, rate * slope, rate**2 * curvature)
+
+
+def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array, acceleration: Array) -> Motion:
+    """Label the coordinates of the loops and their time derivatives, each ``(angles, 3 links)``."""
     poses, rates, seconds = (array.reshape(len(q), -1, 3) for array in (q, velocity, acceleration))
     return Motion(
         theta=theta,
-        time=theta / rate,
+        time=time,
         links=loops.links,
         position=poses[..., :2],
         velocity=rates[..., :2],
@@ -124,19 +122,9 @@ def _at_rest(scene: Scene, loops: Loops, theta: Array) -> Motion:
     rank = np.linalg.matrix_rank(jacobian.reshape(-1, len(q)))
     if rank < len(q):
         raise AssemblyError(f"nothing drives the linkage, and its joints leave it {len(q) - rank} small motions")
-    pose = np.broadcast_to(q.reshape(-1, 3), (len(theta), len(loops.links), 3))
+    pose = np.broadcast_to(q, (len(theta), len(q)))
     still = np.zeros_like(pose)
-    return Motion(
-        theta=theta,
-        time=np.zeros_like(theta),
-        links=loops.links,
-        position=pose[..., :2],
-        velocity=still[..., :2],
-        acceleration=still[..., :2],
-        angle=pose[..., 2],
-        omega=still[..., 2],
-        alpha=still[..., 2],
-    )
+    return as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
 
 
 def _branch(loops: Loops, motion: Motion, rate: float) -> Branch:

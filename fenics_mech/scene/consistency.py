@@ -137,6 +137,12 @@ def _check_drives(scene: Scene) -> None:
             raise SceneError("a driven joint must connect two bodies", place=f"joints.{drive.joint}.connect")
         if joint.kind != "revolute" and drive.speed is not None:
             raise SceneError("a stroke cannot go on for ever at one speed", place=f"{place}.speed", hint="Give a law")
+        if i and drive.run_up is not None:
+            raise SceneError(
+                "the run-up is that of the first drive, which the others follow",
+                place=f"{place}.run_up",
+                hint="Give it to the first drive",
+            )
         turns = drive.cycle_rate / scene.cycle_rate
         if abs(turns - round(turns)) > 1e-9 or round(turns) == 0 or (drive.law is not None and round(turns) != 1):
             raise SceneError(

@@ -1,12 +1,15 @@
 """Drives: what turns or pushes a joint, as a function of the drive coordinate theta.
 
 Theta runs from 0 to 2 pi in a cycle. For a drive at constant speed it is the angle turned; for a periodic law it is
-the phase ``2 pi t / period``.
+the phase ``2 pi t / period``. A drive at constant speed may start with a run-up, which is not periodic: theta is then a
+function of time.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -16,7 +19,7 @@ from scipy.interpolate import make_interp_spline
 
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.units import AngleOrLength, AngularSpeed, Time
+from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Time
 
 Array = NDArray[np.float64]
 
@@ -82,6 +85,66 @@ class Expression(Part):
 
 
 Law = Annotated[Harmonics | Table | Expression, Field(discriminator="kind")]
+SLACK = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
+
+
+class TimeTable(Part):
+    """Angles (rad) turned at given times (s) of a run-up, joined by a quintic spline that starts from rest.
+
+    It goes over into the steady motion with its speed and without acceleration.
+    """
+
+    kind: Literal["table"]
+    times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
+    angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
+
+    @model_validator(mode="after")
+    def _has_pairs(self) -> Self:
+        if len(self.times) != len(self.angles):
+            raise ValueError(f"{len(self.times)} times and {len(self.angles)} angles: a table needs as many of both")
+        if self.times[0] != 0 or any(b <= a for a, b in pairwise(self.times)):
+            raise ValueError("the times must increase from 0 to the end of the run-up")
+        return self
+
+    def jet(self, time: Array, speed: float) -> Jet:
+        """Angle turned and two derivatives by time; speed is that of the steady motion."""
+        ends = [(1, 0.0), (2, 0.0)], [(1, speed), (2, 0.0)]
+        spline = make_interp_spline(self.times, self.angles, k=5, bc_type=ends)
+        return Jet(spline(time), spline(time, 1), spline(time, 2))
+
+
+class TimeExpression(Part):
+    """Angle (rad) turned during a run-up, as a formula of the time t (s)."""
+
+    kind: Literal["expression"]
+    formula: str
+
+    @field_validator("formula")
+    @classmethod
+    def _can_be_read(cls, text: str) -> str:
+        Formula(text, ("t",))
+        return text
+
+    def jet(self, time: Array, speed: float) -> Jet:
+        """Angle turned and two derivatives by time; the formula has its own speed at its end."""
+        return Formula(self.formula, ("t",)).jet(Jet.variable(time))
+
+
+RunUpLaw = Annotated[TimeTable | TimeExpression, Field(discriminator="kind")]
+
+
+def smooth_start(duration: float, time: Array, speed: float) -> Jet:
+    """Angle turned from rest to `speed` (rad/s) and two derivatives by time; the jerk is continuous at both ends.
+
+    The speed is ``speed (10 x^3 - 15 x^4 + 6 x^5)`` with ``x = time / duration``, the lowest polynomial whose first two
+    derivatives vanish at both ends; half of ``speed * duration`` is turned.
+    """
+    x = time / duration
+    return Jet(
+        speed * duration * x**4 * (2.5 - 3 * x + x**2),
+        speed * x**3 * (10 - 15 * x + 6 * x**2),
+        speed / duration * 30 * x**2 * (1 - x) ** 2,
+    )
 
 
 class Drive(Part):
@@ -99,6 +162,12 @@ class Drive(Part):
         Instead of a speed: angle (rad) or stroke (m) over the cycle.
     period
         Duration of the law's cycle (s).
+    run_up
+        Time (s) in which a drive at constant speed comes from rest to its speed. Only a solution in time has a run-up;
+        the steady state is that of the speed.
+    run_up_law
+        The angle turned during the run-up, instead of `smooth_start`: from 0 at t = 0 to any, with the drive's speed at
+        the end.
     """
 
     joint: Name
@@ -106,6 +175,8 @@ class Drive(Part):
     start: AngleOrLength = 0.0
     law: Law | None = None
     period: Annotated[Time, Field(gt=0)] | None = None
+    run_up: Annotated[Time, Field(gt=0)] | None = None
+    run_up_law: RunUpLaw | None = None
 
     @model_validator(mode="after")
     def _moves_in_one_way(self) -> Self:
@@ -117,10 +188,48 @@ class Drive(Part):
             raise ValueError("a period goes with a law, and a law needs one")
         return self
 
+    @model_validator(mode="after")
+    def _runs_up_to_its_speed(self) -> Self:
+        if self.run_up is None:
+            if self.run_up_law is not None:
+                raise ValueError("a run_up_law needs its duration, run_up")
+            return self
+        if self.speed is None:
+            raise ValueError("a run-up leads to a constant speed: a drive with a periodic law has none")
+        law = self.run_up_law
+        if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > SLACK * self.run_up:
+            raise ValueError(f"the run-up's table ends at {law.times[-1]:.6g} s, and the run-up at {self.run_up:.6g} s")
+        with np.errstate(all="ignore"):
+            jet = self.coordinate(np.linspace(0, self.run_up, 101))
+        if not np.isfinite([jet.value, jet.first, jet.second]).all():
+            raise ValueError("the run-up's law is not finite over the run-up")
+        if abs(jet.value[0]) > SLACK:
+            raise ValueError(f"the run-up's law must start with an angle of 0, and starts with {jet.value[0]:.6g} rad")
+        if abs(jet.first[-1] - self.speed) > SLACK * abs(self.speed):
+            raise ValueError(
+                f"the run-up's law ends with {jet.first[-1]:.6g} rad/s, and the drive goes on with "
+                f"{self.speed:.6g} rad/s"
+            )
+        return self
+
     @property
     def cycle_rate(self) -> float:
         """Rate of the drive coordinate theta (rad/s)."""
         return self.speed if self.speed is not None else 2 * math.pi / (self.period or math.nan)
+
+    def coordinate(self, time: Array) -> Jet:
+        """Drive coordinate theta (rad) and its two derivatives by time, at times from 0 on."""
+        if self.run_up is None:
+            return Jet(self.cycle_rate * time, np.full_like(time, self.cycle_rate), np.zeros_like(time))
+        speed, end = self.cycle_rate, self.run_up
+        law = self.run_up_law.jet if self.run_up_law is not None else partial(smooth_start, end)
+        starting, last = law(np.minimum(time, end), speed), law(np.array([end]), speed)
+        steady = time > end
+        return Jet(
+            np.where(steady, last.value + speed * (time - end), starting.value),
+            np.where(steady, speed, starting.first),
+            np.where(steady, 0.0, starting.second),
+        )
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
         """Angle or stroke and two derivatives by theta, which runs at `cycle_rate` (rad/s)."""

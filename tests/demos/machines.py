@@ -79,6 +79,11 @@ def swinging_block():
     return scene(links, joints, {"joint": "O", "speed": "20 rad/s"}, {"O": (0, 0), "C": (0.2, 0)}, **rest)
 
 
+def swinging_rod():
+    """The same, with a pin of the ground that travels over several elements."""
+    return swinging_block().changed(mesh__elements=6)
+
+
 def crane():
     """A boom lifted by a cylinder: the stroke along the flexible barrel is driven by a law."""
     links = {
@@ -130,4 +135,4 @@ def welded_arm():
     return scene(links, joints, {"joint": "O", "speed": "15 rad/s"}, {"O": (0, 0), "C": (0.25, 0)}, masses=masses)
 
 
-MACHINES = {f.__name__: f for f in (rigid_crank, piston, swinging_block, crane, welded_arm)}
+MACHINES = {f.__name__: f for f in (rigid_crank, piston, swinging_block, swinging_rod, crane, welded_arm)}
