@@ -12,15 +12,16 @@ from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_force
 from fenics_mech.recovery.members import MemberState, recover_members
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.validity import bow, euler_ratio
+from fenics_mech.recovery.viscous import elastic_part
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
-    "strain_axial": ("1", "axial strain N/EA"),
+    "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
     "stress": ("Pa", "stress of the outer fibre"),
-    "moment": ("N m", "bending moment EI w''"),
+    "moment": ("N m", "bending moment"),
     "axial_force": ("N", "axial force, tension positive"),
     "shear_force": ("N", "shear force dM/ds"),
     "deflection": ("m", "elastic displacement, fixed frame"),
@@ -81,13 +82,18 @@ def _of_members(scene: Scene, members: MemberState) -> dict[str, tuple[tuple[str
     modulus, fibre = np.stack([r.modulus for r in rigidity]), np.stack([r.fibre for r in rigidity])
     axial = members.axial_force / ea
     bending = -members.moment[..., None] * fibre / ei[..., None]  # + fibre on the normal's side
+    stress = modulus * (axial[..., None] + bending)
+    if (
+        scene.damping.material and scene.analysis.method == "periodic"
+    ):  # a part of the stress goes with the strain's rate
+        axial, bending = (elastic_part(part, scene.damping.material, scene.period) for part in (axial, bending))
     strain = axial[..., None] + bending  # (6.38)
     along = ("theta", "member", "s")
     return {
         "strain": ((*along, "fibre"), strain),
         "strain_axial": (along, axial),
         "strain_bending": ((*along, "fibre"), bending),
-        "stress": ((*along, "fibre"), modulus * strain),
+        "stress": ((*along, "fibre"), stress),
         "moment": (along, members.moment),
         "axial_force": (along, members.axial_force),
         "shear_force": (along, members.shear_force),
