@@ -10,6 +10,37 @@ from fenics_mech.effects.terms import Situation, Terms
 from fenics_mech.scene import Scene
 
 
+@dataclass(frozen=True)
+class Survey:
+    """Dimensionless numbers of a mechanism, measured before the run, by which effects estimate their size.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    vibration
+        Difference of the response from the quasi-static one, relative.
+    sensitivity
+        Relative change of the response over a relative change of stiffness: large near a resonance.
+    turning
+        Fastest link's rate over the lowest natural frequency.
+    tension
+        Largest axial force over the Euler load of its member on two pins.
+    bow
+        Largest distance of a member's axis from its chord, over its length, in the quasi-static response.
+    slenderness
+        Largest radius of gyration over the member's length.
+    """
+
+    scene: Scene
+    vibration: float
+    sensitivity: float
+    turning: float
+    tension: float
+    bow: float
+    slenderness: float
+
+
 def _never(scene: Scene) -> bool:
     return False
 
@@ -32,6 +63,10 @@ class Effect:
         How it changes the links' matrices.
     stated
         Whether a scene asks for it by what else it states: a spring, a load.
+    size
+        Estimate of how much of the strains it changes, for ``effects = "auto"``; None if it is never left out or added.
+    estimate
+        The formula of that estimate, as the table of effects shows it.
     refuses
         Names of effects that it cannot act together with.
     """
@@ -42,4 +77,6 @@ class Effect:
     terms: Callable[[Situation], Terms] | None = None
     beams: Callable[[Scene, Beams], Beams] | None = None
     stated: Callable[[Scene], bool] = _never
+    size: Callable[[Survey], float] | None = None
+    estimate: str = ""
     refuses: tuple[str, ...] = ()

@@ -18,4 +18,6 @@ EFFECT = Effect(
     source="section 7.4; Przemieniecki (1968), ch. 15",
     terms=terms,
     refuses=("moderate-rotations",),
+    size=lambda survey: survey.tension * survey.sensitivity,
+    estimate="(axial force / Euler load) x sensitivity",
 )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech.beams.layout import element_dofs
-from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.effect import Effect, Survey
 from fenics_mech.effects.stretching import Stretching
 from fenics_mech.effects.terms import Array, Index, Situation, Terms
 
@@ -92,10 +93,22 @@ def terms(situation: Situation) -> Terms:
     return Terms(law=VonKarman(Stretching.of(beams), element_dofs(beams.mesh), rigidity, material))
 
 
+def size(survey: Survey) -> float:
+    """Estimate what the elastic motion adds to axial forces, and how far bending shortens members.
+
+    An arc of height a over a chord L is longer by ``(pi a)^2/(4 L)`` if it is a half-wave of a sine: over a itself, a
+    share of ``pi^2 a/(4 L)`` of the deflection.
+    """
+    bow = survey.bow * (1 + survey.vibration)
+    return max(survey.tension * survey.vibration, math.pi**2 / 4 * bow) * survey.sensitivity
+
+
 EFFECT = Effect(
     name="moderate-rotations",
     meaning="von Karman strains: bending shortens a member, axial forces act on its bent axis",
     source="von Karman (1910); Reddy, An Introduction to Nonlinear Finite Element Analysis, ch. 4",
     terms=terms,
     refuses=("geometric-stiffness",),
+    size=size,
+    estimate="(axial force / Euler load) x vibration, (pi^2/4) bow/length",
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,15 @@ from petsc4py import PETSc
 from fenics_mech._petsc import DIRECT, configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.history import History
+from fenics_mech.response.newton import Orbit, solve_nonlinear
 
 
 def solve_static(system: System, options: Mapping[str, Any] | None = None) -> History:
     """Solve ``K q = f`` at every angle.
+
+    A nonlinear law is solved for by Newton's method.
 
     Parameters
     ----------
@@ -27,8 +32,10 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
     Raises
     ------
     SolverError
-        When the KSP does not converge at some angle.
+        When the KSP or Newton's method does not converge at some angle.
     """
+    if system.terms.law is not None:
+        return _solve_nonlinear(system, options)
     answer = np.empty_like(system.load)
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
     force = PETSc.Vec().createSeq(system.size)
@@ -45,3 +52,21 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
                 )
             answer[k] = displacement.array_r
     return History(displacement=answer, inertia=system.rigid_acceleration)
+
+
+def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> History:
+    """Solve ``K q + law = f`` at every angle."""
+    linear = replace(system, terms=replace(system.terms, law=None))
+    start = solve_static(linear, options).displacement
+    equation = Equation(replace(system, terms=replace(system.terms, coupled=False)))
+    still = np.zeros_like(start)
+    tension = equation.predicted_tension(still, still, start, still)
+
+    def solve(matrices: Matrices) -> Orbit:
+        found = np.linalg.solve(matrices.stiffness, matrices.load[..., None])[..., 0]
+        return Orbit(found, still, still, found, still)
+
+    found = solve_nonlinear(equation, solve, tension).displacement
+    return History(
+        displacement=found, inertia=system.rigid_acceleration, velocity=np.zeros_like(system.rigid_acceleration)
+    )

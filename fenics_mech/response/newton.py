@@ -1,0 +1,103 @@
+"""Newton's method for a motion whose links have a nonlinear law, whatever solves the linear problem in each step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Array, Equation, Matrices
+
+MOST_ITERATIONS = 30
+SMALLEST_RISE = 1 / 64  # of the load, before it is given up
+TOLERANCE = 1e-9  # of the change of the displacement, relative
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A motion at the points of a solver, ``(points, coordinates)``, and at the starts of its steps.
+
+    Parameters
+    ----------
+    displacement, velocity, acceleration
+        q, q' and q'' at the points.
+    start, start_velocity
+        q and q' at the starts, ``(steps, coordinates)``.
+    """
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    start: Array
+    start_velocity: Array
+
+
+def solve_nonlinear(equation: Equation, solve: Callable[[Matrices], Orbit], tension: Array) -> Orbit:
+    """Solve for a motion; where Newton's method fails, the load is brought up little by little.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the points.
+    solve
+        Gives the motion of a linear equation at these points.
+    tension
+        Rough axial force of each element under the whole load (N), ``(points, elements)``.
+
+    Raises
+    ------
+    SolverError
+        When the method does not converge, with the drive angle where it fails.
+    """
+    orbit: Orbit | None = None
+    done, rise = 0.0, 1.0
+    while done < 1:
+        factor = min(done + rise, 1.0)
+        try:
+            orbit, tension = _at_load(equation, solve, factor, orbit, tension if done else factor * tension)
+            done = factor
+        except SolverError:
+            rise /= 2
+            if rise < SMALLEST_RISE:
+                raise
+    assert orbit is not None
+    return orbit
+
+
+def _at_load(
+    equation: Equation, solve: Callable[[Matrices], Orbit], factor: float, orbit: Orbit | None, tension: Array
+) -> tuple[Orbit, Array]:
+    """Iterate at a share of the load until nothing changes."""
+    lowered = (factor - 1) * equation.linear.load
+    weight = np.sqrt(np.abs(np.einsum("tii->ti", equation.linear.stiffness)))  # makes energies of forces and moments
+    zero = np.zeros_like(lowered)
+    old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
+    changes: list[float] = []
+    while not changes or changes[-1] > TOLERANCE:
+        if len(changes) == MOST_ITERATIONS or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
+            raise _failure(equation, orbit, factor, weight, len(changes))
+        tangents = equation.linearised(*old, tension)
+        orbit = solve(replace(tangents, load=tangents.load + lowered))
+        new = (orbit.displacement, orbit.velocity)
+        tension = equation.predicted_tension(*old, *new)
+        change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
+        changes.append(change / max(size, 1e-300))
+        old = new
+    assert orbit is not None
+    return orbit, tension
+
+
+def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:
+    assert orbit is not None
+    lack = equation.residual(orbit.displacement, orbit.velocity, orbit.acceleration)
+    lack -= (factor - 1) * equation.linear.load
+    worst = int(np.linalg.norm(lack / weight, axis=1).argmax())
+    theta = np.degrees(equation.system.motion.theta[worst])
+    left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
+    return SolverError(
+        f"no motion found: Newton's method stopped after {iterations} iterations at {factor:.3g} of the load, with a "
+        f"relative residual of {left:.1e}, largest at drive angle {theta:.6g} deg. Give more damping, a lower speed, "
+        "or more sub_intervals"
+    )
