@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -74,11 +75,12 @@ def run(
 def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
     """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
     from fenics_mech import views  # noqa: PLC0415
-    from fenics_mech.analysis import mechanism, scene_modes  # noqa: PLC0415
+    from fenics_mech.building import mechanism, scene_modes  # noqa: PLC0415
+    from fenics_mech.choice import choose  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
-    loaded = refined(load(scene), refine)
+    loaded, _ = choose(refined(load(scene), refine))
     make_folder(folder)
     with progress_bar(4) as step:
         system = mechanism(loaded, step)
@@ -113,6 +115,88 @@ def check(
     out.print(views.check_table(findings))
     if not all(finding.holds for finding in findings):
         raise MechanismError("some checks failed: this installation does not give right numbers")
+
+
+@app.command()
+def effects(
+    scene: SceneFile,
+    compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
+    folder: OutFolder = Path("out"),
+) -> None:
+    """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
+    from fenics_mech import views  # noqa: PLC0415
+    from fenics_mech.choice import choose  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
+
+    loaded = load(scene).changed(effects="auto")
+    with progress_bar(2) as step:
+        chosen, choices = choose(loaded, step)
+    out.print(views.effects_table(choices, loaded.analysis.tolerance))
+    names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
+    enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
+    out.print(f"effects = 'auto' means effects = [{names}]{enough}", highlight=False, markup=False, soft_wrap=True)
+    if compare:
+        make_folder(folder)
+        runs = added_one_by_one(loaded)
+        out.print(views.runs_table(runs))
+        out.print(f"Wrote {views.plot_effects(runs, folder / 'effects.png').name} to {folder}", highlight=False)
+
+
+@app.command()
+def sweep(
+    scene: SceneFile,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            help="Field and its values, PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or "
+            "drive.speed='100 rpm:600 rpm:51'. Several make a grid.",
+            show_default=False,
+        ),
+    ],
+    folder: OutFolder = Path("out"),
+    refine_peaks: Annotated[
+        int, typer.Option(min=0, max=100_000, help="Most points to add where the curve of strain is not resolved.")
+    ] = 0,
+    member: Annotated[
+        str | None, typer.Option(help="Member of the waterfall and of maps.", show_default="that of the largest strain")
+    ] = None,
+    s: Annotated[float, typer.Option(min=0, max=1, help="Place of the strain whose harmonics are kept.")] = 0.5,
+    fibre: Annotated[str, typer.Option(help="Its fibre, + or -.")] = "+",
+    harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics kept.")] = 20,
+    refine: Refine = 0,
+) -> None:
+    """Analyse a scene over speed, damping or any number in it: writes sweep.nc and plots.
+
+    Ended before its time, it goes on where it was when it is started again with the same folder. Under mpirun the
+    processes share the points.
+    """
+    from mpi4py import MPI  # noqa: PLC0415
+
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
+    from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
+    from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
+    from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
+    from fenics_mech.views.sweep import check_member, plot_sweep, sweep_summary  # noqa: PLC0415
+
+    first = MPI.COMM_WORLD.rank == 0
+    out.quiet = err.quiet = not first  # one voice
+    loaded = refined(load(scene), refine)
+    axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
+    check_member(list(loaded.members()), member)
+    with progress_bar(math.prod(len(axis.values) for axis in axes) + refine_peaks) as step:
+        found = run_sweep(
+            loaded,
+            axes,
+            folder,
+            gauge=gauge,
+            refine_peaks=refine_peaks,
+            progress=lambda done, points: step(f"point {done + 1} of {points}"),
+        )
+    if first:
+        written = ["sweep.nc", "timings.csv", *(path.name for path in plot_sweep(found, folder, member))]
+        out.print(sweep_summary(found))
+        out.print(f"Wrote {', '.join(written)} to {folder}", highlight=False, soft_wrap=True)
 
 
 @app.command()

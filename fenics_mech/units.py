@@ -23,9 +23,17 @@ EXAMPLES = {
     "rad": "71 deg",
     "rad/s": "300 rpm",
     "s": "20 ms",
+    "1/s": "5 /s",
     "kg*m**2": "3 kg cm^2",
     "N": "12 N",
     "N*m": "2 N m",
+    "N/m": "5 N/m",
+    "N*m/rad": "2 N m/rad",
+    "N*s/m": "5 N s/m",
+    "N*m*s/rad": "0.1 N m s/rad",
+    "m/s**2": "-9.81 m/s^2",
+    "N*s": "0.2 N s",
+    "N*m*s": "0.01 N m s",
 }
 
 
@@ -96,6 +104,14 @@ Rate = _quantity("1/s")
 Inertia = _quantity("kg*m**2")
 Force = _quantity("N")
 Torque = _quantity("N*m")
+SpringRate = _quantity("N/m")
+TorsionalRate = _quantity("N*m/rad")
+Viscosity = _quantity("N*s/m")
+TorsionalDamping = _quantity("N*m*s/rad")
+LineForce = _quantity("N/m")
+Acceleration = _quantity("m/s**2")
+Momentum = _quantity("N*s")
+AngularMomentum = _quantity("N*m*s")
 AngleOrLength = Annotated[
     float,
     BeforeValidator(_angle_or_length),

@@ -15,9 +15,10 @@ from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
 from fenics_mech.beams.attachment import QUARTER
-from fenics_mech.beams.forms import axial, bending, gyroscopic, mass
+from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, rotary, shear
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.beams.stretching import Stretching
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import PointMass, RigidBody, Scene
 
@@ -29,6 +30,9 @@ DEGREE = 4  # of the polynomials that stand for a section that varies
 class Beams:
     """The links' matrices. Rows and columns are nodal dofs in link axes, 3 per node of `mesh`.
 
+    All matrices are assembled when first asked for. Those of elements are in their members' axes, ``(elements, 6, 6)``:
+    u, w, phi at both nodes.
+
     Parameters
     ----------
     layout
@@ -37,28 +41,32 @@ class Beams:
         EA (N), EI (N m^2) and rho A (kg/m) as UFL coefficients.
     bodies
         Point masses and rigid links, by node.
-    stiffness, mass
-        k and m of all links (block-diagonal by link), with the point masses in m; PETSc AIJ.
-    element_stiffness, element_mass
-        (7.2) and (7.1) of each element in its member's axes, ``(elements, 6, 6)``: u, w, phi at both nodes.
     axial_rigidity, bending_rigidity, line_density
-        EA (N), EI (N m^2) and rho A (kg/m) of each element, means along it where the section varies.
+        EA (N), EI (N m^2) and rho A (kg/m) of each element, means along it where the section varies. EA is infinite
+        where an element cannot stretch.
     density_powers
         Where a section varies: rho A along each element as coefficients of the powers 0 to `DEGREE` of the place 0..1
         in it (kg/m), ``(elements, DEGREE + 1)``; the same polynomials stand in the forms.
+    shear_stiffness, shear_rigidity
+        G A_s as UFL coefficient, and its means over the elements, ``(elements,)`` (N); None where beams are rigid in
+        shear.
+    rotary
+        rho I as UFL coefficient (kg m); None where the sections' rotation has no inertia.
+    rotary_powers
+        rho I as `density_powers`, ``(elements, 1)`` where no section varies (kg m).
     """
 
     layout: Layout
     coefficients: Sequence[Any]
     bodies: tuple[tuple[int, RigidBody | PointMass], ...]
-    stiffness: PETSc.Mat
-    mass: PETSc.Mat
-    element_stiffness: Array
-    element_mass: Array
     axial_rigidity: Array
     bending_rigidity: Array
     line_density: Array
     density_powers: Array | None = None
+    shear_stiffness: Any | None = None
+    shear_rigidity: Array | None = None
+    rotary: Any | None = None
+    rotary_powers: Array | None = None
 
     @property
     def mesh(self) -> BeamMesh:
@@ -66,84 +74,164 @@ class Beams:
         return self.layout.mesh
 
     @cached_property
-    def gyroscopic(self) -> PETSc.Mat:
-        """Matrix s of all links with the point masses, assembled when first asked for; PETSc AIJ."""
-        matrix = self.layout.nodal(self._broken_gyroscopic)
-        _add_bodies(self.bodies, matrix, lambda body: (2, body.mass * QUARTER))
+    def stiffness(self) -> PETSc.Mat:
+        """Matrix k of all links (block-diagonal by link); PETSc AIJ."""
+        return self.layout.nodal(self._broken_stiffness)
+
+    @cached_property
+    def mass(self) -> PETSc.Mat:
+        """Matrix m of all links with the point masses; PETSc AIJ."""
+        matrix = self.layout.nodal(self._broken_mass)
+        _add_bodies(self.bodies, matrix, lambda body: np.diag([body.mass, body.mass, body.inertia]))
         return matrix
 
     @cached_property
+    def rotary_mass(self) -> PETSc.Mat:
+        """Share of m that the rotation of sections and point masses has; PETSc AIJ.
+
+        The turning of the link's axes adds to that rotation and does not deflect it, so that it feels the angular
+        acceleration but no Coriolis and no centrifugal force.
+        """
+        size = 3 * len(self.mesh.node_name)
+        if self.rotary is None:
+            matrix = PETSc.Mat().createAIJ((size, size), nnz=1, comm=PETSc.COMM_SELF)
+        else:
+            matrix = self.layout.nodal(self._broken_rotary)
+        _add_bodies(self.bodies, matrix, lambda body: np.diag([0.0, 0.0, body.inertia]))
+        return matrix
+
+    @cached_property
+    def gyroscopic(self) -> PETSc.Mat:
+        """Matrix s of all links with the point masses; PETSc AIJ."""
+        matrix = self.layout.nodal(self._broken_gyroscopic)
+        _add_bodies(self.bodies, matrix, lambda body: body.mass * QUARTER)
+        return matrix
+
+    @cached_property
+    def element_stiffness(self) -> Array:
+        """Matrix k of each element (7.2)."""
+        return self.layout.of_elements(self._broken_stiffness)
+
+    @cached_property
+    def element_mass(self) -> Array:
+        """Matrix m of each element (7.1)."""
+        return self.layout.of_elements(self._broken_mass)
+
+    @cached_property
+    def element_rotary_mass(self) -> Array:
+        """Share of m of each element that the rotation of its sections has."""
+        if self.rotary is None:
+            return np.zeros_like(self.element_mass)
+        return self.layout.of_elements(self._broken_rotary)
+
+    @cached_property
     def element_gyroscopic(self) -> Array:
-        """Matrix s of each element in its member's axes, ``(elements, 6, 6)``."""
+        """Matrix s of each element."""
         return self.layout.of_elements(self._broken_gyroscopic)
+
+    @cached_property
+    def _broken_stiffness(self) -> PETSc.Mat:
+        space, (ea, ei, _) = self.layout.space, self.coefficients
+        form = axial(space, ea) + bending(space, ei)
+        if self.shear_stiffness is not None:
+            form += shear(space, self.shear_stiffness)
+        return self.layout.assemble(form)
+
+    @cached_property
+    def _broken_mass(self) -> PETSc.Mat:
+        form = mass(self.layout.space, self.coefficients[2])
+        return self.layout.assemble(form if self.rotary is None else form + self._rotary_form)
+
+    @cached_property
+    def _broken_rotary(self) -> PETSc.Mat:
+        return self.layout.assemble(self._rotary_form)
+
+    @cached_property
+    def stretching(self) -> Stretching:
+        """What tension and bending do to each other in every element, assembled when first asked for."""
+        return Stretching.of(self.layout)
 
     @cached_property
     def _broken_gyroscopic(self) -> PETSc.Mat:
         return self.layout.assemble(gyroscopic(self.layout.space, self.coefficients[2]))
 
+    @property
+    def _rotary_form(self) -> Any:
+        return rotary(self.layout.space, self.rotary)
+
 
 def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
-    """Assemble the forms of all links once, in link axes."""
+    """Prepare the forms of all links, in link axes."""
     layout = Layout.of(mesh)
-    varies = not all(scene.sections[member.section].constant for _, member in scene.members().values())
-    coefficients, powers = (_along_elements if varies else _by_element)(scene, layout)
-    ea, ei, rho_a = coefficients
-    properties = powers @ (1 / np.arange(1, powers.shape[-1] + 1))  # means of the powers
-    broken = (
-        layout.assemble(axial(layout.space, ea) + bending(layout.space, ei)),
-        layout.assemble(mass(layout.space, rho_a)),
-    )
-    element_stiffness, element_mass = (layout.of_elements(matrix) for matrix in broken)
-    k, m = (layout.nodal(matrix) for matrix in broken)
-    bodies = _bodies(scene, mesh)
-    _add_bodies(bodies, m, lambda body: (3, np.diag([body.mass, body.mass, body.inertia])))
-    for matrix in broken:
-        matrix.destroy()
+    coefficients, powers = along_elements(scene, layout, _rigidities)
+    properties = means(powers)
     return Beams(
         layout=layout,
         coefficients=coefficients,
-        bodies=bodies,
-        stiffness=k,
-        mass=m,
-        element_stiffness=element_stiffness,
-        element_mass=element_mass,
+        bodies=_bodies(scene, mesh),
         axial_rigidity=properties[:, 0],
         bending_rigidity=properties[:, 1],
         line_density=properties[:, 2],
-        density_powers=powers[:, 2] if varies else None,
+        density_powers=powers[:, 2] if powers.shape[-1] > 1 else None,
     )
 
 
-def _by_element(scene: Scene, layout: Layout) -> tuple[list[Any], Array]:
-    """EA, EI and rho A of members that do not vary: coefficients with one value per cell, and ``(elements, 3, 1)``."""
-    mesh = layout.mesh
-    values = np.array([_rigidities(scene, label, np.zeros(1)) for label in mesh.members])[mesh.cell_member]
-    return [layout.coefficient(column) for column in values[..., 0].T], values
+def means(powers: Array) -> Array:
+    """Means along the elements of polynomials, ``(..., degree + 1)``."""
+    return powers @ (1 / np.arange(1, powers.shape[-1] + 1))
 
 
-def _along_elements(scene: Scene, layout: Layout) -> tuple[Sequence[Any], Array]:
-    """EA, EI and rho A as polynomials of degree `DEGREE` in each element.
+def along_elements(
+    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
+) -> tuple[Sequence[Any], Array]:
+    """Properties of the members as polynomials in each element, constant ones where no section varies.
 
-    They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for them:
-    degree 2 more than theirs in bending, 6 more in the mass.
+    Parameters
+    ----------
+    scene, layout
+        The scene and its broken space.
+    properties
+        Gives them of a member, by label, at places 0..1 along it, ``(properties, places)``.
 
     Returns
     -------
     tuple
-        UFL coefficients, and the coefficients of the powers of the place 0..1, ``(elements, 3, DEGREE + 1)``.
+        UFL coefficients, and the coefficients of the powers of the place 0..1, ``(elements, properties, powers)``.
+    """
+    varies = not all(scene.sections[member.section].constant for _, member in scene.members().values())
+    return (_varying if varies else _constant)(scene, layout, properties)
+
+
+def _constant(
+    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
+) -> tuple[Sequence[Any], Array]:
+    """Give coefficients with one value per cell."""
+    mesh = layout.mesh
+    values = np.array([properties(scene, label, np.zeros(1)) for label in mesh.members])[mesh.cell_member]
+    return [layout.coefficient(column) for column in values[..., 0].T], values
+
+
+def _varying(
+    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
+) -> tuple[Sequence[Any], Array]:
+    """Give polynomials of degree `DEGREE`.
+
+    They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for them:
+    degree 2 more than theirs in bending, 6 more in the mass.
     """
     mesh = layout.mesh
-    space = _fenicsx.broken_space(mesh.mesh, (DEGREE,) * 3)
+    count = len(properties(scene, mesh.members[0], np.zeros(1)))
+    space = _fenicsx.broken_space(mesh.mesh, (DEGREE,) * count)
     function = fem.Function(space)
-    powers = np.empty((len(mesh.cell), 3, DEGREE + 1))
-    for part in range(3):
+    powers = np.empty((len(mesh.cell), count, DEGREE + 1))
+    for part in range(count):
         dofs, points = _fenicsx.cell_dofs(space, part)
         xi = np.where(mesh.cell_flipped[:, None], 1 - points, points)  # (elements, points)
         s = (mesh.cell_start[:, None] + mesh.cell_length[:, None] * xi) / mesh.member_length[mesh.cell_member, None]
         values = np.empty_like(s)
         for i, label in enumerate(mesh.members):
             here = mesh.cell_member == i
-            values[here] = _rigidities(scene, label, np.clip(s[here].ravel(), 0, 1))[part].reshape(-1, DEGREE + 1)
+            values[here] = properties(scene, label, np.clip(s[here].ravel(), 0, 1))[part].reshape(-1, DEGREE + 1)
         function.x.array[dofs[mesh.cell]] = values
         powers[:, part] = np.linalg.solve(
             np.vander(xi.ravel(), DEGREE + 1, True).reshape(*xi.shape, -1), values[..., None]
@@ -181,12 +269,12 @@ def _bodies(scene: Scene, mesh: BeamMesh) -> tuple[tuple[int, RigidBody | PointM
 def _add_bodies(
     bodies: Sequence[tuple[int, RigidBody | PointMass]],
     matrix: PETSc.Mat,
-    block: Callable[[RigidBody | PointMass], tuple[int, Array]],
+    block: Callable[[RigidBody | PointMass], Array],
 ) -> None:
     """Add a block of each body to a matrix, on the first dofs of its node."""
     matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
     for node, body in bodies:
-        size, values = block(body)
-        rows = list(range(3 * node, 3 * node + size))
+        values = block(body)
+        rows = list(range(3 * node, 3 * node + len(values)))
         matrix.setValues(rows, rows, values, addv=True)
     matrix.assemble()

@@ -39,7 +39,14 @@ class Attachment:
 
     @classmethod
     def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Attachment:
-        """Find the attachment of a point "body.point"."""
+        """Find the attachment of a point "body.point", of a joint's pin, or of a place "member@0.3" that has a node."""
+        if "@" in name:
+            label, s = name.split("@")
+            link = scene.members()[label][0]
+            node = mesh.node(f"{label}@{float(s):.12g}")
+            return cls(link, list(scene.links).index(link), 3 * node + np.arange(3), np.eye(2, 3))
+        if "." not in name:
+            name = next(point for point in scene.joints[name].connect if not point.startswith("ground."))
         body, point = scene.point(name)
         if body == "ground":
             return cls(body, GROUND, np.zeros(0, dtype=np.int64), np.zeros((2, 0)))

@@ -7,7 +7,7 @@ the welds. Nodal dofs are three per node: displacement along the link's x and y 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from petsc4py import PETSc
 from fenics_mech import _fenicsx
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, work_equivalent
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -35,15 +35,23 @@ class Layout:
         The mesh.
     space
         The broken space, axial by normal displacement.
+    shear_angle
+        Angle of shear of each element by w and phi of both its nodes, ``(elements, 4)`` (1/m, 1); None where beams are
+        rigid in shear. With it a nodal rotation phi is that of the section, not of the axis.
     """
 
     mesh: BeamMesh
     space: Any
+    shear_angle: Array | None = None
 
     @classmethod
     def of(cls, mesh: BeamMesh) -> Layout:
         """Lay out the broken space DG1 x DG3 on a mesh."""
         return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)))
+
+    def sheared(self, angle: Array) -> Layout:
+        """Give the layout with shear: the space has the angle of shear too, one per cell."""
+        return replace(self, space=_fenicsx.broken_space(self.mesh.mesh, (1, 3, 0)), shear_angle=angle)
 
     def coefficient(self, by_element: Array) -> Any:
         """Give the UFL coefficient that takes one value per element, ``(elements,)``."""
@@ -66,7 +74,7 @@ class Layout:
         """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``."""
         matrix, (dofs, hermite) = to_scipy(broken), self._hermite
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-        blocks = np.asarray(matrix[rows.ravel(), columns.ravel()]).reshape(-1, 6, 6)
+        blocks = np.asarray(matrix[rows.ravel(), columns.ravel()]).reshape(rows.shape)
         return np.einsum("eai,eab,ebj->eij", hermite, blocks, hermite)
 
     def vector_of_elements(self, form: Any) -> Array:
@@ -75,11 +83,28 @@ class Layout:
         return np.einsum("eai,ea->ei", hermite, _fenicsx.assemble_vector(form)[dofs])
 
     @cached_property
-    def _hermite(self) -> tuple[Index, Array]:
-        """Broken dofs of each element, and the Hermite and linear functions at them, in member axes.
+    def tie(self) -> Array:
+        """From nodal dofs to those of Hermite's functions, in member axes, ``(elements, 6, 6)``.
 
-        Dofs ``(elements, 6)`` and values ``(elements, 6, 6)``: column j is the broken function that nodal dof j (u, w,
-        phi at both nodes) of the element makes.
+        Hermite's have the slope w' = phi + gamma of the axis where the nodes have the rotation phi of the section.
+        """
+        tie = np.tile(np.eye(6), (len(self.mesh.cell), 1, 1))
+        if self.shear_angle is not None:
+            tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
+            tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
+        return tie
+
+    def work_equivalent(self, line: Array) -> Array:
+        """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`."""
+        forces = work_equivalent(line, self.mesh.cell_length)
+        return forces if self.shear_angle is None else np.einsum("eji,tej->tei", self.tie, forces)
+
+    @cached_property
+    def _hermite(self) -> tuple[Index, Array]:
+        """Broken dofs of each element, and the functions of its nodal dofs at them, in member axes.
+
+        Dofs ``(elements, n)`` and values ``(elements, n, 6)``, n being 6, or 7 with shear: column j is the broken
+        function that nodal dof j (u, w, phi at both nodes) of the element makes: a linear one, or a cubic by Hermite.
         """
         mesh = self.mesh
         (u_dofs, u_points), (w_dofs, w_points) = (_fenicsx.cell_dofs(self.space, part) for part in (0, 1))
@@ -91,7 +116,12 @@ class Layout:
         values = np.zeros((len(dofs), 6, 6))
         values[:, :2][..., AXIAL] = linear
         values[:, 2:][..., NORMAL] = cubic
-        return dofs, values
+        if self.shear_angle is None:
+            return dofs, values
+        angle = np.zeros((len(dofs), 1, 6))
+        angle[:, 0, NORMAL] = self.shear_angle
+        dofs = np.concatenate([dofs, _fenicsx.cell_dofs(self.space, 2)[0][mesh.cell]], axis=1)
+        return dofs, np.concatenate([values @ self.tie, angle], axis=1)
 
     @cached_property
     def _embedding(self) -> sp.csr_matrix:

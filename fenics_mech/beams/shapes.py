@@ -25,3 +25,65 @@ def evaluate(functions: tuple[Polynomial, ...], xi: Array) -> Array:
 def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Array:
     """Repeated integrals of functions from 0, ``(..., functions)``."""
     return np.stack([f.integ(times)(xi) for f in functions], axis=-1)
+
+
+def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
+    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``."""
+    at_end = integral(functions, np.ones(1), 2)
+    return integral(functions, xi, 2) - at_end * xi[:, None]
+
+
+def between_clamped_ends(
+    functions: tuple[Polynomial, ...], xi: Array, shear_number: Array | None = None, order: int = 4
+) -> Array:
+    """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``.
+
+    Parameters
+    ----------
+    functions
+        The loads f_j over the bending stiffness: ``w'''' = f_j``; with order 3 moments: ``w''' = f_j``.
+    xi
+        Places 0..1.
+    shear_number
+        EI/(G A_s) over the element's length squared, ``(places,)``; None where it is rigid in shear. The clamped ends
+        hold the rotation phi of the sections: ``phi''' = f_j``, ``w' = phi - shear_number phi''``.
+    order
+        4 for forces, 3 for moments.
+    """
+    g = np.zeros_like(xi) if shear_number is None else shear_number
+    x, g = xi[:, None], g[:, None] if order == 4 else np.zeros_like(xi)[:, None]
+    value = integral(functions, np.ones(1), order) - g * integral(functions, np.ones(1), 2)
+    slope = integral(functions, np.ones(1), order - 1)
+    return integral(functions, xi, order) - g * integral(functions, xi, 2) - _towards(value, slope, x, shear_number)
+
+
+def _towards(value: Array, slope: Array, x: Array, shear_number: Array | None) -> Array:
+    """Deflection at x of the unit element clamped at 0, and held at 1 at a displacement and a section's rotation."""
+    number = 0.0 if shear_number is None else 12 * shear_number[:, None]
+    angle = number / (1 + number) * (value - slope / 2)  # of shear, as in effects.shear
+    return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
+
+
+def work_equivalent(line: Array, length: Array) -> Array:
+    """Forces at the nodes of elements that do the same work as loads spread linearly along them.
+
+    Parameters
+    ----------
+    line
+        Along the axis at the first and second node, then along the normal (N/m), ``(angles, elements, 4)``.
+    length
+        Of the elements (m), ``(elements,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Forces and moments in the elements' dofs u, w, phi, ``(angles, elements, 6)``.
+    """
+    along, across = (
+        np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
+    )
+    forces = np.zeros((*line.shape[:2], 6))
+    forces[..., AXIAL] = line[..., :2] @ along.T
+    forces[..., NORMAL] = line[..., 2:] @ across.T
+    forces[..., [2, 5]] *= length[:, None]
+    return forces * length[:, None]

@@ -26,15 +26,18 @@ EFFECTS = _found()
 def active(scene: Scene) -> tuple[Effect, ...]:
     """Give the effects that act in a scene: those that it names, and those that come with what it states.
 
+    Of a scene that leaves the choice to the program, only the latter.
+
     Raises
     ------
     SceneError
         When it names one that is not known, or two that exclude each other.
     """
-    for name in scene.effects:
+    named = () if scene.effects == "auto" else scene.effects
+    for name in named:
         if name not in EFFECTS:
             raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"Known: {', '.join(EFFECTS)}")
-    acting = tuple(effect for effect in EFFECTS.values() if effect.name in scene.effects or effect.stated(scene))
+    acting = tuple(effect for effect in EFFECTS.values() if effect.name in named or effect.stated(scene))
     names = {effect.name for effect in acting}
     for effect in acting:
         if clash := names.intersection(effect.refuses):

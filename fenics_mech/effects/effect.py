@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from fenics_mech.beams import Beams
 from fenics_mech.effects.terms import Situation, Terms
@@ -25,11 +26,13 @@ class Survey:
     turning
         Fastest link's rate over the lowest natural frequency.
     tension
-        Largest axial force over the Euler load of its member on two pins.
+        Largest share by which axial forces of loads and rigid motion change the stiffness of a mode.
     bow
         Largest distance of a member's axis from its chord, over its length, in the quasi-static response.
     slenderness
-        Largest radius of gyration over the member's length.
+        Radius of gyration over length of the members, those that bend most counting most.
+    gravity
+        Quasi-static strains by gravity alone over all quasi-static strains.
     """
 
     scene: Scene
@@ -39,10 +42,15 @@ class Survey:
     tension: float
     bow: float
     slenderness: float
+    gravity: float
 
 
 def _never(scene: Scene) -> bool:
     return False
+
+
+def _always(scene: Scene) -> bool:
+    return True
 
 
 @dataclass(frozen=True)
@@ -67,6 +75,12 @@ class Effect:
         Estimate of how much of the strains it changes, for ``effects = "auto"``; None if it is never left out or added.
     estimate
         The formula of that estimate, as the table of effects shows it.
+    possible
+        Whether a scene states what the effect needs; where not, the program does not choose it, and says so.
+    without
+        Changes of the scene that leave out an effect that it states, by path, as `Scene.changed` takes them.
+    replaces
+        Name of an effect that this one holds in itself.
     refuses
         Names of effects that it cannot act together with.
     """
@@ -79,4 +93,29 @@ class Effect:
     stated: Callable[[Scene], bool] = _never
     size: Callable[[Survey], float] | None = None
     estimate: str = ""
+    possible: Callable[[Scene], bool] = _always
+    without: Mapping[str, Any] = field(default_factory=dict)
+    replaces: str = ""
     refuses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was decided about an effect.
+
+    Parameters
+    ----------
+    effect
+        The effect.
+    size
+        Estimate of the share of the strains that it changes; None where nothing was estimated.
+    acts
+        Whether it acts.
+    lacking
+        Whether it would act, but the scene does not state what it needs.
+    """
+
+    effect: Effect
+    size: float | None
+    acts: bool
+    lacking: bool = False

@@ -1,14 +1,13 @@
 """Geometric stiffness: tension in a link holds it straight, compression bends it further."""
 
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.stretching import Stretching
 from fenics_mech.effects.terms import Situation, Terms
 
 
 def terms(situation: Situation) -> Terms:
     """Give ``int N w' z' dx`` with the mean axial force N of each element, of loads and rigid motion."""
     tension = situation.tension()
-    blocks = tension[..., None, None] * Stretching.of(situation.beams).bow
+    blocks = tension[..., None, None] * situation.beams.stretching.bow
     return Terms(element_stiffness=blocks, tension=tension)
 
 
@@ -19,5 +18,5 @@ EFFECT = Effect(
     terms=terms,
     refuses=("moderate-rotations",),
     size=lambda survey: survey.tension * survey.sensitivity,
-    estimate="(axial force / Euler load) x sensitivity",
+    estimate="change of a mode's stiffness x sensitivity",
 )

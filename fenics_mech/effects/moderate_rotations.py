@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.stretching import Stretching
 from fenics_mech.effects.effect import Effect, Survey
-from fenics_mech.effects.stretching import Stretching
 from fenics_mech.effects.terms import Array, Index, Situation, Terms
 
 
@@ -90,7 +90,7 @@ def terms(situation: Situation) -> Terms:
     beams = situation.beams
     rigidity = beams.axial_rigidity / beams.mesh.cell_length
     material = situation.scene.damping.material
-    return Terms(law=VonKarman(Stretching.of(beams), element_dofs(beams.mesh), rigidity, material))
+    return Terms(law=VonKarman(beams.stretching, element_dofs(beams.mesh), rigidity, material))
 
 
 def size(survey: Survey) -> float:
@@ -108,7 +108,8 @@ EFFECT = Effect(
     meaning="von Karman strains: bending shortens a member, axial forces act on its bent axis",
     source="von Karman (1910); Reddy, An Introduction to Nonlinear Finite Element Analysis, ch. 4",
     terms=terms,
+    replaces="geometric-stiffness",
     refuses=("geometric-stiffness",),
     size=size,
-    estimate="(axial force / Euler load) x vibration, (pi^2/4) bow/length",
+    estimate="change of stiffness x vibration, or (pi^2/4) bow/length",
 )

@@ -37,6 +37,19 @@ class Situation:
     tension: Callable[[], Array]
 
 
+def in_links(motion: Motion, vectors: Array, turned: float = 0.0) -> Array:
+    """Components of vectors of the fixed frame, ``(..., 2)``, in the axes of every link turned by an angle further.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(angles, links, ..., 2)``, by the transpose of (7.3).
+    """
+    angle = (motion.angle + turned).reshape(*motion.angle.shape, *(1,) * (vectors.ndim - 1))
+    c, s, x, y = np.cos(angle), np.sin(angle), vectors[..., 0], vectors[..., 1]
+    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
+
+
 @dataclass(frozen=True)
 class Entries:
     """A matrix over the nodal dofs, in link axes, that may change with the drive angle.
@@ -112,10 +125,18 @@ class Terms:
         Whether the elastic motion feels the turning of its link's axes (P', P'', Coriolis, centrifugal, Euler).
     force
         Loads on the nodal dofs, ``(angles, nodal dofs)`` (N, N m).
+    line
+        Loads spread along the elements, linear in each, in its member's axes: along the axis at its first and second
+        node, then along the normal, ``(angles, elements, 4)`` (N/m).
     acceleration
         Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
     stiffness, damping
-        Matrices that are no elements': springs, dampers, load stiffness (N/m ..., N s/m ...).
+        Matrices that are no elements': springs, dampers (N/m ..., N s/m ...).
+    follower
+        Stiffness of loads that turn with the links, which is not symmetric.
+    convective
+        Stiffness from the rates of the rigid motion, of dampers whose ends move; it counts where the motion is coupled,
+        and is not symmetric.
     element_stiffness, element_damping
         Blocks of the elements in link axes, ``(angles or 1, elements, 6, 6)``.
     tension
@@ -128,9 +149,12 @@ class Terms:
 
     coupled: bool = False
     force: Array | None = None
+    line: Array | None = None
     acceleration: Array | None = None
     stiffness: tuple[Entries, ...] = ()
     damping: tuple[Entries, ...] = ()
+    follower: tuple[Entries, ...] = ()
+    convective: tuple[Entries, ...] = ()
     element_stiffness: Array | None = None
     tension: Array | None = None
     external: float = 0.0

@@ -6,7 +6,8 @@ EFFECT = Effect(
     name="vibration",
     meaning="inertia of the elastic motion; without it the response is quasi-static",
     source="(5.1)",
-    size=lambda survey: survey.vibration,
-    estimate="sum over modes and harmonics of the load of |H - 1|",
+    size=lambda survey: max(survey.vibration, 1.0) if survey.scene.impulses else survey.vibration,
+    estimate="modes as oscillators under the load's harmonics",
     stated=lambda scene: scene.analysis.method == "periodic",
+    without={"analysis__method": "quasi-static"},
 )

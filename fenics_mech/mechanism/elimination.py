@@ -9,6 +9,7 @@ nodal dof of it will do, and the equations are written in displacements relative
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, Equation
 from fenics_mech.mechanism.contact import Contact
+from fenics_mech.mechanism.inextensible import Inextensible
 from fenics_mech.mechanism.jets import Array, Jets
 from fenics_mech.mechanism.relative import relative_to_base
 
@@ -28,6 +30,7 @@ LARGEST_LEVERAGE = 1e8  # of an unknown that is kept on one that is solved for
 LARGEST_TRAVELLING = 30.0  # the same where a pin travels, rotations times its member's length: q must not hang on it
 LARGEST_CONDITION = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
 SMALLEST_PIVOT = 1e-6
+MOST_POSITIONS = 96  # at which unknowns are chosen where members cannot stretch
 SMALLEST_NODAL = 0.1  # pivot of a relative nodal dof, below which a joint's own coordinate is solved for instead
 
 
@@ -64,6 +67,14 @@ class Group:
         d, i = np.searchsorted(unknowns, self.dependent), np.searchsorted(unknowns, self.independent)
         return [g[..., d] for g in whole], [g[..., i] for g in whole]
 
+    def on_nodes(self, motion: Motion, multipliers: Array, size: int) -> Array:
+        """Forces of the equations on the nodal dofs, ``(angles, size)``, from their multipliers, ``(angles, rows)``."""
+        parts = [equation.jets(motion, 1, self.columns)[0] for equation in self.equations]
+        nodal = self.columns < size
+        forces = np.zeros((len(multipliers), size))
+        forces[:, self.columns[nodal]] = np.einsum("trc,tr->tc", np.concatenate(parts, axis=1), multipliers)[:, nodal]
+        return forces
+
     def solution(self, motion: Motion, orders: int = 1) -> Jets:
         """Give S of ``d = S i``, ``(angles, dependent, independent)``, with time derivatives where orders is 3."""
         lead, rest = self.jets(motion, orders)
@@ -88,7 +99,9 @@ class Group:
         return np.linalg.solve(lead[0].transpose(0, 2, 1), residual[..., None])[..., 0]
 
 
-def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple[tuple[Group, ...], csr_matrix | None]:
+def eliminate(
+    constraints: Constraints, motion: Motion, first_own: int, held: Inextensible | None = None
+) -> tuple[tuple[Group, ...], csr_matrix | None]:
     """Choose the unknowns to solve for, in every group.
 
     Parameters
@@ -99,11 +112,14 @@ def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple
         The motion at all angles: the choice must be good at each of them.
     first_own
         First column that is a joint's own coordinate; such are solved for last.
+    held
+        The members that cannot stretch, if any.
 
     Returns
     -------
     tuple
-        The groups, and B of ``v = B z`` where some of the unknowns are relative displacements z, else None.
+        The groups, and B of ``v = B z`` where some of the unknowns are relative displacements z, or follow from others
+        by members that cannot stretch, else None.
 
     Raises
     ------
@@ -111,6 +127,9 @@ def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple
         When no choice is good at every angle, as where rigid links are in line.
     """
     columns = [equation.columns(motion) for equation in constraints.equations]
+    if held is not None:
+        base = held.base(first_own + len(constraints.names))
+        return _held_groups(constraints, columns, motion, first_own, base, float(held.mesh.member_length.max())), base
     groups: list[Group] = []
     unyielding: list[Contact] = []
     for members in _connected(columns):
@@ -141,6 +160,81 @@ def _relative_groups(
         else:
             groups.append(_pivoted(equations, unknowns, motion, first_own))
     return tuple(groups)
+
+
+def _held_groups(
+    constraints: Constraints, columns: list[Index], motion: Motion, first_own: int, base: csr_matrix, length: float
+) -> tuple[Group, ...]:
+    """Choose where members cannot stretch: one group holds all joints that such members lie between.
+
+    Solved for is everything but the unknowns that say most of the motions left, at their worst angle: in a four-bar the
+    crank pin's displacement across the crank, as no other one moves at all angles.
+    """
+    groups = []
+    step = -(-len(motion.theta) // MOST_POSITIONS)
+    for members in _connected([np.unique(base[c].indices).astype(np.int64) for c in columns]):
+        equations, mine = _gathered(constraints, columns, members)
+        unknowns = np.unique(base[mine].indices).astype(np.int64)
+        unit = np.where((unknowns % 3 == 2) & (unknowns < first_own), length, 1.0)
+        none = np.zeros(0, dtype=np.int64)
+        whole = Group(equations, mine, none, unknowns, base).jets(motion.part(slice(None, None, step)), 1)[1][0] / unit
+        motions = np.linalg.svd(whole / np.linalg.norm(whole, axis=2, keepdims=True))[2][:, whole.shape[1] :]
+        chosen, _ = _one_by_one(motions, motions.shape[1], lambda least: int(np.argmax(np.round(least, 3))))
+        group = Group(equations, mine, np.delete(unknowns, chosen), unknowns[chosen], base)
+        k = _worst_angle(group, motion, np.delete(unit, chosen), unit[chosen])
+        if k is not None or len(chosen) < motions.shape[1]:
+            raise AssemblyError(
+                f"members that cannot stretch lock the linkage at joint {equations[0].joint}, or hold it more than "
+                f"once, at drive angle {np.degrees(motion.theta[k or 0]):.6g} deg: leave out 'inextensible'"
+            )
+        groups.append(group)
+    return tuple(groups)
+
+
+def _worst_angle(group: Group, motion: Motion, lead_unit: Array, rest_unit: Array) -> int | None:
+    """Number of the angle at which a group cannot be solved, or only with a huge leverage; None if there is none."""
+    lead, rest = (jets[0] for jets in group.jets(motion, 1))
+    if lead.shape[1] != lead.shape[2]:  # more equations than unknowns
+        return 0
+    lead, rest = lead / lead_unit, rest / rest_unit
+    size = np.linalg.norm(lead, axis=2, keepdims=True)
+    condition = np.linalg.cond(lead / size)
+    k = int(np.argmax(condition))
+    if not condition[k] < LARGEST_CONDITION:
+        return k
+    leverage = np.abs(np.linalg.solve(lead, rest)).max(axis=(1, 2), initial=0.0)
+    k = int(np.argmax(leverage))
+    return None if leverage[k] < LARGEST_LEVERAGE else k
+
+
+def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[list[int], int]:
+    """Choose columns of ``(angles, rows, columns)`` one after the other: a QR factorisation with common pivots.
+
+    Parameters
+    ----------
+    left
+        The matrices.
+    count
+        Number of columns to choose.
+    pick
+        Gives the best column by what is least left of each over the angles: its part at right angles to those chosen.
+
+    Returns
+    -------
+    tuple
+        The columns, fewer than asked for when nothing is left at some angle, and the number of that angle.
+    """
+    chosen: list[int] = []
+    for _ in range(count):
+        size = np.linalg.norm(left, axis=1)
+        column = pick(size.min(axis=0))
+        k = int(np.argmin(size[:, column]))
+        if size[k, column] < SMALLEST_PIVOT:
+            return chosen, k
+        direction = left[:, :, column] / size[:, column, None]
+        left = left - direction[:, :, None] * (direction[:, None, :] @ left)
+        chosen.append(column)
+    return chosen, 0
 
 
 def _gathered(constraints: Constraints, columns: list[Index], members: Index) -> tuple[tuple[Equation, ...], Index]:
@@ -200,8 +294,7 @@ def _pivoted_relative(
 ) -> Group:
     """Choose, one after the other, the relative unknown of which most is left at its worst angle.
 
-    What is left of a column is its part at right angles to those chosen before: a QR factorisation with pivots that are
-    common to all angles. The joints' own coordinates come last: those of pins are in the fixed frame, and an answer
+    The joints' own coordinates come last: those of pins are in the fixed frame, and an answer
     must not depend on how that lies.
     """
     unknowns = np.unique(base[columns].indices).astype(np.int64)
@@ -210,23 +303,18 @@ def _pivoted_relative(
     rotations = (unknowns % 3 == 2) & (unknowns < first_own)
     rows = np.concatenate([np.full(e.rows, length if e.rows == 1 else 1.0) for e in equations])
     left = whole * rows[:, None] * np.where(rotations, 1 / length, 1.0)
-    chosen: list[int] = []
-    for _ in rows:
-        size = np.linalg.norm(left, axis=1)
-        least = size.min(axis=0)
+
+    def nodal_first(least: Array) -> int:
         column = int(np.argmax(least * (unknowns < first_own)))
-        if least[column] < SMALLEST_NODAL:
-            column = int(np.argmax(least))
-        k = int(np.argmin(size[:, column]))
-        if size[k, column] < SMALLEST_PIVOT:
-            joint = next(e.joint for e in equations if e.contact is not None)
-            raise AssemblyError(
-                f"the pin of joint {joint} locks the linkage at drive angle {np.degrees(motion.theta[k]):.6g} deg: it "
-                "cannot give way, and what it slides along is held there already"
-            )
-        direction = left[:, :, column] / size[:, column, None]
-        left = left - direction[:, :, None] * (direction[:, None, :] @ left)
-        chosen.append(column)
+        return column if least[column] >= SMALLEST_NODAL else int(np.argmax(least))
+
+    chosen, k = _one_by_one(left, len(rows), nodal_first)
+    if len(chosen) < len(rows):
+        joint = next(e.joint for e in equations if e.contact is not None)
+        raise AssemblyError(
+            f"the pin of joint {joint} locks the linkage at drive angle {np.degrees(motion.theta[k]):.6g} deg: it "
+            "cannot give way, and what it slides along is held there already"
+        )
     return Group(equations, columns, unknowns[chosen], np.delete(unknowns, chosen), base)
 
 

@@ -79,7 +79,7 @@ class Equation:
         if first is not None and second is not None:
             m_v = self._scaled(self.system.link_gyroscopic, self.system.motion.omega)  # (4.29)
             m_a = self._scaled(self.system.link_gyroscopic, self.system.motion.alpha)  # (4.30)
-            m_a = m_a - self._scaled(m, self.system.motion.omega**2)
+            m_a = m_a - self._scaled(m - self.system.link_rotary_mass, self.system.motion.omega**2)
             damping = damping + 2 * _product(m, first) + 2 * _product(m_v, p)  # (4.52), (4.53)
             stiffness = stiffness + _product(m, second) + 2 * _product(m_v, first) + _product(m_a, p)  # (4.49)-(4.51)
             stiffness = stiffness + _product(d, first)

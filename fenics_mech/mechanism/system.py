@@ -13,10 +13,11 @@ from petsc4py import PETSc
 
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.effects import NOTHING, Entries, Terms
 from fenics_mech.effects.terms import summed
 from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.inextensible import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 
@@ -44,12 +45,16 @@ class System:
     transformation: Transformation
     terms: Terms = NOTHING
 
-    @property
+    @cached_property
     def applied(self) -> Array:
         """Loads on the nodal dofs in link axes (N, N m), ``(angles, nodal dofs)``."""
+        applied = np.zeros((len(self.motion.theta), self.transformation.height))
         if self.terms.force is not None:
-            return self.terms.force
-        return np.zeros((len(self.motion.theta), self.transformation.height))
+            applied += self.terms.force
+        if self.terms.line is not None:
+            ends = self.beams.layout.work_equivalent(self.terms.line)
+            applied += self.assembled(np.einsum("eji,tej->tei", member_rotation(self.beams.mesh), ends))
+        return applied
 
     @property
     def link_of_dof(self) -> NDArray[np.int64]:
@@ -70,6 +75,11 @@ class System:
     def link_mass(self) -> sp.csr_matrix:
         """Mass matrix m of all links in link axes, for products with many vectors at once."""
         return to_scipy(self.beams.mass)
+
+    @cached_property
+    def link_rotary_mass(self) -> sp.csr_matrix:
+        """Share of m that the rotation of sections and point masses has, which feels no centrifugal force."""
+        return to_scipy(self.beams.rotary_mass)
 
     @cached_property
     def link_stiffness(self) -> sp.csr_matrix:
@@ -125,18 +135,29 @@ class System:
     @cached_property
     def added_stiffness(self) -> tuple[Entries, ...]:
         """Stiffness that effects add to that of the links."""
+        convective = self.terms.convective if self.terms.coupled else ()
+        return (*self._symmetric_stiffness, *self.terms.follower, *convective)
+
+    @cached_property
+    def _symmetric_stiffness(self) -> tuple[Entries, ...]:
         blocks = self.terms.element_stiffness
         of_elements = () if blocks is None else (Entries.of_elements(self.beams.mesh, blocks),)
         return (*self.terms.stiffness, *of_elements)
 
-    def positions(self) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
+    def positions(self, symmetric: bool = False) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
         """Walk over the angles: yields index, M (4.57) and K (4.58).
 
         The two PETSc matrices are used again at the next angle: copy what has to last.
+
+        Parameters
+        ----------
+        symmetric
+            Leave out the stiffness of loads that turn with the links and of dampers, as natural modes do.
         """
         p = _csr(self.transformation, self.values[0])
         pointers, columns, _ = p.getValuesCSR()
-        link_stiffness = _Changing(self.beams.stiffness, self.added_stiffness)
+        added = self._symmetric_stiffness if symmetric else self.added_stiffness
+        link_stiffness = _Changing(self.beams.stiffness, added)
         mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, link_stiffness.at(0)))
         for k, values in enumerate(self.values):
             if k:
@@ -163,7 +184,8 @@ class System:
         omega, alpha = (array[k, self.link_of_dof] for array in (self.motion.omega, self.motion.alpha))
         m_v = _scaled(self.beams.gyroscopic, omega)  # (4.29)
         m_a = _scaled(self.beams.gyroscopic, alpha)  # (4.30)
-        m_a.axpy(-1.0, _scaled(m, omega**2), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        for share, sign in ((m, -1.0), (self.beams.rotary_mass, 1.0)):
+            m_a.axpy(sign, _scaled(share, omega**2), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         return {
             "Md": p.transposeMatMult(m.matMult(rate)),  # (4.52)
             "Mv": p.transposeMatMult(m_v.matMult(p)),  # (4.53)
@@ -180,8 +202,11 @@ def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTH
     ------
     AssemblyError
         When the joints' equations cannot be solved at some angle.
+    SceneError
+        When members that cannot stretch brace each other.
     """
-    return System(beams, motion, build_transformation(scene, beams.mesh, motion), terms)
+    held = Inextensible.of(beams.mesh, beams.axial_rigidity)
+    return System(beams, motion, build_transformation(scene, beams.mesh, motion, held), terms)
 
 
 def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:

@@ -17,6 +17,7 @@ from fenics_mech.beams import BeamMesh
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
+from fenics_mech.mechanism.inextensible import Inextensible
 from fenics_mech.mechanism.jets import Array, Jets
 from fenics_mech.scene import Scene
 
@@ -43,7 +44,10 @@ class Transformation:
     height
         Number of rows: nodal dofs of all links.
     base
-        B, where some of the unknowns are displacements relative to a base node (see `relative`), else None.
+        B, where some of the unknowns are displacements relative to a base node (see `relative`), or follow from others
+        by members that cannot stretch, else None.
+    held
+        The members that cannot stretch, if any.
     """
 
     constraints: Constraints
@@ -53,6 +57,7 @@ class Transformation:
     names: tuple[str, ...]
     height: int
     base: sp.csr_matrix | None = None
+    held: Inextensible | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -133,27 +138,32 @@ def _summed(terms: Array, target: Index, size: int) -> Array:
     return np.asarray(collect @ flat.T).T.reshape(*terms.shape[:-1], size)
 
 
-def build_transformation(scene: Scene, mesh: BeamMesh, motion: Motion) -> Transformation:
-    """Lay out the coordinates of a scene's mechanism.
+def build_transformation(
+    scene: Scene, mesh: BeamMesh, motion: Motion, held: Inextensible | None = None
+) -> Transformation:
+    """Lay out the coordinates of a scene's mechanism, some of whose members may not stretch.
 
     Raises
     ------
+    SceneError
+        When members that cannot stretch brace each other.
     AssemblyError
         When the joints' equations cannot be solved at some angle of the motion.
     """
     height = 3 * len(mesh.node_name)
     constraints = build_constraints(scene, mesh)
-    groups, base = eliminate(constraints, motion, height)
+    groups, base = eliminate(constraints, motion, height, held)
     dependent = np.concatenate([np.zeros(0, dtype=np.int64), *(group.dependent for group in groups)])
     coordinate = np.full(height + len(constraints.names), -1)
-    left = np.setdiff1d(np.arange(len(coordinate)), dependent)
+    kept = np.arange(len(coordinate)) if base is None else np.unique(base.indices)  # others have no part in B z
+    left = np.setdiff1d(kept, dependent)
     left = left[np.argsort(_places(groups, left, height), kind="stable")]
     coordinate[left] = np.arange(len(left))
     names = [f"{name}.{component}" for name in mesh.node_name for component in COMPONENTS] + list(constraints.names)
     if base is not None:
         names = [f"{name} relative" if many else name for name, many in zip(names, np.diff(base.indptr) > 1)]
     free = np.sort(left[left < height])
-    return Transformation(constraints, groups, free, coordinate, tuple(names[i] for i in left), height, base)
+    return Transformation(constraints, groups, free, coordinate, tuple(names[i] for i in left), height, base, held)
 
 
 def _places(groups: tuple[Group, ...], columns: Index, height: int) -> Array:

@@ -54,7 +54,7 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     eps.setDimensions(count)
     vector = PETSc.Vec().createSeq(system.size)
     with configured(eps, "modes_", defaults, options or {}):
-        for k, mass, stiffness in system.positions():
+        for k, mass, stiffness in system.positions(symmetric=True):
             eps.setOperators(stiffness, mass)
             squares[k], shapes[k] = _solve_position(eps, vector, count, system.motion.theta[k])
     momenta = system.mass_times(shapes)

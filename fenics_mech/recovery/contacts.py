@@ -1,4 +1,4 @@
-"""Forces of pins that travel along members: point loads inside elements, beside the distributed inertia."""
+"""Loads inside elements, beside the distributed inertia: forces of pins that travel along members, spread loads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.beams.shapes import (
+    AXIAL,
+    CUBIC,
+    LINEAR,
+    NORMAL,
+    between_clamped_ends,
+    between_fixed_ends,
+    evaluate,
+    integral,
+)
 from fenics_mech.mechanism import System
 
 Array = NDArray[np.float64]
@@ -65,6 +74,43 @@ class PointLoad:
         couple = np.where(before, slope, -slope)
         w = force * self.across[:, None] * length**3 + couple * self.moment[:, None] * length**2
         return u * here, w * here
+
+
+@dataclass(frozen=True)
+class SpreadLoad:
+    """Loads spread linearly along every element.
+
+    Parameters
+    ----------
+    line
+        As in `Terms`: along the axis at both nodes, then along the normal (N/m), ``(angles, elements, 4)``.
+    shear_number
+        EI/(G A_s) over the length squared of the elements, ``(elements,)``; None where they are rigid in shear.
+    """
+
+    line: Array
+    shear_number: Array | None = None
+
+    def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
+        """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'."""
+        along, across = self._at(element)
+        once, twice = (integral(LINEAR, xi, times) for times in (1, 2))
+        return (
+            -length * np.sum(along * once, -1),
+            length * np.sum(across * once, -1),
+            length**2 * np.sum(across * twice, -1),
+        )
+
+    def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
+        """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)``."""
+        along, across = self._at(element)
+        u = -(length**2) * np.sum(along * between_fixed_ends(LINEAR, xi), -1)
+        shear = None if self.shear_number is None else self.shear_number[element]
+        return u, length**4 * np.sum(across * between_clamped_ends(LINEAR, xi, shear), -1)
+
+    def _at(self, element: Index) -> tuple[Array, Array]:
+        here = self.line[:, element]
+        return here[..., :2], here[..., 2:]
 
 
 def point_loads(system: System, found: dict[tuple[str, str, int], Array]) -> list[PointLoad]:

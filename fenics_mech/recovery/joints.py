@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.elimination import Group
+from fenics_mech.mechanism.inextensible import Inextensible
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -20,8 +24,8 @@ def nodal_forces(system: System, history: History) -> Array:
     forces = (system.link_stiffness @ v.T + system.link_mass @ history.inertia.T).T - system.applied  # (4.39) for {Qc}
     for entries in system.added_stiffness:
         forces += entries.times(v)
-    if history.turning is not None:
-        forces += (system.link_gyroscopic @ history.turning.T).T
+    if history.turning is not None and history.centripetal is not None:
+        forces += (system.link_gyroscopic @ history.turning.T - system.link_rotary_mass @ history.centripetal.T).T
     if history.velocity is not None:
         forces += terms.material * (system.link_stiffness @ history.velocity.T).T
         for entries in terms.damping:
@@ -41,12 +45,7 @@ def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array
         ``(angles, 1)``.
     """
     found: dict[tuple[str, str, int], Array] = {}
-    forces = system.transformation.on_unknowns(forces)
-    for group in system.transformation.groups:
-        nodal = group.dependent < system.transformation.height
-        residual = np.zeros((len(forces), len(group.dependent)))
-        residual[:, nodal] = forces[:, group.dependent[nodal]]
-        multipliers = group.multipliers(system.motion, residual)
+    for group, multipliers in _multipliers(system, forces):
         start = 0
         for equation in group.equations:
             value = multipliers[:, start : start + equation.rows]
@@ -55,6 +54,28 @@ def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array
                 value = _turned(value, system.motion.angle[:, equation.frame])
             found[equation.joint, equation.body, equation.rows] = value
     return found
+
+
+def _multipliers(system: System, forces: Array) -> Iterator[tuple[Group, Array]]:
+    """Groups of the joints' equations with their multipliers, ``(angles, rows)``."""
+    forces = system.transformation.on_unknowns(forces)
+    for group in system.transformation.groups:
+        nodal = group.dependent < system.transformation.height
+        residual = np.zeros((len(forces), len(group.dependent)))
+        residual[:, nodal] = forces[:, group.dependent[nodal]]
+        yield group, group.multipliers(system.motion, residual)
+
+
+def held_tension(system: System, held: Inextensible, history: History) -> Array:
+    """Axial force of elements that cannot stretch, less that of their own inertia (N), ``(angles, elements)``.
+
+    It is what the nodes need beside the joints' forces; 0 for all other elements.
+    """
+    forces = nodal_forces(system, history)
+    lack = -forces
+    for group, multipliers in _multipliers(system, forces):
+        lack += group.on_nodes(system.motion, multipliers, system.transformation.height)
+    return held.forces(lack)
 
 
 def joint_forces(scene: Scene, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:

@@ -11,17 +11,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech.beams import Beams
+from fenics_mech.beams.assembly import means
 from fenics_mech.beams.layout import element_dofs, member_rotation
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, integral
+from fenics_mech.beams.shapes import (
+    AXIAL,
+    CUBIC,
+    LINEAR,
+    NORMAL,
+    between_clamped_ends,
+    between_fixed_ends,
+    evaluate,
+    integral,
+)
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.contacts import PointLoad
+from fenics_mech.recovery.contacts import PointLoad, SpreadLoad
+from fenics_mech.recovery.joints import held_tension
 from fenics_mech.response import History
 
 Array = NDArray[np.float64]
 SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
+SLOPES = (*(f.deriv() for f in CUBIC), Polynomial([1.0]))  # and the rotation of its sections
 
 
 @dataclass(frozen=True)
@@ -33,9 +46,12 @@ class MemberState:
     s
         Stations along every member, 0..1.
     axial_force, shear_force, moment
-        N (N, tension positive), dM/ds (N), and M = EI w'' (N m).
+        N (N, tension positive), V = dM/ds (N) less the inertia of the sections' rotation, and M = EI phi', phi the
+        rotation of the sections: the slope w' where they stay normal to the axis (N m).
     deflection
         Elastic displacement in the fixed frame (m), ``(angles, members, stations, 2)``.
+    rotation
+        Rotation of the axis, its slope w' (rad).
     """
 
     s: Array
@@ -43,6 +59,7 @@ class MemberState:
     shear_force: Array
     moment: Array
     deflection: Array
+    rotation: Array
 
 
 def recover_members(system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()) -> MemberState:
@@ -71,9 +88,13 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     axial = -end[..., 0] + h * np.sum(axial_load * first, -1)
     shear = end[..., 1] - h * np.sum(normal_load * first, -1)
     moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(normal_load * second, -1)
-    displacement = _in_member_axes(system, system.to_links(history.displacement))[:, element]
+    displacement = _hermite(system, system.to_links(history.displacement))[:, element]
     u, w, slope = _in_member(beams, displacement, axial_load, normal_load, element, xi)
-    for load in loads:
+    if beams.rotary_powers is not None:
+        turned, extra_w = _rotary(system, history, beams.rotary_powers, element, xi)
+        moment, w = moment + turned, w + extra_w / beams.bending_rigidity[element]
+    spread = () if system.terms.line is None else (SpreadLoad(system.terms.line, _shear_number(beams)),)
+    for load in (*loads, *spread):
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u / beams.axial_rigidity[element], w + extra_w / beams.bending_rigidity[element]
@@ -88,6 +109,7 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
         shear_force=shear.reshape(shape),
         moment=moment.reshape(shape),
         deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
+        rotation=slope.reshape(shape),
     )
 
 
@@ -97,16 +119,22 @@ def element_forces(system: System, history: History) -> Array:
     v = system.to_links(history.displacement)
     ends = _each(beams.element_stiffness, _in_member_axes(system, v))
     ends += _each(beams.element_mass, _in_member_axes(system, history.inertia))
-    if history.turning is not None:
+    if history.turning is not None and history.centripetal is not None:
         ends += _each(beams.element_gyroscopic, _in_member_axes(system, history.turning))
+        ends -= _each(beams.element_rotary_mass, _in_member_axes(system, history.centripetal))
     if history.velocity is not None and terms.material:
         ends += terms.material * _each(beams.element_stiffness, _in_member_axes(system, history.velocity))
     rotation = member_rotation(beams.mesh)
     if terms.element_stiffness is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
         ends += _each(rotation, (terms.element_stiffness @ of_elements[..., None])[..., 0])
+    if terms.line is not None:
+        ends -= beams.layout.work_equivalent(terms.line)
     if terms.law is not None and history.velocity is not None:
         ends += _each(rotation, terms.law.force(v, history.velocity))
+    held = system.transformation.held
+    if held is not None:
+        ends[..., [0, 3]] += held_tension(system, held, history)[..., None] * [-1.0, 1.0]
     return ends
 
 
@@ -135,6 +163,43 @@ def _in_member_axes(system: System, nodal: Array) -> Array:
     return _each(member_rotation(mesh), nodal[:, element_dofs(mesh)])
 
 
+def _hermite(system: System, nodal: Array) -> Array:
+    """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``."""
+    values, layout = _in_member_axes(system, nodal), system.beams.layout
+    return values if layout.shear_angle is None else _each(layout.tie, values)
+
+
+def _rotary(
+    system: System, history: History, powers: Array, element: NDArray[np.int64], xi: Array
+) -> tuple[Array, Array]:
+    """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
+
+    Both are ``(angles, places)``; `powers` are those of rho I.
+    """
+    beams = system.beams
+    h = beams.mesh.cell_length[element]
+    turning = history.inertia if history.centripetal is None else history.inertia - history.centripetal
+    slopes, nodal = _hermite(system, turning)[:, element], _in_member_axes(system, turning)[:, element]
+    rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # of the sections' rotation: slope of w less angle of shear
+    rate[..., :4], rate[..., 4] = _scaled(slopes[..., NORMAL], h) / h[:, None], nodal[..., 2] - slopes[..., 2]
+    terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
+    up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
+    particular = between_clamped_ends(SLOPES, xi, _at(_shear_number(beams), element), order=3)
+    bent = means(powers)[element] * h**3 * np.sum(rate * particular, -1)
+    return h * np.sum(rate * up_to, -1), bent
+
+
+def _shear_number(beams: Beams) -> Array | None:
+    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear."""
+    if beams.shear_rigidity is None:
+        return None
+    return beams.bending_rigidity / beams.shear_rigidity / beams.mesh.cell_length**2
+
+
+def _at(values: Array | None, element: NDArray[np.int64]) -> Array | None:
+    return None if values is None else values[element]
+
+
 def _inertia(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
     """Acceleration along and across the member in each element, as coefficients of `SHAPES`.
 
@@ -144,12 +209,12 @@ def _inertia(system: System, history: History, element: NDArray[np.int64]) -> tu
         Along and across, ``(angles, places, 6)`` each.
     """
     h = system.beams.mesh.cell_length[element]
-    inertia = _in_member_axes(system, history.inertia)[:, element]
+    inertia = _hermite(system, history.inertia)[:, element]
     along = np.zeros((*inertia.shape[:2], 6))
     across = np.zeros_like(along)
     along[..., 4:], across[..., :4] = inertia[..., AXIAL], _scaled(inertia[..., NORMAL], h)
     if history.turning is not None:
-        turning = _in_member_axes(system, history.turning)[:, element]
+        turning = _hermite(system, history.turning)[:, element]
         along[..., :4], across[..., 4:] = -_scaled(turning[..., NORMAL], h), turning[..., AXIAL]  # the form s
     return along, across
 
@@ -192,11 +257,11 @@ def _in_member(
     """Displacements u and w by the shape functions and the inertia's particular solution, and the slope of w."""
     h, rho_a = beams.mesh.cell_length[element], beams.line_density[element]
     u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
-    u += rho_a * h**2 / beams.axial_rigidity[element] * np.sum(along * _between_fixed_ends(xi), -1)
+    u += rho_a * h**2 / beams.axial_rigidity[element] * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
     bent = _scaled(displacement[..., NORMAL], h)
     slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
     w = np.sum(bent * evaluate(CUBIC, xi), -1)
-    particular = np.sum(across * _between_clamped_ends(xi), -1)
+    particular = np.sum(across * between_clamped_ends(SHAPES, xi, _at(_shear_number(beams), element)), -1)
     return u, w - rho_a * h**4 / beams.bending_rigidity[element] * particular, np.sum(bent * slopes, -1)
 
 
@@ -211,16 +276,3 @@ def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int6
 def _scaled(dofs: Array, h: Array) -> Array:
     """Displacements and rotations of elements as those of unit elements: rotations times h."""
     return dofs * np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)
-
-
-def _between_fixed_ends(xi: Array) -> Array:
-    """Answers of ``u'' = N_j``, N of `SHAPES`, with u = 0 at both ends of the unit element."""
-    at_end = integral(SHAPES, np.ones(1), 2)
-    return integral(SHAPES, xi, 2) - at_end * xi[:, None]
-
-
-def _between_clamped_ends(xi: Array) -> Array:
-    """Answers of ``w'''' = N_j``, N of `SHAPES`, with w = w' = 0 at both ends of the unit element."""
-    value, slope = (integral(SHAPES, np.ones(1), times) for times in (4, 3))
-    x = xi[:, None]
-    return integral(SHAPES, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3

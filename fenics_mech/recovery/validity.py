@@ -1,4 +1,4 @@
-"""How far a linear answer may be trusted: axial forces against the Euler load, bow against length."""
+"""How far an answer may be trusted: axial forces against the Euler load, bow against length, rotations."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from fenics_mech.scene import Scene
 
 LARGEST_EULER_RATIO = 0.05  # beyond it the axial force changes the bending by more than about as much
 LARGEST_BOW = 0.02  # of the length; beyond it bending shortens a member noticeably
+LARGEST_ROTATION = 0.3  # rad; there von Karman's strain makes a buckled beam's amplitude 0.8 % too large
 
 
 def euler_ratio(scene: Scene, members: MemberState) -> np.ndarray:
@@ -27,3 +28,8 @@ def bow(scene: Scene, members: MemberState) -> np.ndarray:
     s = members.s[:, None]
     chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
     return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths
+
+
+def rotation(members: MemberState) -> np.ndarray:
+    """Largest rotation of each member's axis from its rigid position (rad), ``(members,)``."""
+    return np.abs(members.rotation).max(axis=(0, 2))

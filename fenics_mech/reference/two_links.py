@@ -196,11 +196,13 @@ class TwoLinkModel(ABC):
     def coupling(self, theta: ArrayLike) -> Coupling:
         """Matrices of (4.66) besides M and K, (4.49)-(4.53)."""
         terms = np.zeros((5, np.size(theta), self.size, self.size))
-        for (m, _, s), tr, motion in zip(
-            self.link_matrices, self.transformations(theta), self.motion(theta), strict=True
+        for link, ((m, _, s), tr, motion) in enumerate(
+            zip(self.link_matrices, self.transformations(theta), self.motion(theta), strict=True)
         ):
             omega, alpha = motion.omega[:, None, None], motion.alpha[:, None, None]
-            m_v, m_a = omega * s, alpha * s - omega**2 * m
+            thrown = m.copy()  # the mass that centrifugal forces act on: a moment of inertia feels none
+            thrown[-1, -1] -= self.parameters.turning[link]
+            m_v, m_a = omega * s, alpha * s - omega**2 * thrown
             products = (m @ tr.rate, m_v @ tr.value, m @ tr.second, m_v @ tr.rate, m_a @ tr.value)
             terms += np.stack([tr.value.swapaxes(1, 2) @ product for product in products])
         return Coupling(*terms)

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.mechanism.equation import Equation, times
+from fenics_mech.response.floquet import Stability
+from fenics_mech.response.transient import Course
 
 Array = NDArray[np.float64]
 
@@ -25,14 +27,31 @@ class History:
         ``K q + P^T m inertia = 0``: rigid and elastic acceleration, and the modal damping force over the mass.
     turning
         What the gyroscopic matrix s is multiplied by, ``2 omega v' + alpha v``; None where the coupling is off.
+    centripetal
+        The share -omega^2 v of `inertia`, which the rotation of sections and point masses does not feel; None where
+        the coupling is off.
     velocity
         Velocity v' of every nodal dof in link axes (m/s, rad/s), where a solver gives it.
+    stability
+        Whether small disturbances of the motion die out, where a solver tells.
+    twist
+        Angle of the crank ahead of its drive and two time derivatives, ``(3, angles)``, where the drive has a motor:
+        all the rest then belongs to the crank's own motion.
+    error_estimate
+        Error of the displacement, relative to its largest value, where a solver estimates it.
+    course
+        How a motion in time came about.
     """
 
     displacement: Array
     inertia: Array
     turning: Array | None = None
     velocity: Array | None = None
+    centripetal: Array | None = None
+    stability: Stability | None = None
+    twist: Array | None = None
+    error_estimate: float | None = None
+    course: Course | None = None
 
 
 def history_of(equation: Equation, q: Array, rate: Array) -> History:
@@ -45,9 +64,10 @@ def history_of(equation: Equation, q: Array, rate: Array) -> History:
         damping = times(equation.extra_damping, rate)
         damped = seconds + np.linalg.solve(equation.linear.mass, damping[..., None])[..., 0]
     inertia = times(p, damped) + system.rigid_acceleration + system.terms.external * v_rate
-    turning = None
+    turning = centripetal = None
     if first is not None and second is not None:
         omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.motion.alpha))
-        inertia += 2 * times(first, rate) + times(second, q) - omega**2 * v
+        centripetal = -(omega**2) * v
+        inertia += 2 * times(first, rate) + times(second, q) + centripetal
         turning = 2 * omega * v_rate + alpha * v
-    return History(displacement=q, inertia=inertia, turning=turning, velocity=v_rate)
+    return History(displacement=q, inertia=inertia, turning=turning, velocity=v_rate, centripetal=centripetal)

@@ -11,8 +11,10 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 
 MOST_ITERATIONS = 30
-SMALLEST_RISE = 1 / 64  # of the load, before it is given up
+SMALLEST_RISE = 1 / 256  # of the load, before it is given up
 TOLERANCE = 1e-9  # of the change of the displacement, relative
+FAR = 0.01  # change beyond which a tension is guessed
+ROUNDING = 1e-6  # below which a change that grows no smaller is rounding: close to buckling little load moves much
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,13 @@ class Orbit:
     start_velocity: Array
 
 
-def solve_nonlinear(equation: Equation, solve: Callable[[Matrices], Orbit], tension: Array) -> Orbit:
+def solve_nonlinear(
+    equation: Equation,
+    solve: Callable[[Matrices], Orbit],
+    tension: Array,
+    accept: Callable[[Matrices], None] = lambda tangents: None,
+    guess: Callable[[Array], Array] = lambda tension: tension,
+) -> Orbit:
     """Solve for a motion; where Newton's method fails, the load is brought up little by little.
 
     Parameters
@@ -45,6 +53,10 @@ def solve_nonlinear(equation: Equation, solve: Callable[[Matrices], Orbit], tens
         Gives the motion of a linear equation at these points.
     tension
         Rough axial force of each element under the whole load (N), ``(points, elements)``.
+    accept
+        Raises a `SolverError` where an answer with these tangents is none, such as an equilibrium that buckles.
+    guess
+        Makes a better guess of a tension that is not yet right.
 
     Raises
     ------
@@ -56,8 +68,9 @@ def solve_nonlinear(equation: Equation, solve: Callable[[Matrices], Orbit], tens
     while done < 1:
         factor = min(done + rise, 1.0)
         try:
-            orbit, tension = _at_load(equation, solve, factor, orbit, tension if done else factor * tension)
-            done = factor
+            found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
+            accept(equation.linearised(found.displacement, found.velocity, new_tension))
+            orbit, tension, done = found, new_tension, factor
         except SolverError:
             rise /= 2
             if rise < SMALLEST_RISE:
@@ -67,7 +80,12 @@ def solve_nonlinear(equation: Equation, solve: Callable[[Matrices], Orbit], tens
 
 
 def _at_load(
-    equation: Equation, solve: Callable[[Matrices], Orbit], factor: float, orbit: Orbit | None, tension: Array
+    equation: Equation,
+    solve: Callable[[Matrices], Orbit],
+    guess: Callable[[Array], Array],
+    factor: float,
+    orbit: Orbit | None,
+    tension: Array,
 ) -> tuple[Orbit, Array]:
     """Iterate at a share of the load until nothing changes."""
     lowered = (factor - 1) * equation.linear.load
@@ -75,9 +93,11 @@ def _at_load(
     zero = np.zeros_like(lowered)
     old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
     changes: list[float] = []
-    while not changes or changes[-1] > TOLERANCE:
+    while not _settled(changes):
         if len(changes) == MOST_ITERATIONS or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
             raise _failure(equation, orbit, factor, weight, len(changes))
+        if not changes or changes[-1] > FAR:
+            tension = guess(tension)
         tangents = equation.linearised(*old, tension)
         orbit = solve(replace(tangents, load=tangents.load + lowered))
         new = (orbit.displacement, orbit.velocity)
@@ -87,6 +107,12 @@ def _at_load(
         old = new
     assert orbit is not None
     return orbit, tension
+
+
+def _settled(changes: list[float]) -> bool:
+    if len(changes) > 1 and changes[-1] < ROUNDING and changes[-1] > changes[-2] / 2:
+        return True
+    return bool(changes) and changes[-1] <= TOLERANCE
 
 
 def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:

@@ -7,14 +7,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from fenics_mech._petsc import DIRECT, configured, name_of
+from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.history import History
 from fenics_mech.response.newton import Orbit, solve_nonlinear
+
+SMALLER = 0.95  # of a tension that buckles, until it does not
 
 
 def solve_static(system: System, options: Mapping[str, Any] | None = None) -> History:
@@ -32,7 +35,7 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
     Raises
     ------
     SolverError
-        When the KSP or Newton's method does not converge at some angle.
+        When the KSP or Newton's method does not converge at some angle, or the mechanism buckles there.
     """
     if system.terms.law is not None:
         return _solve_nonlinear(system, options)
@@ -42,6 +45,8 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
     displacement = force.duplicate()
     with configured(ksp, "static_", DIRECT, options or {}):
         for k, _, stiffness in system.positions():
+            if system.terms.tension is not None:
+                _refuse_buckled(to_scipy(stiffness).toarray(), system.motion.theta[k])
             force.array[:] = system.load[k]
             ksp.setOperators(stiffness)
             ksp.solve(force, displacement)
@@ -66,7 +71,33 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Histo
         found = np.linalg.solve(matrices.stiffness, matrices.load[..., None])[..., 0]
         return Orbit(found, still, still, found, still)
 
-    found = solve_nonlinear(equation, solve, tension).displacement
+    def accept(tangents: Matrices) -> None:
+        for stiffness, theta in zip(tangents.stiffness, system.motion.theta):
+            _refuse_buckled(stiffness, theta)
+
+    def guess(tension: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far."""
+        share = np.ones((len(tension), 1))
+        while True:
+            tangents = equation.linearised(still, still, share * tension)
+            buckled = np.linalg.eigvalsh(tangents.stiffness)[:, 0] <= 0
+            if not buckled.any():
+                return share * tension
+            share[buckled] *= SMALLER
+
+    found = solve_nonlinear(equation, solve, tension, accept, guess).displacement
     return History(
         displacement=found, inertia=system.rigid_acceleration, velocity=np.zeros_like(system.rigid_acceleration)
     )
+
+
+def _refuse_buckled(stiffness: NDArray[np.float64], theta: float) -> None:
+    """Raise where a stiffness is not positive: the equilibrium is not stable."""
+    try:
+        np.linalg.cholesky((stiffness + stiffness.T) / 2)
+    except np.linalg.LinAlgError:
+        raise SolverError(
+            f"the mechanism buckles at drive angle {np.degrees(theta):.6g} deg: under its axial forces its stiffness "
+            "is not positive. Lower the load or the speed, or take stiffer members; or, with the effect "
+            "'moderate-rotations', give a small load across the members that buckle, so that they know where to go"
+        ) from None

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.effects import Entries, Terms
 from fenics_mech.effects.effect import Survey
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.response.damping import damping_ratios
+from fenics_mech.response.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 LEAST_DAMPING = 0.005  # ratio that a real machine has at least: it bounds the estimates at a resonance
 
 
-def survey(scene: Scene, system: System, modes: Modes, tension: Array, bow: Array) -> Survey:
+def survey(scene: Scene, system: System, modes: Modes, still: Array, tension: Array, bow: Array) -> Survey:
     """Measure a mechanism.
 
     Parameters
@@ -26,54 +29,93 @@ def survey(scene: Scene, system: System, modes: Modes, tension: Array, bow: Arra
         The scene, and its mechanism without any effect but loads, at a few equal steps of the cycle.
     modes
         Its lowest modes there.
+    still
+        The quasi-static response, ``(angles, coordinates)``.
     tension
         Axial force of each element from loads and rigid motion (N), ``(angles, elements)``.
     bow
         Bow of each member over its length in the quasi-static response, ``(members,)``.
     """
-    answer, sensitivity = _vibration(scene, system, modes)
-    labels, mesh = list(scene.members()), system.beams.mesh
-    length = mesh.member_length
-    euler, slenderness = np.empty(len(labels)), np.empty(len(labels))
-    for i, label in enumerate(labels):
-        rigidity = scene.rigidity(label, np.linspace(0, 1, 21))
-        euler[i] = math.pi**2 * rigidity.bending.min() / length[i] ** 2
-        slenderness[i] = math.sqrt((rigidity.bending / rigidity.axial).max()) / length[i]
-    largest = np.abs(tension).max(axis=0)
+    moving, vibration, sensitivity = _vibration(scene, system, modes, still)
     return Survey(
         scene=scene,
-        vibration=answer,
+        vibration=vibration,
         sensitivity=sensitivity,
         turning=float(np.abs(system.motion.omega).max() / modes.omega.min()),
-        tension=float((largest / euler[mesh.cell_member]).max()),
+        tension=_stiffening(system, modes, tension),
         bow=float(bow.max()),
-        slenderness=float(slenderness.max()),
+        slenderness=_slenderness(scene, system, moving),
+        gravity=_gravity(scene, system, still),
     )
 
 
-def _vibration(scene: Scene, system: System, modes: Modes) -> tuple[float, float]:
+def _gravity(scene: Scene, system: System, still: Array) -> float:
+    """Largest share of gravity in a member's quasi-static response, by the root of the strain energy."""
+    if not any(scene.gravity):
+        return 0.0
+    weight = replace(system, motion=system.motion.held(), terms=Terms(acceleration=system.terms.acceleration))
+    alone = solve_static(weight, scene.petsc).displacement
+    return float(np.sqrt((_member_energy(system, alone) / _member_energy(system, still)).max()))
+
+
+def _stiffening(system: System, modes: Modes, tension: Array) -> float:
+    """Largest share by which axial forces change the stiffness of a mode: Rayleigh's quotient."""
+    blocks = Entries.of_elements(system.beams.mesh, tension[..., None, None] * system.beams.stretching.bow)
+    shares = []
+    for mode in range(modes.omega.shape[1]):
+        v = system.to_links(modes.shapes[:, mode])
+        shares.append(np.abs(np.sum(v * blocks.times(v), axis=1)) / modes.omega[:, mode] ** 2)
+    return float(np.max(shares))
+
+
+def _vibration(scene: Scene, system: System, modes: Modes, still: Array) -> tuple[Array, float, float]:
     """Estimate how far the response is from the quasi-static one, and how it changes with the stiffness.
 
     Every mode is an oscillator with its mean frequency under the harmonics of its load. Harmonic n is answered
-    ``H = 1/(1 - r^2 + 2 i zeta r)`` times, r being n times the drive's rate over the mode's frequency. The sensitivity
-    is the relative change of the response with the square of the frequency, H itself.
+    ``H = 1/(1 - r^2 + 2 i zeta r)`` times, r being n times the drive's rate over the mode's frequency.
 
     Returns
     -------
     tuple
-        Largest difference from the quasi-static response over the largest quasi-static response, and the sensitivity.
+        The vibration on top of the quasi-static response, ``(angles, coordinates)``; twice its largest ratio to the
+        quasi-static response of the same member, by the root of the strain energy (curves differ more at their peaks);
+        and by how much more than its share a change of stiffness changes the response.
     """
     harmonics = np.fft.rfft(np.einsum("kmi,ki->km", modes.shapes, system.load), axis=0)
     omega = modes.omega.mean(axis=0)
     ratio = np.maximum(damping_ratios(scene, modes.omega)[0], LEAST_DAMPING) + scene.damping.material * omega / 2
     r = np.arange(len(harmonics))[:, None] * abs(scene.cycle_rate) / omega
     answer = 1 / (1 - r**2 + 2j * ratio * r)
-    static = np.abs(harmonics) / omega  # times omega: the square root of the strain energy
-    total = np.sqrt(np.sum(static.sum(axis=0) ** 2))
-    if total == 0:
-        return 0.0, 1.0
-    moving = static * np.abs(answer - 1)
-    dynamic = static * np.abs(answer)
-    difference = math.sqrt(np.sum(moving.sum(axis=0) ** 2)) / total
-    changed = np.sqrt(np.sum((dynamic * np.abs(answer)).sum(axis=0) ** 2))
-    return difference, float(max(1.0, changed / np.sqrt(np.sum(dynamic.sum(axis=0) ** 2))))
+
+    def displacement(factor: Array) -> Array:
+        return np.einsum("kmi,km->ki", modes.shapes, np.fft.irfft(harmonics / omega**2 * factor, n=len(still), axis=0))
+
+    moving = displacement(answer - 1)
+    ratios = _member_energy(system, moving) / _member_energy(system, still)
+    change, whole = displacement(answer**2), displacement(answer)
+    changed = _member_energy(system, change) / np.maximum(_member_energy(system, whole), 1e-300)
+    return moving, 2 * float(np.sqrt(ratios.max())), float(max(1.0, np.sqrt(changed.max())))
+
+
+def _slenderness(scene: Scene, system: System, moving: Array) -> float:
+    """Root of the mean square of radius of gyration over length, weighted by the members' energy as they vibrate."""
+    ratios = []
+    for label, length in zip(scene.members(), system.beams.mesh.member_length):
+        rigidity = scene.rigidity(label, np.linspace(0, 1, 21))
+        ratios.append(float((rigidity.bending / rigidity.axial).max()) / length**2)
+    energy = _energies(system, moving).sum(axis=0)
+    return float(np.sqrt(energy @ ratios / max(energy.sum(), 1e-300)))
+
+
+def _member_energy(system: System, q: Array) -> Array:
+    """Largest strain energy of each member over the angles, at least a millionth of that of all, ``(members,)``."""
+    largest = _energies(system, q).max(axis=0)
+    return np.maximum(largest, max(1e-6 * largest.max(), 1e-300))
+
+
+def _energies(system: System, q: Array) -> Array:
+    """Strain energy of each member, ``(angles, members)``."""
+    mesh = system.beams.mesh
+    v = np.einsum("eij,tej->tei", member_rotation(mesh), system.to_links(q)[:, element_dofs(mesh)])
+    by_element = np.einsum("tei,eij,tej->te", v, system.beams.element_stiffness, v)
+    return np.stack([by_element[:, mesh.cell_member == i].sum(axis=1) for i in range(len(mesh.members))], axis=1)

@@ -39,7 +39,17 @@ class Tableau:
         if scheme == "radau":
             legendre = legendre - Legendre.basis(stages - 1)
         points = (np.sort(legendre.roots().real) + 1) / 2
-        others = [Polynomial.fromroots(np.delete(points, j)) for j in range(stages)]
-        lagrange = [(other / other(point)).integ() for other, point in zip(others, points)]
-        inner = np.stack([integral(points) - integral(0) for integral in lagrange], axis=-1)
-        return cls(points, inner, np.array([integral(1) - integral(0) for integral in lagrange]))
+        lagrange = [part.integ() for part in _lagrange(points)]
+        inner = np.stack([integral(points) for integral in lagrange], axis=-1)
+        return cls(points, inner, np.array([integral(1) for integral in lagrange]))
+
+    def integrals(self, places: Array) -> Array:
+        """Give the Lagrange polynomials' integrals from 0 to other places, ``(places, s)``."""
+        return np.stack([part.integ()(places) for part in _lagrange(self.points)], axis=-1)
+
+
+def _lagrange(points: Array) -> list[Polynomial]:
+    """Give the polynomials that are 1 at one point and 0 at the others."""
+    one = Polynomial([1.0])
+    nodal = [Polynomial.fromroots(np.delete(points, j)) if len(points) > 1 else one for j in range(len(points))]
+    return [polynomial / polynomial(point) for polynomial, point in zip(nodal, points)]

@@ -4,13 +4,13 @@ from fenics_mech.scene.drives import Drive, Expression, Harmonics, Table
 from fenics_mech.scene.factories import four_bar
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
+from fenics_mech.scene.loads import Impulse, LineLoad, Load
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import (
     Analysis,
     Damping,
     Ground,
     Link,
-    Load,
     Material,
     Measurement,
     Member,
@@ -29,6 +29,8 @@ __all__ = [
     "Expression",
     "Ground",
     "Harmonics",
+    "Impulse",
+    "LineLoad",
     "Link",
     "Load",
     "Material",

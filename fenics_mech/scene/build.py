@@ -26,6 +26,14 @@ BRANCHES = (
     "weld",
     "slot",
     "prismatic",
+    "harmonics",
+    "table",
+    "expression",
+    "pulse",
+    "load",
+    "line-load",
+    "line",
+    "hinge",
 )  # of pydantic unions
 
 
@@ -97,6 +105,8 @@ def _sentence(error: Any) -> str:
             if solver
             else "must be a name of letters, digits, _ and -, or link.point where a point is meant"
         )
+        if "@" in error["ctx"]["pattern"]:
+            message = "must be link.point, a joint, or member@place with a place 0 to 1 along the member"
     if error["type"] in ("int_parsing", "int_type") and "modes" in error["loc"]:
         message = "must be a whole number or 'all'"
     return f"{message}, found {error['input']!r}"

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.loads import LineLoad
+from fenics_mech.scene.springs import Hinge, Line
 
 if TYPE_CHECKING:
     from fenics_mech.scene.joints import Prismatic, Slot
     from fenics_mech.scene.models import Scene
+
+CLOSEST = 1e-3  # of a member's length, between places at which loads need a node
 
 
 def check_references(scene: Scene) -> None:
@@ -29,9 +34,13 @@ def check_references(scene: Scene) -> None:
             raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
     for i, measurement in enumerate(scene.measurements):
         _check_name(measurement.member, scene.members(), "member", f"measurements.{i}.member")
-    for name, load in scene.loads.items():
-        _check_point(scene, load.at, f"loads.{name}.at")
+    _check_loads(scene)
     _check_drives(scene)
+    if any(drive.motor is not None for drive in scene.drives):
+        _check_motor(scene)
+    for kind in ("springs", "dampers"):
+        for name, part in getattr(scene, kind).items():
+            (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")
     _check_mobility(scene)
 
 
@@ -45,6 +54,93 @@ def _check_point(scene: Scene, name: str, place: str) -> None:
     _check_name(body, ("ground", *scene.links), "link", place)
     points = scene.ground.points if body == "ground" else scene.links[body].points
     _check_name(point, points, f"point of {body}", place)
+
+
+def _check_loads(scene: Scene) -> None:
+    """Raise where a load or an impulse has no place of its own, or does not say what its moment turns."""
+    for name, load in scene.loads.items():
+        if isinstance(load, LineLoad):
+            _check_name(load.member, scene.members(), "member", f"loads.{name}.member")
+        else:
+            _check_place(scene, load.at, f"loads.{name}.at", turns=bool(load.moment or load.follows))
+    for name, impulse in scene.impulses.items():
+        _check_place(scene, impulse.at, f"impulses.{name}.at", turns=bool(impulse.angular_impulse))
+    if scene.impulses and scene.analysis.method != "periodic":
+        raise SceneError(
+            f"impulses act in the periodic response, and the method is {scene.analysis.method!r}",
+            place="impulses",
+            hint="Write analysis.method = 'periodic', or leave the impulses out",
+        )
+    for label, places in scene.loaded_places().items():
+        apart = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)
+        if apart < CLOSEST:
+            raise SceneError(
+                f"two of {', '.join(f'{label}@{s:g}' for s in places)} and the member's ends are nearer to each other "
+                f"than {CLOSEST:g} of its length",
+                place="loads",
+                hint="Name the point at the end, or make them one place",
+            )
+
+
+def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
+    """Raise unless `at` is a point of a link, a pin, or a place along a member."""
+    if "@" in at:
+        _check_name(at.partition("@")[0], scene.members(), "member", place)
+    elif "." in at:
+        _check_point(scene, at, place)
+        if at.startswith("ground."):
+            raise SceneError("what acts on the ground moves nothing", place=place, hint="Name a point of a link")
+    else:
+        _check_name(at, scene.joints, "joint", place)
+        if scene.joints[at].kind in ("slot", "prismatic") or turns:
+            raise SceneError(
+                f"joint {at!r} does not say which of its bodies is acted on",
+                place=place,
+                hint="A force in the fixed frame may act at a pin or a weld; else write link.point",
+            )
+
+
+def _check_line(scene: Scene, line: Line, part: str) -> None:
+    """Raise where the two ends of a spring or a damper are one, or can never move against each other."""
+    place = f"{part}.between"
+    for point in line.between:
+        _check_point(scene, point, place)
+    (body, first), (other, second) = (scene.point(point) for point in line.between)
+    pinned = (joint for joint in scene.joints.values() if joint.kind in ("revolute", "weld"))
+    if (body == other and first == second) or any(set(line.between) <= set(joint.connect) for joint in pinned):
+        raise SceneError(
+            f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction",
+            place=place,
+            hint="Name points that lie apart, or give the `joint` of a torsional one",
+        )
+    if body == other and (body == "ground" or scene.links[body].rigid):
+        raise SceneError(f"the two points are of one rigid body, {body}: it would do nothing", place=place)
+
+
+def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
+    """Raise unless two bodies turn against each other at the joint of a torsional spring or damper."""
+    _check_name(hinge.joint, scene.joints, "joint", f"{part}.joint")
+    joint = scene.joints[hinge.joint]
+    if joint.kind in ("weld", "prismatic"):
+        raise SceneError(f"a {joint.kind} joint does not turn", place=f"{part}.joint")
+    if joint.kind == "slot" and joint.member is not None:
+        raise SceneError(
+            f"the pin of {hinge.joint!r} travels along a member that bends, where no spring or damper takes hold",
+            place=f"{part}.joint",
+        )
+    bodies = [point.split(".")[0] for point in joint.connect]
+    if hinge.bodies is None:
+        if len(bodies) > 2:
+            raise SceneError(
+                f"joint {hinge.joint!r} has the bodies {', '.join(bodies)}",
+                place=part,
+                hint='Say which two turn against each other: bodies = ["...", "..."]',
+            )
+        return
+    for body in hinge.bodies:
+        _check_name(body, bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
+    if hinge.bodies[0] == hinge.bodies[1]:
+        raise SceneError("a body does not turn against itself", place=f"{part}.bodies")
 
 
 def _check_members(scene: Scene) -> None:
@@ -150,6 +246,23 @@ def _check_drives(scene: Scene) -> None:
                 f"speed a whole multiple of it, and is {turns:.6g} of it",
                 place=place,
             )
+
+
+def _check_motor(scene: Scene) -> None:
+    """Raise unless the one drive with its motor turns a crank on the ground, in steady vibration."""
+    place = "drive.0.motor" if isinstance(scene.drive, tuple) else "drive.motor"
+    drive, analysis = scene.drives[0], scene.analysis
+    if len(scene.drives) > 1 or drive.speed is None:
+        raise SceneError("a motor goes with the only drive, of constant speed", place=place)
+    joint = scene.joints[drive.joint]
+    if joint.kind != "revolute" or not any(point.startswith("ground.") for point in joint.connect):
+        raise SceneError("a motor turns a crank on a pin of the ground", place=place)
+    if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation") or scene.impulses:
+        raise SceneError(
+            "the twist of a motor's shaft comes with the periodic response by collocation, without impulses",
+            place=place,
+            hint="Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out",
+        )
 
 
 def freedoms(scene: Scene) -> int:

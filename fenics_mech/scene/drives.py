@@ -19,7 +19,7 @@ from scipy.interpolate import make_interp_spline
 
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Time
+from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
 Array = NDArray[np.float64]
 
@@ -147,6 +147,22 @@ def smooth_start(duration: float, time: Array, speed: float) -> Jet:
     )
 
 
+class Motor(Part):
+    """What lies between an ideal drive and its crank: a shaft that twists, and the rotor that turns with the crank.
+
+    Parameters
+    ----------
+    stiffness, damping
+        Moment of the shaft over its twist (N m/rad), and over the rate of it (N m s/rad).
+    inertia
+        Moment of inertia of what turns with the crank (kg m^2): rotor, gears, flywheel.
+    """
+
+    stiffness: Annotated[TorsionalRate, Field(gt=0)]
+    damping: Annotated[TorsionalDamping, Field(ge=0)] = 0.0
+    inertia: Annotated[Inertia, Field(ge=0)] = 0.0
+
+
 class Drive(Part):
     """A drive moves the second body of a joint against the first, at constant speed or by a periodic law.
 
@@ -168,6 +184,8 @@ class Drive(Part):
     run_up_law
         The angle turned during the run-up, instead of `smooth_start`: from 0 at t = 0 to any, with the drive's speed at
         the end.
+    motor
+        What lies between a drive at constant speed and its crank; without it the crank turns as the drive does.
     """
 
     joint: Name
@@ -177,6 +195,7 @@ class Drive(Part):
     period: Annotated[Time, Field(gt=0)] | None = None
     run_up: Annotated[Time, Field(gt=0)] | None = None
     run_up_law: RunUpLaw | None = None
+    motor: Motor | None = None
 
     @model_validator(mode="after")
     def _moves_in_one_way(self) -> Self:

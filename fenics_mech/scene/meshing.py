@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.errors import SceneError
-from fenics_mech.scene.models import Member, Mesh, Scene
+from fenics_mech.scene.consistency import CLOSEST
+from fenics_mech.scene.models import Mesh, Scene
 
 Array = NDArray[np.float64]
 MOST_ELEMENTS = 1_000_000  # of a refined scene
@@ -20,9 +21,15 @@ def nodes_of(mesh: Mesh) -> Array:
     return np.concatenate([[0.0], np.cumsum(lengths)[:-1] / lengths.sum(), [1.0]])
 
 
-def member_nodes(scene: Scene, member: Member) -> Array:
-    """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``."""
-    return nodes_of(member.mesh or scene.mesh)
+def member_nodes(scene: Scene, label: str) -> Array:
+    """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``.
+
+    A load inside the member has a node of its own. A node of the mesh that is very near makes way for it.
+    """
+    _, member = scene.members()[label]
+    nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
+    near = np.abs(nodes[:, None] - places).min(axis=1, initial=1.0) < CLOSEST
+    return np.sort(np.concatenate([nodes[~near], places]))
 
 
 def refined(scene: Scene, times: int) -> Scene:
@@ -44,7 +51,7 @@ def refined(scene: Scene, times: int) -> Scene:
         raise SceneError(f"a mesh can be refined 0 or more times, not {times}", place="mesh")
     if times == 0:
         return scene
-    elements = sum(len(member_nodes(scene, member)) - 1 for _, member in scene.members().values())
+    elements = sum(len(member_nodes(scene, label)) - 1 for label in scene.members())
     if times > 40 or elements * 2**times > MOST_ELEMENTS:
         raise SceneError(
             f"refining {elements} elements {times} times gives more than {MOST_ELEMENTS:,} elements",

@@ -11,32 +11,53 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from fenics_mech.scene.analysis import Analysis
 from fenics_mech.scene.base import Name, Part, PointName
 from fenics_mech.scene.consistency import check_references
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
+from fenics_mech.scene.loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
+from fenics_mech.scene.springs import Damper, Spring
 from fenics_mech.units import (
+    Acceleration,
     Angle,
     Density,
-    Force,
     Inertia,
     Length,
     Mass,
     Modulus,
     Rate,
     Time,
-    Torque,
 )
 
 Point = tuple[Length, Length]
 
 
 class Material(Part):
-    """Young's modulus E (Pa) and density rho (kg/m^3)."""
+    """Young's modulus E (Pa) and density rho (kg/m^3); for the effect `shear` one of the other two.
+
+    Parameters
+    ----------
+    modulus, density
+        E (Pa), rho (kg/m^3).
+    shear_modulus
+        G (Pa); without it E/(2 (1 + poisson)).
+    poisson
+        Poisson's ratio. It also enters the shear factors of the sections.
+    """
 
     modulus: Annotated[Modulus, Field(gt=0)]
     density: Annotated[Density, Field(gt=0)]
+    shear_modulus: Annotated[Modulus, Field(gt=0)] | None = None
+    poisson: Annotated[float, Field(gt=-1, le=0.5)] | None = None
+
+    @property
+    def rigidity(self) -> float | None:
+        """Shear modulus G (Pa), stated or of an isotropic material; None where neither number is stated."""
+        if self.shear_modulus is not None or self.poisson is None:
+            return self.shear_modulus
+        return self.modulus / (2 * (1 + self.poisson))
 
 
 MOST_ELEMENTS = 300  # in a member; measured: relative strain error 4e-10 with 30, 5e-7 with 100, 6e-5 with 300
@@ -151,24 +172,6 @@ class PointMass(Part):
     inertia: Annotated[Inertia, Field(ge=0)] = 0.0
 
 
-class Load(Part):
-    """A constant load on a point of a link, in the fixed frame.
-
-    Parameters
-    ----------
-    at
-        The point.
-    force
-        Force along X and Y (N).
-    moment
-        Moment, counter-clockwise (N m).
-    """
-
-    at: PointName
-    force: tuple[Force, Force] = (0.0, 0.0)
-    moment: Torque = 0.0
-
-
 Ratio = Annotated[float, Field(ge=0, lt=1)]
 
 
@@ -188,56 +191,6 @@ class Damping(Part):
     ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
     material: Annotated[Time, Field(ge=0)] = 0.0
     external: Annotated[Rate, Field(ge=0)] = 0.0
-
-
-class Analysis(Part):
-    """What to compute and with which numerical options.
-
-    Parameters
-    ----------
-    method
-        "periodic" (chapter 5), "quasi-static" (loads and inertia of the rigid motion), or "static" (loads only, held at
-        one position, appendix C).
-    solver
-        Of a periodic response: "sub-intervals" (chapter 5), for constant coefficients in each and modal damping;
-        "collocation", of high order in time, for every effect; "auto" takes the first where it can.
-    stages
-        Collocation points in a sub-interval.
-    scheme
-        Where they are: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
-        (order 2 stages, damps nothing).
-    position
-        Drive coordinate (rad) at which "static" holds the linkage.
-    sub_intervals
-        Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
-    modes
-        Number of modes kept, or "all".
-    static_correction
-        Let the modes that are left out answer statically.
-    join
-        How sub-intervals are joined. "physical": displacement and momentum of the mechanism go on. "projected": its
-        displacement and velocity go on as far as the modes kept can follow; the same with all modes. "modal": each
-        modal coordinate goes on by itself, as (5.14) prints it, which does not converge to the solution of (5.1).
-    load
-        The modal load in a sub-interval is "constant", that of its middle, or "linear" in time through it.
-    allow_ringing
-        Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
-    stations
-        Number of equally spaced points along each member at which results are given.
-    """
-
-    method: Literal["periodic", "quasi-static", "static"] = "periodic"
-    solver: Literal["auto", "sub-intervals", "collocation"] = "auto"
-    stages: Annotated[int, Field(ge=1, le=9)] = 3
-    scheme: Literal["radau", "gauss"] = "radau"
-    position: Angle = 0.0
-    sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
-    modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
-    static_correction: bool = True
-    join: Literal["physical", "projected", "modal"] = "physical"
-    load: Literal["constant", "linear"] = "linear"
-    allow_ringing: bool = False
-    stations: Annotated[int, Field(ge=2, le=10_001)] = 21
 
 
 class Measurement(Part):
@@ -277,16 +230,20 @@ class Scene(Part):
     links: Annotated[dict[Name, Link], Field(min_length=1)]
     joints: Annotated[dict[Name, Joint], Field(min_length=1)]
     masses: dict[Name, PointMass] = Field(default_factory=dict)
-    loads: dict[Name, Load] = Field(default_factory=dict)
+    gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)  # along X and Y (m/s^2)
+    loads: dict[Name, AnyLoad] = Field(default_factory=dict)
+    impulses: dict[Name, Impulse] = Field(default_factory=dict)
+    springs: dict[Name, Spring] = Field(default_factory=dict)
+    dampers: dict[Name, Damper] = Field(default_factory=dict)
     drive: Drives = ()
-    effects: tuple[str, ...] = ()
+    effects: Literal["auto"] | tuple[str, ...] = ()
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
-    petsc: dict[Annotated[str, Field(pattern="^(periodic|modes|static)_")], str | float | int | bool] = Field(
-        default_factory=dict
-    )
+    petsc: dict[
+        Annotated[str, Field(pattern="^(periodic|modes|static|stability|transient)_")], str | float | int | bool
+    ] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -338,6 +295,15 @@ class Scene(Part):
         body, point = name.split(".")
         return body, (self.ground if body == "ground" else self.links[body]).points[point]
 
+    def loaded_places(self) -> dict[str, list[float]]:
+        """Places 0 to 1 along members at which loads and impulses act, ascending, by the members' labels."""
+        places: dict[str, set[float]] = {}
+        for acting in (*self.loads.values(), *self.impulses.values()):
+            if not isinstance(acting, LineLoad) and "@" in acting.at:
+                label, s = acting.at.split("@")
+                places.setdefault(label, set()).add(float(s))
+        return {label: sorted(found) for label, found in places.items()}
+
     def member_ends(self, label: str) -> tuple[Point, Point]:
         """Give the two ends of a member in its link's frame (m)."""
         link, member = self.members()[label]
@@ -357,3 +323,16 @@ class Scene(Part):
         _, member = self.members()[label]
         material = None if member.material is None else self.materials[member.material]
         return self.sections[member.section].rigidity(s, material, self.materials, self.sections)
+
+    def shear_stiffness(self, label: str, s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """G A_s of a member, by label, at places `s` (0..1) along it (N).
+
+        Raises
+        ------
+        SceneError
+            When its material or its section does not say enough for it.
+        """
+        _, member = self.members()[label]
+        material = None if member.material is None else self.materials[member.material]
+        place = f"sections.{member.section}"
+        return self.sections[member.section].shear_stiffness(s, material, self.materials, self.sections, place)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.analysis import analyse, mechanism, scene_modes
+from fenics_mech.analysis import analyse
+from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.mechanism import System
 from fenics_mech.reference.mecqbar import compare_appendix_g, mecqbar
 from fenics_mech.reference.nine_element import NineElementModel

@@ -193,26 +193,26 @@ def strain_figure(
     """Build the figure of `plot_strain`."""
     _check_place(result, member, fibre)
     scene, theta = result.scene, result.data["theta"].to_numpy()
-    figure, (axes,) = _figure()
+    figure, (axes,) = new_figure()
     if rigid is not None:
-        axes.plot(*_curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
+        axes.plot(*curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
     method = "finite elements" if scene.analysis.method == "periodic" else "finite elements, quasi-static"
-    axes.plot(*_curve(theta, MICRO * result.strain_at(member, s, fibre)), label=method, color=COLOURS[0], linestyle="-")
+    axes.plot(*curve(theta, MICRO * result.strain_at(member, s, fibre)), label=method, color=COLOURS[0], linestyle="-")
     for measurement in scene.measurements:
         if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
             angle, strain = read_measurement(measurement.file)
             axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
     place = "mid-span" if s == 0.5 else f"s = {s:g}"
     sign = fibre.replace("-", "\N{MINUS SIGN}")
-    _finish(axes, f"Strain of the {member} at {place}, {sign} fibre", "strain (\N{MICRO SIGN}m/m)")
+    finish(axes, f"Strain of the {member} at {place}, {sign} fibre", "strain (\N{MICRO SIGN}m/m)")
     return figure
 
 
 def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, float]) -> Figure:
     """Build the figure of `plot_frequencies`: a log axis that holds the modes' range."""
-    figure, (axes,) = _figure(height=4.8)
-    for mode, curve in enumerate(frequency.T, 1):
-        axes.plot(*_curve(theta, curve), label=f"mode {mode}")
+    figure, (axes,) = new_figure(height=4.8)
+    for mode, values in enumerate(frequency.T, 1):
+        axes.plot(*curve(theta, values), label=f"mode {mode}")
     low, high = frequency.min() / 1.1, frequency.max() * 1.1
     axes.set_yscale("log")
     axes.set_ylim(low, high)
@@ -220,32 +220,32 @@ def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, flo
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
     _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
-    _finish(axes, "Natural frequencies; dashed: members simply supported", "frequency (Hz)")
+    finish(axes, "Natural frequencies; dashed: members simply supported", "frequency (Hz)")
     return figure
 
 
 def joint_force_figure(result: Result) -> Figure:
     """Build the figure of `plot_joint_forces`."""
-    figure, (upper, lower) = _figure(rows=2, height=5.8)
+    figure, (upper, lower) = new_figure(rows=2, height=5.8)
     theta = result.data["theta"].to_numpy()
     forces = result.data["joint_force"].transpose("joint", "theta", "component")
     for joint, force in zip(forces["joint"].to_numpy(), forces.to_numpy()):
-        upper.plot(*_curve(theta, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
-    _finish(upper, "Magnitude of the joint forces", "force (N)")
+        upper.plot(*curve(theta, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
+    finish(upper, "Magnitude of the joint forces", "force (N)")
     upper.set_ylim(bottom=0)
-    lower.plot(*_curve(theta, result.data["input_torque"].to_numpy()))
+    lower.plot(*curve(theta, result.data["input_torque"].to_numpy()))
     lower.axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
-    _finish(lower, "Input torque", "torque (N m)")
+    finish(lower, "Input torque", "torque (N m)")
     return figure
 
 
 def deflection_figure(result: Result) -> Figure:
     """Build the figure of `plot_deflection`."""
-    figure, (axes,) = _figure()
+    figure, (axes,) = new_figure()
     theta = result.data["theta"].to_numpy()
-    for member, curve in zip(result.scene.members(), transverse_deflection(result).T):
-        axes.plot(*_curve(theta, MILLI * curve), label=member)
-    _finish(axes, "Transverse deflection at mid-span, from the rigid position", "deflection (mm)")
+    for member, values in zip(result.scene.members(), transverse_deflection(result).T):
+        axes.plot(*curve(theta, MILLI * values), label=member)
+    finish(axes, "Transverse deflection at mid-span, from the rigid position", "deflection (mm)")
     return figure
 
 
@@ -262,7 +262,7 @@ def _check_place(result: Result, member: str, fibre: str) -> None:
             raise ViewError(f"the result has no {dimension} {name!r}; it has {', '.join(known)}")
 
 
-def _figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
+def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
     """Make a figure with axes over the drive angle, on a canvas that needs no display."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained")
@@ -274,21 +274,21 @@ def _figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Ax
     return figure, axes
 
 
-def _curve(theta: Array, values: Array) -> tuple[Array, Array]:
+def curve(theta: Array, values: Array) -> tuple[Array, Array]:
     """Drive angle in degrees and values, over the whole turn."""
     angle, values = one_turn(theta, values)
     return np.degrees(angle), values
 
 
-def _finish(axes: Axes, title: str, ylabel: str) -> None:
+def finish(axes: Axes, title: str, ylabel: str, columns: int = LEGEND_COLUMNS) -> None:
     """Set title and label, and the legend as rows between the title and the axes."""
     with mpl.rc_context(STYLE):
         entries = len(axes.get_legend_handles_labels()[0])
-        rows = -(-entries // LEGEND_COLUMNS) if entries > 1 or title.startswith("Strain") else 0
+        rows = -(-entries // columns) if entries > 1 or title.startswith("Strain") else 0
         axes.set_title(title, pad=8 + 15 * rows)
         axes.set_ylabel(ylabel)
         if rows:
-            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=LEGEND_COLUMNS, borderaxespad=0.2)
+            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, borderaxespad=0.2)
 
 
 def _draw_supported(axes: Axes, supported: Mapping[str, float]) -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO
+from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
+from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
 from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
@@ -29,23 +33,50 @@ def summary(result: Result) -> Group:
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance))
+    if "stability_limit" in result.data.attrs:
+        parts.append(_stability(result))
     parts.append(_validity(result))
     return Group(*parts)
 
 
 def _validity(result: Result) -> Text:
-    """Tell whether deflections and axial forces are small enough for the linear theory."""
+    """Tell whether deflections and axial forces are small enough for the theory that was used."""
     members = [str(member) for member in result.data["member"].to_numpy()]
-    euler, bow = (result.data[name].to_numpy() for name in ("euler_ratio", "bow"))
+    euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
     worst = f"{members[euler.argmax()]!r}: axial force up to {euler.max():.3g} of its Euler load"
     bent = f"{members[bow.argmax()]!r}: bow up to {bow.max():.3g} of its length"
-    if euler.max() <= LARGEST_EULER_RATIO and bow.max() <= LARGEST_BOW:
+    turned = f"{members[turn.argmax()]!r}: axis turns by up to {turn.max():.3g} rad"
+    acting = {effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]}
+    if "moderate-rotations" in acting:
+        if turn.max() <= LARGEST_ROTATION:
+            return Text(f"Within the theory of moderate rotations: {turned}; {worst}.")
+        text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, expect wrong strains: {turned} (limit {LARGEST_ROTATION})."
+        return Text(text, style="bold red")
+    carried = "geometric-stiffness" in acting
+    if (carried or euler.max() <= LARGEST_EULER_RATIO) and bow.max() <= LARGEST_BOW:
         return Text(f"Within the linear theory: {worst}; {bent}.")
     return Text(
         f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {worst} (limit {LARGEST_EULER_RATIO}); {bent} "
-        f"(limit {LARGEST_BOW}).",
+        f"(limit {LARGEST_BOW}). effects = 'auto' takes what is needed.",
         style="bold red",
     )
+
+
+def _stability(result: Result) -> Text:
+    """Tell whether small disturbances of the periodic motion die out."""
+    limit = f"disturbances faster than {result.data.attrs['stability_limit']:.3g} Hz are not judged"
+    if "multiplier" not in result.data:
+        return Text(f"Stability: {limit}, which are all of them.")
+    size = np.hypot(*result.data["multiplier"][0].to_numpy())
+    rate, frequency, mode = (
+        float(result.data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
+    )
+    slowest = f"{size:.3g} of it is left after a cycle ({rate:.3g} 1/s at {frequency:.4g} Hz, mode {mode:.0f})"
+    if size < 1 - UNDAMPED:
+        return Text(f"Stable: of the slowest disturbance {slowest}; {limit}.")
+    if size < 1 + UNDAMPED:
+        return Text(f"At the limit of stability, without damping: of the worst disturbance {slowest}; {limit}.")
+    return Text(f"UNSTABLE: a small disturbance grows; {slowest}.", style="bold red")
 
 
 def _decisions(result: Result) -> Table:
@@ -53,14 +84,41 @@ def _decisions(result: Result) -> Table:
     scene, analysis = result.scene, result.scene.analysis
     rows = {"drive": drive_of(scene), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
+        rows["solver"] = _solver(result)
+    if result.data.attrs.get("solver") == "sub-intervals":
         rest = "the others answer statically" if analysis.static_correction else "the others are left out"
         rows["joining"] = f"{analysis.join}, load {analysis.load} inside each sub-interval"
-        rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}; damping {_damping(scene)}"
+        rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
+    rows["damping"] = _damping(scene)
+    rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     table = Table.grid(padding=(0, 2))
     for name, value in rows.items():
         table.add_row(name, escape(value))
     return table
+
+
+def _solver(result: Result) -> str:
+    """Name the solver of a periodic response, and its order."""
+    analysis, solver = result.scene.analysis, str(result.data.attrs["solver"])
+    if solver == "harmonic-balance":
+        return f"{solver}, {analysis.harmonics} harmonics"
+    return solver if solver == "sub-intervals" else f"{solver}, {analysis.stages} {analysis.scheme} points a step"
+
+
+def _effects(result: Result) -> str:
+    """Name the effects that act, with their size where it was estimated."""
+    effects = json.loads(result.data.attrs["effects"])
+    inside = {EFFECTS[e["name"]].replaces for e in effects if e["acts"] and e["name"] in EFFECTS}
+    acting = [e["name"] + ("" if e["size"] is None else f" ({e['size']:.2g})") for e in effects if e["acts"]]
+    left = [
+        f"{e['name']} ({e['size']:.2g}{', LACKS DATA' if e['lacking'] else ''})"
+        for e in effects
+        if not e["acts"] and e["size"] is not None and e["name"] not in inside
+    ]
+    chosen = f"; chosen, as above {result.scene.analysis.tolerance / 2:g}; left out: {', '.join(left) or 'none'}"
+    estimated = any(e["size"] is not None for e in effects)
+    return (", ".join(acting) or "none") + (chosen if estimated else "")
 
 
 def _members(result: Result) -> Table:
@@ -116,5 +174,10 @@ def _peak(values: Array) -> tuple[int, ...]:
 
 
 def _damping(scene: Scene) -> str:
-    ratio = scene.damping.ratio
-    return ", ".join(f"{100 * value:.4g} %" for value in (ratio if isinstance(ratio, tuple) else (ratio,)))
+    """Tell how the scene is damped."""
+    damping = scene.damping
+    ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
+    parts = [", ".join(f"{100 * value:.4g} %" for value in ratios) + " of the modes"] if any(ratios) else []
+    parts += [f"material {damping.material:.4g} s"] if damping.material else []
+    parts += [f"external {damping.external:.4g} 1/s"] if damping.external else []
+    return ", ".join(parts) or "none"

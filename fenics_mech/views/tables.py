@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech.effects.effect import Choice
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.scene import Scene
@@ -42,6 +43,22 @@ def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, 
         table.add_section()
         for member, value in supported.items():
             table.add_row(f"{escape(member)} simply supported", number(value), number(value), "")
+    return table
+
+
+def effects_table(choices: Sequence[Choice], tolerance: float) -> Table:
+    """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of."""
+    table = table_of(f"Effects (those above {tolerance / 2:g} act)", "effect", "size", "acts", "estimate or meaning")
+    for choice in choices:
+        if choice.size is None and not choice.acts:
+            continue
+        size = "" if choice.size is None else f"{choice.size:.2g}"
+        acts = Text("yes", style="bold green") if choice.acts else Text("no")
+        if choice.lacking:
+            acts = Text("lacks data", style="bold red")
+        effect = choice.effect
+        about = effect.meaning if choice.size is None else effect.estimate
+        table.add_row(effect.name, size, acts, Text(about))
     return table
 
 

@@ -10,7 +10,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
-from fenics_mech.analysis import analyse, mechanism, scene_modes
+from fenics_mech.analysis import analyse
+from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.scene import Weld

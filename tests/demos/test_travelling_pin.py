@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism
+from fenics_mech.building import mechanism
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery.contacts import PointLoad
 from fenics_mech.recovery.members import recover_members
@@ -89,6 +89,7 @@ class _Held:
 
     def __init__(self, system, nodal):
         self.beams, self.motion, self.terms, self.to_links = system.beams, system.motion, system.terms, lambda q: nodal
+        self.transformation = system.transformation
 
 
 def _nodes(mesh, member):

@@ -7,7 +7,7 @@ shares nothing with the beams' mass matrices.
 import numpy as np
 import pytest
 
-from fenics_mech.analysis import mechanism
+from fenics_mech.building import mechanism
 from fenics_mech.recovery import reactions
 from fenics_mech.recovery.joints import drive_efforts, nodal_forces
 from fenics_mech.response import solve_static

@@ -12,7 +12,7 @@ import pytest
 from scipy.linalg import eigh, null_space
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism, scene_modes
+from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery.joints import nodal_forces

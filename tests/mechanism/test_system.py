@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fenics_mech.analysis import mechanism
+from fenics_mech.building import mechanism
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene.factories import seed_four_bar
 

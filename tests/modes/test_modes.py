@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech.analysis import mechanism, scene_modes
+from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import SolverError
 from fenics_mech.modes import simply_supported_frequencies, solve_modes
 from fenics_mech.modes.tracking import track

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism
+from fenics_mech.building import mechanism
 from fenics_mech.reference.gauss_legendre import gauss_legendre_periodic
 from fenics_mech.reference.manipulator import ManipulatorModel, ManipulatorParameters
 from fenics_mech.reference.nine_element import element_gyroscopic, element_mass, element_stiffness, modes_of

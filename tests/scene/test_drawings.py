@@ -9,9 +9,9 @@ import pytest
 from conftest import DEMOS
 
 from fenics_mech import analyse, load
-from fenics_mech.analysis import mechanism, scene_modes
 from fenics_mech.beams import mesh_scene
 from fenics_mech.beams.export import plane_mesh, write_mesh
+from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import parse, schema

@@ -20,6 +20,7 @@ def test_demo_is_the_seed_four_bar():
     assert [m.mass for m in demo.masses.values()] == [m.mass for m in made.masses.values()]
     assert demo.analysis == made.analysis
     assert demo.damping == made.damping
+    assert (demo.effects, made.effects) == ("auto", ())
 
 
 def test_units_are_converted_and_numbers_are_si(demo_text):
@@ -51,14 +52,14 @@ def test_schema_names_every_table_of_the_file():
 
 
 BAD = {
-    "wrong unit": ("2714 kg/m^3", "2714 kg", "materials.aluminium.density (line 6)", "wrong unit"),
-    "not a quantity": ('"71 GPa"', '"much"', "materials.aluminium.modulus (line 5)", "cannot read 'much'"),
+    "wrong unit": ("2714 kg/m^3", "2714 kg", "materials.aluminium.density (line 7)", "wrong unit"),
+    "not a quantity": ('"71 GPa"', '"much"', "materials.aluminium.modulus (line 6)", "cannot read 'much'"),
     "frequency as speed": ("32.3 rad/s", "5 Hz", "drive.speed", "2 pi"),
     "negative modulus": ('"71 GPa"', '"-71 GPa"', "materials.aluminium.modulus", "greater than 0"),
     "not finite": ("= [0, 0], A", "= [nan, 0], A", "links.crank.points.O", "finite"),
-    "unknown key": ("ratio = 0.02", "ratios = 0.02", "damping.ratios (line 50)", "unknown key"),
+    "unknown key": ("ratio = 0.02", "ratios = 0.02", "damping.ratios (line 51)", "unknown key"),
     "missing key": ('fibre = "0.8 mm"', "", "sections.strip.fibre", "missing"),
-    "unknown point": ('["crank.A", ', '["crank.X", ', "joints.A.connect (line 37)", "no point of crank 'X'"),
+    "unknown point": ('["crank.A", ', '["crank.X", ', "joints.A.connect (line 38)", "no point of crank 'X'"),
     "unknown link": ('"coupler.B", ', '"copler.B", ', "joints.B.connect", "no link 'copler'"),
     "unknown section": ('section = "crank"', 'section = "tube"', "links.crank.members.OA.section", "no section 'tube'"),
     "missing joint": ('C.connect = ["ground.C", "follower.C"]', "", "joints", "3 freedoms"),

@@ -11,6 +11,6 @@ def gyroscopic(space: Any, line_density: Any) -> Any:
     With it the matrices of (4.29) and (4.30) of a link that turns at omega are m_v = omega s and
     m_a = alpha s - omega^2 m, as T^T T' = omega [0, -1; 1, 0].
     """
-    u, w = ufl.TrialFunctions(space)
-    v, z = ufl.TestFunctions(space)
+    u, w, *_ = ufl.TrialFunctions(space)
+    v, z, *_ = ufl.TestFunctions(space)
     return line_density * (u * z - w * v) * ufl.dx

@@ -19,7 +19,7 @@ def stretching(space: Any, tension: Any) -> Any:
         bilinear form ``int N w' z' dx`` of the geometric stiffness.
     """
     state = fem.Function(space)
-    u, w = ufl.split(state)
+    u, w, *_ = ufl.split(state)
     work = tension * (u.dx(0) + w.dx(0) ** 2 / 2) * ufl.dx
     slope = ufl.derivative(work, state, ufl.TestFunction(space))
     return slope, ufl.derivative(slope, state, ufl.TrialFunction(space))

@@ -9,9 +9,10 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import model_validator
+import numpy as np
+from pydantic import Field, model_validator
 
-from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section
+from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, shear_modulus, stated_factor
 from fenics_mech.units import Area, Length, SecondMoment
 
 if TYPE_CHECKING:
@@ -25,11 +26,24 @@ def of_one_material(
     if material is None:
         raise ValueError("a section of one material needs the member's material")  # `check_sections` sees to it
     e = material.modulus
-    return Rigidity.at(s, e * area, e * inertia, material.density * area, (e, e), (fibre, -fibre))
+    rho = material.density
+    return Rigidity.at(s, e * area, e * inertia, rho * area, rho * inertia, (e, e), (fibre, -fibre))
+
+
+ShearFactor = Annotated[float, Field(gt=0, le=1)]
 
 
 class PlainSection(Section):
-    """A section that has its area, inertia and fibre."""
+    """A section that has its area, inertia and fibre.
+
+    Parameters
+    ----------
+    shear_factor
+        Share of the area that carries shear; by default that of the shape after Cowper, J. Appl. Mech. 33 (1966) 335,
+        with the material's Poisson ratio, or 0 where it states none. A custom section has no shape and no default.
+    """
+
+    shear_factor: ShearFactor | None = None
 
     if TYPE_CHECKING:  # fields of a custom section, properties of all others
 
@@ -48,8 +62,27 @@ class PlainSection(Section):
     def rigidity(
         self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
     ) -> Rigidity:
-        """EA, EI, rho A and fibres of the one material, as `Section.rigidity` says."""
+        """EA, EI, rho A, rho I and fibres of the one material, as `Section.rigidity` says."""
         return of_one_material(s, material, self.area, self.inertia, self.fibre)
+
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """G times the shear factor times A, as `Section.shear_stiffness` says."""
+        modulus, poisson = shear_modulus(material, place), (material and material.poisson) or 0.0
+        factor = self.shear_factor
+        if factor is None:
+            factor = stated_factor(self.cowper(poisson), place)
+        return np.broadcast_to(modulus * factor * self.area, s.shape)
+
+    def cowper(self, poisson: float) -> float | None:
+        """Give Cowper's shear factor of the shape; None where it has none."""
+        return None
 
 
 class CustomSection(PlainSection):
@@ -101,6 +134,10 @@ class RectangleSection(PlainSection):
         """Half the height (m)."""
         return self.height / 2
 
+    def cowper(self, poisson: float) -> float:
+        """Of a rectangle: 5/6 for a Poisson ratio of 0."""
+        return 10 * (1 + poisson) / (12 + 11 * poisson)
+
 
 class RoundSection(PlainSection):
     """A solid round.
@@ -128,6 +165,10 @@ class RoundSection(PlainSection):
     def fibre(self) -> float:
         """Half the diameter (m)."""
         return self.diameter / 2
+
+    def cowper(self, poisson: float) -> float:
+        """Of a round: 6/7 for a Poisson ratio of 0."""
+        return 6 * (1 + poisson) / (7 + 6 * poisson)
 
 
 class TubeSection(PlainSection):
@@ -168,6 +209,12 @@ class TubeSection(PlainSection):
     def fibre(self) -> float:
         """Half the outer diameter (m)."""
         return self.diameter / 2
+
+    def cowper(self, poisson: float) -> float:
+        """Of a round tube: 1/2 for a thin wall and a Poisson ratio of 0."""
+        hollow = (1 - 2 * self.thickness / self.diameter) ** 2  # inner over outer diameter, squared
+        thick = (1 + hollow) ** 2
+        return 6 * (1 + poisson) * thick / ((7 + 6 * poisson) * thick + (20 + 12 * poisson) * hollow)
 
 
 class ISection(PlainSection):
@@ -215,3 +262,12 @@ class ISection(PlainSection):
     def fibre(self) -> float:
         """Half the height (m)."""
         return self.height / 2
+
+    def cowper(self, poisson: float) -> float:
+        """Of an I with thin walls, its flanges joining the web in their middles."""
+        height = self.height - self.flange
+        n = self.width / height
+        m = 2 * n * self.flange / self.web
+        by_poisson = 11 + 66 * m + 135 * m**2 + 90 * m**3 + 5 * n**2 * (8 * m + 9 * m**2)
+        rest = 12 + 72 * m + 150 * m**2 + 90 * m**3 + 30 * n**2 * (m + m**2)
+        return 10 * (1 + poisson) * (1 + 3 * m) ** 2 / (rest + poisson * by_poisson)

@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known
+from fenics_mech.scene.sections.plain import ShearFactor
+from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known, shear_modulus, stated_factor
 from fenics_mech.units import Length
 
 if TYPE_CHECKING:
@@ -42,12 +43,15 @@ class PolygonSection(Section):
         Corners of each hole in it.
     parts
         Instead of the two: the polygons of a composite section, each with its material; they share sides, no area.
+    shear_factor
+        Share of the sum of G A over the polygons that carries shear; it has no default.
     """
 
     shape: Literal["polygon"]
     outline: Outline | None = None
     holes: tuple[Outline, ...] = ()
     parts: tuple[PolygonPart, ...] = ()
+    shear_factor: ShearFactor | None = None
 
     @model_validator(mode="after")
     def _is_a_shape(self) -> Self:
@@ -81,7 +85,23 @@ class PolygonSection(Section):
         corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
         ea, ei, rho_a, neutral = _integrals(polygons, max(abs(top), abs(bottom)))
-        return Rigidity.at(s, ea, ei, rho_a, (e_top, e_bottom), (top - neutral, bottom - neutral))
+        rho_i = sum(of.density * _second_moment(outline, holes, neutral) for outline, holes, of in polygons)
+        return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral))
+
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
+        factor = stated_factor(self.shear_factor, place)
+        whole = 0.0
+        for outline, holes, of in self._polygons(material):
+            whole += shear_modulus(materials[of] if isinstance(of, str) else of, place) * _polygon(outline, holes).area
+        return np.full_like(s, factor * whole)
 
     def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
         """Raise `SceneError` where a part's material is not there."""
@@ -106,6 +126,17 @@ def _integrals(
     analysis.calculate_geometric_properties()
     ei = analysis.get_eic()[1]  # its x is our y
     return analysis.get_ea() * size**2, ei * size**4, analysis.get_mass() * size**2, analysis.get_c()[0] * size
+
+
+def _second_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:
+    """Second moment of area of a polygon about the line y = neutral (m^4), by Green's theorem along its sides."""
+
+    def around(corners: Outline) -> float:
+        (y, z), (y2, z2) = (np.roll(corners, -k, axis=0).T for k in (0, 1))
+        a, b = y - neutral, y2 - neutral
+        return abs(float(np.sum((a**2 + a * b + b**2) * (a * z2 - b * z)))) / 12
+
+    return around(outline) - sum(around(hole) for hole in holes)
 
 
 def _polygon(outline: Outline, holes: tuple[Outline, ...], scale: float = 1.0) -> Any:

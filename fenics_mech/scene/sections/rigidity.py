@@ -27,8 +27,8 @@ class Rigidity:
 
     Parameters
     ----------
-    axial, bending, line_density
-        EA (N), EI about the neutral line (N m^2) and rho A (kg/m), shape ``(places,)``.
+    axial, bending, line_density, rotary_inertia
+        EA (N), EI about the neutral line (N m^2), rho A (kg/m) and rho I about the neutral line (kg m), ``(places,)``.
     modulus
         Young's modulus of the outer fibres, first on the side of the normal, then opposite (Pa), ``(places, 2)``.
     fibre
@@ -38,6 +38,7 @@ class Rigidity:
     axial: Array
     bending: Array
     line_density: Array
+    rotary_inertia: Array
     modulus: Array
     fibre: Array
 
@@ -48,13 +49,14 @@ class Rigidity:
         ea: Array | float,
         ei: Array | float,
         rho_a: Array | float,
+        rho_i: Array | float,
         modulus: tuple[float, float],
         fibre: tuple[Array | float, Array | float],
     ) -> Rigidity:
         """Make one at places `s` from values that may be the same at all of them."""
-        axial, bending, density = (np.broadcast_to(value, s.shape) for value in (ea, ei, rho_a))
+        along = (np.broadcast_to(value, s.shape) for value in (ea, ei, rho_a, rho_i))
         outer = (np.stack([np.broadcast_to(v, s.shape) for v in pair], axis=-1) for pair in (modulus, fibre))
-        return cls(axial, bending, density, *outer)
+        return cls(*along, *outer)
 
 
 class Section(Part, ABC):
@@ -79,8 +81,49 @@ class Section(Part, ABC):
             All of the scene's, by name.
         """
 
+    @abstractmethod
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """Give G A_s of a member with this section (N), ``(places,)``: shear force over mean shear angle.
+
+        Parameters are those of `rigidity`, and the section's place in the scene, for errors.
+
+        Raises
+        ------
+        SceneError
+            When the shear modulus or the shear factor is not stated and does not follow from the shape.
+        """
+
     def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
         """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
+
+
+def shear_modulus(material: Material | None, place: str) -> float:
+    """Give G of a material (Pa); raise `SceneError`, with the section's place, where it does not state it."""
+    if material is None or material.rigidity is None:
+        raise SceneError(
+            "a material of this section states neither its shear modulus nor Poisson's ratio, which shear needs",
+            place=place,
+            hint="Give the material `shear_modulus` or `poisson`",
+        )
+    return material.rigidity
+
+
+def stated_factor(factor: float | None, place: str) -> float:
+    """Give a section's shear factor; raise `SceneError` where it is not stated."""
+    if factor is None:
+        raise SceneError(
+            "shear needs this section's shear factor, which does not follow from what it states",
+            place=f"{place}.shear_factor",
+            hint="Give the share of the area that carries shear, as in 5/6 for a rectangle",
+        )
+    return factor
 
 
 def known(name: str, things: Mapping[str, object], kind: str, place: str) -> None:

@@ -12,8 +12,8 @@ from scipy.interpolate import PchipInterpolator
 from fenics_mech.errors import SceneError
 from fenics_mech.expressions import FUNCTIONS, Formula
 from fenics_mech.scene.base import Name
-from fenics_mech.scene.sections.plain import PlainSection, of_one_material
-from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known
+from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
+from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known, shear_modulus, stated_factor
 from fenics_mech.units import in_unit
 
 if TYPE_CHECKING:
@@ -88,6 +88,8 @@ class VariableSection(Section):
         I about the neutral line (m^4).
     fibre
         Distance from the neutral line to the outer fibres (m), the same on both sides.
+    shear_factor
+        Share of the area that carries shear; it has no default.
     """
 
     constant = False
@@ -95,13 +97,26 @@ class VariableSection(Section):
     area: _profile("m**2")  # type: ignore[valid-type]
     inertia: _profile("m**4")  # type: ignore[valid-type]
     fibre: _profile("m")  # type: ignore[valid-type]
+    shear_factor: ShearFactor | None = None
 
     def rigidity(
         self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
     ) -> Rigidity:
-        """EA, EI, rho A and fibres at every place, as `Section.rigidity` says."""
+        """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says."""
         area, inertia, fibre = (values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
         return of_one_material(s, material, area, inertia, fibre)
+
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says."""
+        modulus, factor = shear_modulus(material, place), stated_factor(self.shear_factor, place)
+        return modulus * factor * values_along(self.area, s)
 
 
 class TaperSection(Section):
@@ -123,9 +138,24 @@ class TaperSection(Section):
         self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
     ) -> Rigidity:
         """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
+        return self._at(s, sections).rigidity(s, material, materials, sections)
+
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """G A_s of the shape with the dimensions at every place, as `Section.shear_stiffness` says."""
+        return self._at(s, sections).shear_stiffness(s, material, materials, sections, f"sections.{self.from_}")
+
+    def _at(self, s: Array, sections: Mapping[str, Section]) -> Section:
+        """The section with its dimensions as arrays over the places."""
         first, second = (sections[name].model_dump(exclude={"shape"}) for name in (self.from_, self.to))
-        here = {name: value + (second[name] - value) * s for name, value in first.items()}
-        return sections[self.from_].model_copy(update=here).rigidity(s, material, materials, sections)
+        here = {name: value + (second[name] - value) * s for name, value in first.items() if value is not None}
+        return sections[self.from_].model_copy(update=here)
 
     def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
         """Raise `SceneError` unless the two sections are there and of one plain shape."""
@@ -138,3 +168,5 @@ class TaperSection(Section):
                 place=place,
                 hint="A taper joins two of custom, rectangle, round, tube or I",
             )
+        if (first.shear_factor is None) != (second.shear_factor is None):
+            raise SceneError("only one of its two sections states a shear factor", place=place, hint="Give it to both")

@@ -50,8 +50,8 @@ def check_scene(scene: Scene) -> None:
     for name, mass in scene.masses.items():
         if mass.inertia:
             raise SceneError("the Exudyn model has masses without inertia only", place=f"masses.{name}")
-    if scene.loads:
-        raise SceneError("the Exudyn model has no loads", place="loads")
+    if scene.loads or scene.impulses or any(scene.gravity):
+        raise SceneError("the Exudyn model has no loads, impulses or gravity", place="loads")
     drive = scene.drives[0] if len(scene.drives) == 1 else None
     bodies = [point.split(".")[0] for point in scene.joints[drive.joint].connect] if drive else []
     if drive is None or drive.speed is None or len(bodies) != 2 or bodies[0] != "ground":

@@ -1,15 +1,16 @@
-"""What tension and bending do to each other in an element; shared by geometric stiffness and moderate rotations."""
+"""What tension and bending do to each other in an element."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fenics_mech.beams import Beams
 from fenics_mech.beams.forms import stretching
-from fenics_mech.beams.layout import member_rotation
-from fenics_mech.effects.terms import Array
+from fenics_mech.beams.layout import Layout, member_rotation
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -28,9 +29,9 @@ class Stretching:
     bow: Array
 
     @classmethod
-    def of(cls, beams: Beams) -> Stretching:
+    def of(cls, layout: Layout) -> Stretching:
         """Assemble the derivatives of the energy's stretching part for a tension of 1 N."""
-        layout, rotation = beams.layout, member_rotation(beams.mesh)
+        rotation = member_rotation(layout.mesh)
         first, second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))))
         broken = layout.assemble(second)
         line = np.einsum("ei,eij->ej", layout.vector_of_elements(first), rotation)

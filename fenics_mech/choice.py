@@ -1,0 +1,75 @@
+"""Choosing the effects that a scene calls for, by estimates made before the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects.effect import Choice, Survey
+from fenics_mech.recovery.members import mean_tension, recover_members
+from fenics_mech.recovery.validity import bow
+from fenics_mech.response import solve_static
+from fenics_mech.response.survey import survey
+from fenics_mech.scene import Scene
+
+POSITIONS, MOST_POSITIONS, MODES = 48, 720, 8  # of the survey
+
+
+def choose(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> tuple[Scene, tuple[Choice, ...]]:
+    """Give a scene with the effects that it calls for, and what was decided about every effect.
+
+    Where a scene lists its effects itself, it comes back as it is.
+    """
+    if scene.effects != "auto":
+        acting = {effect.name for effect in active(scene)}
+        return scene, tuple(Choice(effect, None, name in acting) for name, effect in EFFECTS.items())
+    return decided(scene, examine(scene, progress))
+
+
+def examine(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> Survey:
+    """Survey a scene's mechanism at a few positions, in linear theory.
+
+    There are enough of them for harmonics of the load up to twice the frequency of the second mode.
+    """
+    plain = scene.changed(effects=(), analysis__sub_intervals=POSITIONS, analysis__modes=MODES)
+    system = mechanism(plain, progress)
+    modes = scene_modes(plain, system)
+    if scene.drives:
+        wanted = int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate))
+        if wanted > POSITIONS:
+            plain = plain.changed(analysis__sub_intervals=min(wanted, MOST_POSITIONS))
+            system = mechanism(plain, progress)
+            modes = scene_modes(plain, system)
+    still = solve_static(system, plain.petsc)
+    state = recover_members(system, still, np.linspace(0, 1, 11))
+    tension = mean_tension(system, still)
+    return survey(plain, system, modes, still.displacement, tension, bow(plain, state))
+
+
+def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
+    """Let those effects act whose size is above half the tolerance of the analysis: what is left out adds up."""
+    sizes = {name: effect.size(found) for name, effect in EFFECTS.items() if effect.size is not None}
+    large = {name for name, size in sizes.items() if size > scene.analysis.tolerance / 2}
+    for effect in EFFECTS.values():
+        if effect.replaces in large and effect.name in large:
+            large.discard(effect.replaces)
+    if "vibration" not in large:
+        large.discard("coupling")
+    lacking = {name for name in large if not EFFECTS[name].possible(scene)}
+    large -= lacking
+    choices: list[Choice] = []
+    named = tuple(name for name, effect in EFFECTS.items() if name in large and not effect.stated(scene))
+    changes: dict[str, Any] = {"effects": named}
+    for name, effect in EFFECTS.items():
+        stated, size = effect.stated(scene), sizes.get(name)
+        acts = name in large or (stated and size is None)
+        choices.append(Choice(effect, size, acts, name in lacking))
+        if stated and not acts:
+            changes |= effect.without
+    if scene.analysis.solver == "auto":
+        changes["analysis__solver"] = "collocation"  # the sub-intervals of chapter 5 would ring in slow machines
+    return scene.changed(**changes), tuple(choices)

@@ -1,0 +1,33 @@
+"""Impulses: blows that change velocities at once, ``M (q'_after - q'_before) = P^T J``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech.beams import Beams
+from fenics_mech.beams.attachment import Attachment
+from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.terms import Array, in_links
+from fenics_mech.kinematics import Motion
+from fenics_mech.scene import Scene
+
+
+def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> Array:
+    """Give the impulses of a scene on the nodal dofs in link axes (N s, N m s), ``(impulses, nodal dofs)``.
+
+    The motion is that at the impulses' angles, one for each.
+    """
+    acting = np.zeros((len(scene.impulses), 3 * len(beams.mesh.node_link)))
+    for i, impulse in enumerate(scene.impulses.values()):
+        point = Attachment.of(scene, beams.mesh, impulse.at)
+        in_link = in_links(motion, np.array(impulse.impulse))[i, point.link]
+        acting[i, point.dofs] = in_link @ point.shift + [0.0, 0.0, impulse.angular_impulse]
+    return acting
+
+
+EFFECT = Effect(
+    name="impulses",
+    meaning="impulses at points of the links, at given drive angles",
+    source="Lagrange's equations integrated over an instant; Goldsmith, Impact (1960), ch. 2",
+    stated=lambda scene: bool(scene.impulses),
+)

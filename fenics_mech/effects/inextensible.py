@@ -1,0 +1,27 @@
+"""Members that cannot stretch: they bend only, and carry axial forces without a strain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech.beams import Beams
+from fenics_mech.effects.effect import Effect
+from fenics_mech.scene import Scene
+
+
+def beams(scene: Scene, links: Beams) -> Beams:
+    """Make EA infinite: the mechanism then ties the nodes of each member along its axis (`mechanism.inextensible`)."""
+    none = np.zeros(len(links.mesh.cell))
+    _, *rest = links.coefficients
+    return replace(links, coefficients=(links.layout.coefficient(none), *rest), axial_rigidity=none + np.inf)
+
+
+EFFECT = Effect(
+    name="inextensible",
+    meaning="members that bend but do not stretch",
+    source="(7.2) with EA without bound",
+    beams=beams,
+    refuses=("moderate-rotations",),
+)

@@ -1,0 +1,38 @@
+"""Rotary inertia: the sections of a beam have a moment of inertia about the neutral line."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech.beams import Beams
+from fenics_mech.beams.assembly import Array, along_elements
+from fenics_mech.effects.effect import Effect
+from fenics_mech.scene import Scene
+
+
+def beams(scene: Scene, links: Beams) -> Beams:
+    """Add ``int rho I phi psi dx`` to the mass, phi the rotation of the sections.
+
+    A section turns by the rigid angle of its link and by phi, with the kinetic energy ``rho I (omega + phi')^2/2`` per
+    length. So the mass also acts on the link's angular acceleration, which is the slope of the rigid acceleration that
+    it is multiplied by; it has no part in the gyroscopic matrix, and none in the centrifugal forces.
+    """
+    (inertia,), powers = along_elements(scene, links.layout, _rotary_inertia)
+    return replace(links, rotary=inertia, rotary_powers=powers[:, 0])
+
+
+def _rotary_inertia(scene: Scene, label: str, s: Array) -> Array:
+    return np.stack([scene.rigidity(label, s).rotary_inertia])
+
+
+EFFECT = Effect(
+    name="rotary-inertia",
+    meaning="inertia of the rotation of the beams' sections",
+    source="Rayleigh, The Theory of Sound, section 162",
+    beams=beams,
+    size=lambda survey: (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
+    estimate="(pi r/length)^2 x sensitivity x vibration",
+)

@@ -1,0 +1,79 @@
+"""Shear flexibility: sections do not stay normal to the axis (Timoshenko's beam)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech.beams import Beams
+from fenics_mech.beams.assembly import Array, along_elements, means
+from fenics_mech.beams.forms import bending
+from fenics_mech.beams.shapes import NORMAL
+from fenics_mech.effects.effect import Effect
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
+
+
+def beams(scene: Scene, links: Beams) -> Beams:
+    """Add the stiffness of shear, with an angle of shear gamma in each element that its equilibrium gives.
+
+    The axis w is cubic, its slope at a node gamma more than the rotation phi of the section there. Gamma, constant in
+    the element, makes its energy of bending and shear stationary. So the element is exact under forces at its ends,
+    however thin it is: nothing locks.
+
+    Raises
+    ------
+    SceneError
+        When a material or a section does not say what is needed, or a pin travels along a member that bends.
+    """
+    for name, joint in scene.joints.items():
+        if getattr(joint, "member", None) is not None:
+            raise SceneError(
+                "shear does not know pins that travel along members",
+                place=f"joints.{name}.member",
+                hint="Leave 'shear' out of the effects",
+            )
+    (stiffness,), powers = along_elements(scene, links.layout, _shear_stiffness)
+    rigidity = means(powers[:, 0])
+    return replace(
+        links,
+        layout=links.layout.sheared(_angle(links, rigidity * links.mesh.cell_length)),
+        shear_stiffness=stiffness,
+        shear_rigidity=rigidity,
+    )
+
+
+def _angle(links: Beams, stiffness: Array) -> Array:
+    """Angle of shear by w and phi of both nodes, ``(elements, 4)``; `stiffness` is the integral of G A_s (N m)."""
+    layout = links.layout
+    broken = layout.assemble(bending(layout.space, links.coefficients[1]))
+    moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
+    broken.destroy()
+    return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]
+
+
+def _shear_stiffness(scene: Scene, label: str, s: Array) -> Array:
+    return np.stack([scene.shear_stiffness(label, s)])
+
+
+def possible(scene: Scene) -> bool:
+    """Tell whether all members state their shear stiffness, and no pin travels along one."""
+    try:
+        for label in scene.members():
+            scene.shear_stiffness(label, np.zeros(1))
+    except SceneError:
+        return False
+    return not any(getattr(joint, "member", None) for joint in scene.joints.values())
+
+
+EFFECT = Effect(
+    name="shear",
+    meaning="shear flexibility of the beams",
+    source="Timoshenko (1921); Friedman and Kosmatka, Comput. Struct. 47 (1993) 473",
+    beams=beams,
+    possible=possible,
+    size=lambda survey: 3 * (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
+    estimate="3 (pi r/length)^2 x sensitivity x vibration",
+)

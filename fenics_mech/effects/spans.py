@@ -1,0 +1,130 @@
+"""What lies between two bodies, for springs and dampers: a line between two points, or a relative rotation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech.beams import BeamMesh
+from fenics_mech.beams.attachment import GROUND, QUARTER, Attachment
+from fenics_mech.effects.terms import Array, Entries, Index, summed
+from fenics_mech.errors import AssemblyError
+from fenics_mech.kinematics import Motion
+from fenics_mech.scene import Scene
+from fenics_mech.scene.springs import Hinge, Line
+
+SHORTEST = 1e-9  # length of a line, of its longest over the cycle, below which it has no direction
+
+
+@dataclass(frozen=True)
+class Span:
+    """Displacement, or rotation, of one body against another; n is 2 for a line in the fixed frame, 1 for a rotation.
+
+    It is linear in the elastic displacement v, as all of the joints' equations: points of a rigid link move with its
+    small rotation times their arm.
+
+    Parameters
+    ----------
+    dofs
+        Nodal dofs of both bodies that take part, ``(k,)``.
+    reach
+        What the dofs in link axes add to it, ``(angles, n, k)``.
+    turning
+        The time derivative of `reach`, as the links turn (1/s), ``(angles, n, k)``.
+    value, rate
+        That of the rigid motion, and its time derivative, ``(angles, n)`` (m or rad).
+    """
+
+    dofs: Index
+    reach: Array
+    turning: Array
+    value: Array
+    rate: Array
+
+    @classmethod
+    def of(cls, scene: Scene, mesh: BeamMesh, motion: Motion, part: Line | Hinge) -> Span:
+        """Find what lies between the two bodies of a spring or a damper."""
+        if isinstance(part, Hinge):
+            return cls._of_rotation(scene, mesh, motion, part)
+        reaches, turnings, places, velocities = [], [], [], []
+        ends = [Attachment.of(scene, mesh, point) for point in part.between]
+        for end, name, sign in zip(ends, part.between, (-1.0, 1.0)):
+            body, point = scene.point(name)
+            place, velocity, _ = motion.of_point(body, point)
+            angle, omega = (_of_body(array, end.link) for array in (motion.angle, motion.omega))
+            c, s = np.cos(angle)[:, None, None], np.sin(angle)[:, None, None]
+            shift = sign * (c * np.eye(2) + s * QUARTER) @ end.shift  # (7.3)
+            reaches.append(shift)
+            turnings.append(omega[:, None, None] * (QUARTER @ shift))
+            places.append(sign * place)
+            velocities.append(sign * velocity)
+        return cls(
+            dofs=np.concatenate([end.dofs for end in ends]),
+            reach=np.concatenate(reaches, axis=-1),
+            turning=np.concatenate(turnings, axis=-1),
+            value=places[0] + places[1],
+            rate=velocities[0] + velocities[1],
+        )
+
+    @classmethod
+    def _of_rotation(cls, scene: Scene, mesh: BeamMesh, motion: Motion, hinge: Hinge) -> Span:
+        points = {point.split(".")[0]: point for point in scene.joints[hinge.joint].connect}
+        bodies = hinge.bodies or tuple(points)
+        first, second = (Attachment.of(scene, mesh, points[body]) for body in bodies)
+        angle, omega = (_of_body(a, second.link) - _of_body(a, first.link) for a in (motion.angle, motion.omega))
+        signs = np.concatenate([-np.ones(len(first.dofs[2:])), np.ones(len(second.dofs[2:]))])
+        reach = np.broadcast_to(signs, (len(angle), 1, len(signs)))
+        dofs = np.concatenate([first.dofs[2:], second.dofs[2:]])
+        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None])
+
+    @property
+    def length(self) -> Array:
+        """Length of a line (m), ``(angles,)``; 1 for a rotation."""
+        return np.linalg.norm(self.value, axis=1) if self.value.shape[1] > 1 else np.ones(len(self.value))
+
+    def direction(self, motion: Motion, name: str) -> Array:
+        """Direction of a line from its first to its second point, ``(angles, 2)``; 1 for a rotation.
+
+        Raises
+        ------
+        AssemblyError
+            When its ends meet at some angle.
+        """
+        if self.value.shape[1] == 1:
+            return np.ones_like(self.value)
+        length = self.length
+        k = int(length.argmin())
+        if length[k] <= SHORTEST * length.max():
+            raise AssemblyError(
+                f"the ends of {name} meet at drive angle {np.degrees(motion.theta[k]):.6g} deg, where it has no "
+                "direction: put them elsewhere"
+            )
+        return self.value / length[:, None]
+
+    def force(self, pull: Array, size: int) -> Array:
+        """Forces on the nodal dofs, ``(angles, size)``: `pull`, ``(angles, n)``, draws the second body to the first."""
+        return summed(-np.einsum("tnk,tn->tk", self.reach, pull), self.dofs, size)
+
+    def entries(self, tangent: Array, by: Array | None = None) -> Entries:
+        """Matrix ``reach^T tangent reach`` of a tangent ``(angles, n, n)``, or with another right factor `by`."""
+        blocks = self.reach.transpose(0, 2, 1) @ tangent @ (self.reach if by is None else by)
+        rows, columns = np.meshgrid(self.dofs, self.dofs, indexing="ij")
+        return Entries(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
+
+    def elastic(self, v: Array) -> Array:
+        """What a displacement in link axes, ``(angles, nodal dofs)``, adds to the span, ``(angles, n)``."""
+        return np.einsum("tnk,tk->tn", self.reach, v[:, self.dofs])
+
+    def elastic_rate(self, v: Array, rate: Array) -> Array:
+        """What it and its velocity in link axes add to the span's rate, ``(angles, n)``."""
+        return np.einsum("tnk,tk->tn", self.turning, v[:, self.dofs]) + self.elastic(rate)
+
+
+def across(direction: Array) -> Array:
+    """Projection at right angles to a direction, ``(angles, n, n)``; nothing for a rotation."""
+    return np.eye(direction.shape[1]) - direction[:, :, None] * direction[:, None, :]
+
+
+def _of_body(by_link: Array, link: int) -> Array:
+    return by_link[:, link] if link != GROUND else np.zeros(len(by_link))

@@ -1,0 +1,101 @@
+"""Springs between points, and torsional springs at joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech.beams import BeamMesh
+from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.spans import Span, across
+from fenics_mech.effects.terms import Array, Situation, Terms, total
+from fenics_mech.errors import SceneError
+from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.scene import Scene
+from fenics_mech.scene.springs import HingeSpring, LineSpring
+
+TURN = 2 * np.pi
+
+
+def terms(situation: Situation) -> Terms:
+    """Give the springs' forces at the elongation of the rigid motion, and how these change with v.
+
+    With d from the first point to the second and its length l the force is ``k (1 - l0/l) d``, and its tangent
+    ``k (1 - (l0/l) (1 - n n^T))``: the spring's own stiffness along n, and across it the tension over the length.
+    """
+    scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
+    size = 3 * len(mesh.node_name)
+    found = []
+    for name, spring in scene.springs.items():
+        span = Span.of(scene, mesh, motion, spring)
+        if isinstance(spring, HingeSpring):
+            _refuse_winding(scene, motion, name, span)
+            pull, tangent = span.value - _free_angle(scene, mesh, spring), np.ones((len(span.value), 1, 1))
+        else:
+            pull, tangent = _of_line(motion, name, span, _free_length(scene, mesh, spring))
+        k = spring.stiffness
+        found.append(Terms(force=span.force(k * pull, size), stiffness=(span.entries(k * tangent),)))
+    return total(found)
+
+
+def spring_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> dict[str, Array]:
+    """Tension of each spring (N), or the moment with which it turns its second body back (N m), ``(angles,)``.
+
+    Parameters
+    ----------
+    scene, mesh, motion
+        The scene, its mesh and its rigid motion.
+    v
+        Elastic displacement in link axes, ``(angles, nodal dofs)``.
+    """
+    forces = {}
+    for name, spring in scene.springs.items():
+        span = Span.of(scene, mesh, motion, spring)
+        if isinstance(spring, HingeSpring):
+            longer = span.value[:, 0] - _free_angle(scene, mesh, spring) + span.elastic(v)[:, 0]
+        else:
+            along = span.value / np.maximum(span.length, np.finfo(float).tiny)[:, None]
+            longer = span.length - _free_length(scene, mesh, spring) + np.sum(along * span.elastic(v), axis=1)
+        forces[name] = spring.stiffness * longer
+    return forces
+
+
+def _of_line(motion: Motion, name: str, span: Span, free: float) -> tuple[Array, Array]:
+    """Force of a spring of stiffness 1, ``(angles, 2)``, and its tangent, ``(angles, 2, 2)``."""
+    one = np.broadcast_to(np.eye(2), (len(span.value), 2, 2))
+    if free == 0:
+        return span.value, one
+    direction = span.direction(motion, f"springs.{name}")
+    return span.value - free * direction, one - (free / span.length)[:, None, None] * across(direction)
+
+
+def _at_start(scene: Scene, mesh: BeamMesh, spring: LineSpring | HingeSpring) -> Span:
+    return Span.of(scene, mesh, solve_motion(scene, np.zeros(1)), spring)
+
+
+def _free_length(scene: Scene, mesh: BeamMesh, spring: LineSpring) -> float:
+    return float(_at_start(scene, mesh, spring).length[0]) if spring.length is None else spring.length
+
+
+def _free_angle(scene: Scene, mesh: BeamMesh, spring: HingeSpring) -> float:
+    """Rotation at which the spring is free; of all that differ by whole turns, the one nearest to that at the start."""
+    start = float(_at_start(scene, mesh, spring).value[0, 0])
+    return start if spring.angle is None else spring.angle + TURN * np.round((start - spring.angle) / TURN)
+
+
+def _refuse_winding(scene: Scene, motion: Motion, name: str, span: Span) -> None:
+    """Raise when a periodic response is asked for and the spring is wound up by a turn in every cycle."""
+    if scene.analysis.method == "periodic" and scene.drives and round(span.rate.mean() / scene.cycle_rate):
+        raise SceneError(
+            "the bodies turn against each other for ever, and wind the spring up more in every cycle",
+            place=f"springs.{name}",
+            hint="Put it at a joint that swings, or write analysis.method = 'quasi-static' for one cycle",
+        )
+
+
+EFFECT = Effect(
+    name="springs",
+    meaning="springs between points, and torsional springs at joints",
+    source="Przemieniecki (1968), ch. 15, for the tangent",
+    terms=terms,
+    stated=lambda scene: bool(scene.springs),
+)

@@ -1,0 +1,153 @@
+"""Equation of motion of a mechanism whose drive gives way: with one more coordinate, the twist of the drive's shaft.
+
+The links are measured against the rigid motion at the crank's own angle, psi = theta + twist. The elastic coordinates
+feel psi, psi' and psi'' by their load F, so that the column of the twist holds minus the derivatives of F by them. The
+row is the virtual work of all forces in the swing dX/dpsi of the linkage about its crank. With the elastic displacement
+P q the swing is ``dX/dpsi + d(P q)/dpsi``: the forces of the rigid motion do work in its second part, a load stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech.effects import NOTHING, Entries
+from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.mechanism.system import System
+from fenics_mech.scene.drives import Motor
+
+
+def at_rate(motion: Motion, nominal: float, rate: Array, change: Array) -> Motion:
+    """Give a motion at constant rate `nominal` (rad/s) with another rate and change of it, ``(angles,)`` each."""
+    ratio, growth = rate / nominal, change / nominal
+    return replace(
+        motion,
+        velocity=_times(ratio, motion.velocity),
+        omega=_times(ratio, motion.omega),
+        acceleration=_times(growth, motion.velocity) + _times(ratio**2, motion.acceleration),  # chain rule
+        alpha=_times(growth, motion.omega) + _times(ratio**2, motion.alpha),
+    )
+
+
+def _times(factor: Array, values: Array) -> Array:
+    """Multiply ``(angles, ...)`` by a factor at each angle."""
+    return np.einsum("t,t...->t...", factor, values)
+
+
+def swing(system: System, unit: Motion) -> Array:
+    """Give the displacement of all nodal dofs in link axes as the crank turns by 1 rad, ``(angles, nodal dofs)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    unit
+        Its rigid motion when the crank turns at 1 rad/s.
+    """
+    velocity = replace(unit, acceleration=unit.velocity, alpha=unit.omega, omega=np.zeros_like(unit.omega))
+    return replace(system, motion=velocity, terms=NOTHING).rigid_acceleration
+
+
+def load_with_torque(system: System, unit: Motion) -> Array:
+    """Give the load, and as its last entry the torque of loads and rigid inertia on the crank, ``(angles, n + 1)``."""
+    torque = -np.sum(swing(system, unit) * _lack(system), axis=1)
+    return np.column_stack([system.load, torque])
+
+
+def _lack(system: System) -> Array:
+    """Forces that the rigid motion lacks, ``m a - f`` in link axes, ``(angles, nodal dofs)``."""
+    return (system.link_mass @ system.rigid_acceleration.T).T - system.applied
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorEquation(Equation):
+    """The equation of motion of a system with the twist as its last coordinate.
+
+    Parameters
+    ----------
+    motor
+        Stiffness, damping and inertia at the crank.
+    unit
+        The system's rigid motion when its crank turns at 1 rad/s.
+    twist
+        Twist that the system's motion has, and its first two time derivatives, ``(3, angles)``.
+    load
+        Load of the system and torque on its crank, see `load_with_torque`.
+    tangents
+        Their derivatives by the crank's angle, rate and acceleration, ``(3, angles, n + 1)``.
+    """
+
+    motor: Motor
+    unit: Motion
+    twist: Array
+    load: Array
+    tangents: Array
+
+    @cached_property
+    def shape(self) -> tuple[Array, Array | None, Array | None]:
+        """P, P' and P'', in which the twist moves nothing: the links are measured against the crank's own angle."""
+        p, first, second = Equation(self.system).shape
+        return _widened(p), None if first is None else _widened(first), None if second is None else _widened(second)
+
+    @cached_property
+    def linear(self) -> Matrices:
+        """The equation linearised about the twist; its load makes it hold for the whole coordinates."""
+        plain, rows = Equation(self.system, self.extra_damping).linear, self._rows()
+        motor = self.motor.stiffness, self.motor.damping, self.motor.inertia
+        blocks = plain.stiffness, plain.damping, plain.mass
+        stiffness, damping, mass = (
+            _bordered(block, row, -tangent, constant)
+            for block, row, tangent, constant in zip(blocks, rows, self.tangents, motor)
+        )
+        return Matrices(mass, damping, stiffness, self.load - np.einsum("iak,ia->ak", self.tangents, self.twist))
+
+    def _rows(self) -> tuple[Array, Array, Array]:
+        """Torques on the crank of q, q' and q'', ``(angles, n)`` each."""
+        system, terms, link = self.system, self.system.terms, self.system.link_of_dof
+        transformation, motion = system.transformation, system.motion
+        field, lack = swing(system, self.unit), _lack(system)
+        omega, alpha = motion.omega[:, link], motion.alpha[:, link]
+        s, centrifugal = system.link_gyroscopic.T, (system.link_mass - system.link_rotary_mass).T
+        momentum = (system.link_mass.T @ field.T).T
+        drag = terms.external * momentum + _times_transposed(terms.damping, field)
+        turning = 2 * (s @ (omega * field).T).T + drag
+        held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T
+        held += _times_transposed((*terms.stiffness, *terms.follower, *terms.convective), field)
+        carried = (s @ system.rigid_acceleration.T).T - _quarter_back(system.applied)  # P q turns with its link
+        held += self.unit.omega[:, link] * carried
+        first, second = transformation.derivatives(motion)
+        by_angle = transformation.derivatives(self.unit)[0]
+        work = transformation.backward
+        stiffness = work(second, momentum) + work(first, turning) + work(system.values, held) + work(by_angle, lack)
+        damping = 2 * work(first, momentum) + work(system.values, turning)
+        return stiffness, damping, work(system.values, momentum)
+
+
+def _times_transposed(added: tuple[Entries, ...], vectors: Array) -> Array:
+    """Sum of the transposed matrices times vectors, ``(angles, nodal dofs)``."""
+    total = np.zeros_like(vectors)
+    for entries in added:
+        total += Entries(entries.columns, entries.rows, entries.values).times(vectors)
+    return total
+
+
+def _quarter_back(forces: Array) -> Array:
+    """Forces on nodes turned by a quarter clockwise; moments do no work in it."""
+    x, y, _ = forces.reshape(len(forces), -1, 3).transpose(2, 0, 1)
+    return np.stack([y, -x, np.zeros_like(x)], axis=-1).reshape(forces.shape)
+
+
+def _widened(matrices: Array) -> Array:
+    return np.pad(matrices, ((0, 0), (0, 0), (0, 1)))
+
+
+def _bordered(block: Array, row: Array, column: Array, constant: float) -> Array:
+    """Matrices with one more row and column; the constant adds to the corner."""
+    n = block.shape[1]
+    whole = np.zeros((len(block), n + 1, n + 1))
+    whole[:, :n, :n], whole[:, n, :n], whole[:, :, n] = block, row, column
+    whole[:, n, n] += constant
+    return whole

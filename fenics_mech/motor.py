@@ -1,0 +1,163 @@
+"""Periodic response of a mechanism whose drive has a motor: the crank's own motion and the links' vibration together.
+
+Newton's method: the equation is linearised about a motion of the crank, and solved for its twist; then about that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.building import rigid_tension
+from fenics_mech.effects import NOTHING, Situation, build_terms
+from fenics_mech.errors import SolverError
+from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.motor import MotorEquation, at_rate, load_with_torque
+from fenics_mech.modes import Modes
+from fenics_mech.response import History
+from fenics_mech.response.collocation import between, solve_collocation
+from fenics_mech.response.damping import modal_damping
+from fenics_mech.response.floquet import Stability, floquet
+from fenics_mech.response.history import history_of
+from fenics_mech.response.newton import Orbit
+from fenics_mech.response.steps import Steps
+from fenics_mech.response.tableau import Tableau
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+MOST_ITERATIONS = 20
+TOLERANCE = 1e-9  # of the change of the twist, relative
+STEP = 1e-4  # of the crank's angle (rad) and relative of its rate, in differences of loads: errors of about 1e-8
+
+
+def by_motor(scene: Scene, system: System, modes: Modes) -> History:
+    """Solve at collocation points; the history is that at the starts of the sub-intervals, of the crank's own motion.
+
+    Raises
+    ------
+    SolverError
+        When Newton's method does not converge, or the motion is unstable.
+    """
+    tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
+    theta = steps.angles(tableau.points, scene.cycle_rate)
+    damping = modal_damping(scene, _moved(scene, system, theta, np.zeros((3, len(theta)))))
+    twist, change = np.zeros((3, len(theta))), np.inf
+    for _ in range(MOST_ITERATIONS):
+        equation = _equation(scene, system, theta, twist, damping)
+        law = equation.system.terms.law
+        tension = None if law is None else rigid_tension(scene, equation.system)
+        orbit = solve_collocation(equation, tableau, steps.duration, scene.petsc, tension)
+        found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
+        change = np.abs(found[0] - twist[0]).max() / max(np.abs(found[0]).max(), np.finfo(float).tiny)
+        twist = found
+        if change < TOLERANCE:
+            break
+    else:
+        raise SolverError(
+            f"the crank's motion was not found in {MOST_ITERATIONS} iterations: its twist of "
+            f"{np.abs(twist[0]).max():.3g} rad still changes by {change:.1e}. Take a stiffer shaft, or more inertia"
+        )
+    return _at_starts(scene, system, modes, orbit, (tableau, steps))
+
+
+def turned(scene: Scene, system: System, twist: Array) -> System:
+    """Give a mechanism with the crank's own motion: its twist and two time derivatives, ``(3, angles)``."""
+    return _moved(scene, system, system.motion.theta, twist)
+
+
+def _at_starts(scene: Scene, system: System, modes: Modes, orbit: Orbit, cut: tuple[Tableau, Steps]) -> History:
+    """Give the history at the starts of the sub-intervals, and judge the motion's stability."""
+    tableau, steps = cut
+    damping = modal_damping(scene, system)
+    start, twist = _accelerated(scene, system, steps.start, orbit.start, orbit.start_velocity, damping)
+    stability = None
+    if scene.analysis.stability:
+        gauss = Tableau.of("gauss", scene.analysis.stages)
+        q, rate = between(orbit, tableau, steps.duration, gauss.points)
+        theta = steps.angles(gauss.points, scene.cycle_rate)
+        inside = modal_damping(scene, _moved(scene, system, theta, np.zeros((3, len(theta)))))
+        equation, _ = _accelerated(scene, system, theta, q, rate, inside)
+        stability = _judged(scene, equation, start, modes, (gauss, steps), (q, rate))
+    crank = turned(scene, system, twist)
+    history = history_of(Equation(crank, damping), orbit.start[:, :-1], orbit.start_velocity[:, :-1])
+    return replace(history, twist=twist, stability=stability)
+
+
+def _judged(
+    scene: Scene,
+    equation: MotorEquation,
+    start: MotorEquation,
+    modes: Modes,
+    cut: tuple[Tableau, Steps],
+    motion: tuple[Array, Array],
+) -> Stability:
+    """Find the Floquet multipliers; the modes' shapes are without twist."""
+    law, matrices = equation.system.terms.law, equation.linear
+    if law is not None:
+        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
+    tableau, steps = cut
+    shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))
+    found = floquet(matrices, tableau, steps.duration, start.linear, replace(modes, shapes=shapes), scene.petsc)
+    if not scene.analysis.allow_unstable:
+        found.refuse_unstable()
+    return found
+
+
+def _accelerated(
+    scene: Scene, system: System, theta: Array, q: Array, rate: Array, damping: Array | None
+) -> tuple[MotorEquation, Array]:
+    """Give the equation about a motion, and the twist of it with the acceleration that the equation demands."""
+    twist = np.stack([q[:, -1], rate[:, -1], np.zeros(len(q))])
+    for _ in range(2):  # the acceleration stands in the coefficients too
+        equation = _equation(scene, system, theta, twist, damping)
+        twist = np.stack([*twist[:2], equation.acceleration(q, rate)[:, -1]])
+    return equation, twist
+
+
+def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping: Array | None) -> MotorEquation:
+    """Linearise about a twist, ``(3, angles)``; tangents of the load are central differences."""
+    motor = scene.drives[0].motor
+    assert motor is not None
+    plain = scene.changed(effects=())  # effects that a scene names change no load
+
+    def load(by: Array) -> Array:
+        moved = _moved(plain, system, theta, twist + by[:, None])
+        return load_with_torque(moved, _unit(plain, system, theta, twist[0] + by[0]))
+
+    rate = abs(scene.cycle_rate)
+    steps = np.diag([STEP, STEP * rate, STEP * rate**2])
+    tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
+    return MotorEquation(
+        system=_moved(scene, system, theta, twist),
+        extra_damping=damping,
+        motor=motor,
+        unit=_unit(scene, system, theta, twist[0]),
+        twist=twist,
+        load=load(np.zeros(3)),
+        tangents=np.stack(tangents),
+    )
+
+
+def _moved(scene: Scene, system: System, theta: Array, twist: Array) -> System:
+    """Give the mechanism with its crank ahead of given drive angles; its motion keeps these angles and their times."""
+    motion = _turning(scene, system, theta, twist)
+    bare = replace(system, motion=motion, terms=NOTHING)
+    situation = Situation(scene, system.beams, motion, tension=lambda: rigid_tension(scene, bare))
+    return replace(bare, terms=build_terms(situation))
+
+
+def _turning(scene: Scene, system: System, theta: Array, twist: Array) -> Motion:
+    near = system.motion
+    nominal = solve_motion(scene, theta + twist[0], near=near)
+    motion = at_rate(nominal, scene.cycle_rate, scene.cycle_rate + twist[1], twist[2])
+    return replace(motion, theta=theta, time=theta / scene.cycle_rate)
+
+
+def _unit(scene: Scene, system: System, theta: Array, twist: Array) -> Motion:
+    """Give the motion of the links when the crank turns at 1 rad/s."""
+    nominal = solve_motion(scene, theta + twist, near=system.motion)
+    return at_rate(nominal, scene.cycle_rate, np.ones_like(theta), np.zeros_like(theta))

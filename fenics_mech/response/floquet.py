@@ -1,0 +1,237 @@
+"""Stability of a periodic motion: Floquet multipliers of the equation linearised about it.
+
+A small disturbance of the state is multiplied by the monodromy matrix in each cycle, the product of the collocation
+steps' transitions. Its eigenvalues are the multipliers: the motion is stable where all are inside the unit circle.
+
+Gauss points are taken. On an undamped oscillator they keep the magnitude of a multiplier exactly, and its angle to
+order 2s; Radau points would damp it by ``N (omega h)^(2s) (s!/(2s)!)^2/2`` in a cycle of N steps. Gauss points
+hardly damp what is too fast for the steps, so that such disturbances are left out.
+
+Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics, ch. 3; Hairer and Wanner, Solving Ordinary Differential
+Equations II, section IV.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.modes import Modes
+from fenics_mech.response.collocation import linear_steps
+from fenics_mech.response.tableau import Tableau
+
+Complex = NDArray[np.complex128]
+FEW = 6  # multipliers that are kept
+LARGEST_DENSE = 300  # states, beyond which the monodromy matrix is not formed
+LONGEST_STEP = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
+TOLERANCE = 1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
+RESONANCE = 1e-5  # distance of a multiplier from 1 at which the answer is a matter of rounding
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Leading Floquet multipliers, largest magnitude first; none where all vibrations are too fast for the steps.
+
+    Parameters
+    ----------
+    multipliers
+        Factor of each disturbance in a cycle, ``(multipliers,)``.
+    frequency
+        Its frequency (Hz): the angle of the multiplier, with as many whole turns as bring it next to the rate at which
+        its state turns at the start of the cycle.
+    mode
+        Number, from 0, of the mode that has the largest part of it at the start of the cycle, as the mass weighs it.
+    share
+        That part, 0..1.
+    period
+        Duration of a cycle (s).
+    limit
+        Frequency of the fastest vibration that the steps follow (Hz): faster ones are not judged.
+    """
+
+    multipliers: Complex
+    frequency: Array
+    mode: NDArray[np.int64]
+    share: Array
+    period: float
+    limit: float
+
+    @property
+    def growth_rate(self) -> Array:
+        """Rate at which each disturbance grows, or decays where it is negative (1/s)."""
+        return np.log(np.maximum(np.abs(self.multipliers), np.finfo(float).tiny)) / self.period
+
+    @property
+    def stable(self) -> bool:
+        """Whether no disturbance grows."""
+        return bool((np.abs(self.multipliers) <= 1 + TOLERANCE).all())
+
+    def refuse_unstable(self) -> None:
+        """Raise a `SolverError` that names the worst disturbance when the motion is unstable."""
+        if not self.stable:
+            worst = self.multipliers[0]
+            raise SolverError(
+                f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
+                f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) at {self.frequency[0]:.4g} Hz; mode "
+                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping; "
+                "analysis.allow_unstable lets it pass"
+            )
+
+    def refuse_resonance(self) -> None:
+        """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
+        apart = np.abs(self.multipliers - 1)
+        if (apart < RESONANCE).any():
+            nearest = int(apart.argmin())
+            raise SolverError(
+                f"there is no periodic motion: mode {self.mode[nearest] + 1} ({self.frequency[nearest]:.6g} Hz), not "
+                f"damped, is at resonance with harmonic {round(self.frequency[nearest] * self.period)} of the drive "
+                f"({1 / self.period:.6g} Hz). Give a damping ratio, or another speed"
+            )
+
+
+def floquet(
+    matrices: Matrices,
+    tableau: Tableau,
+    step: float | Array,
+    start: Matrices,
+    modes: Modes,
+    options: Mapping[str, Any] | None = None,
+) -> Stability:
+    """Find the multipliers that decide on stability.
+
+    Parameters
+    ----------
+    matrices
+        The equation linearised about the motion, at the collocation points of all steps of a cycle.
+    tableau, step
+        The points, and the duration of the steps, of all or of each (s).
+    start, modes
+        The equation and the modes, with the start of the cycle first, to tell which mode a disturbance belongs to.
+    options
+        PETSc options with the prefix "stability_".
+
+    Raises
+    ------
+    SolverError
+        When SLEPc does not converge.
+    """
+    _, transitions = linear_steps(matrices, tableau, step)
+    transitions = transitions[..., :-1]
+    values, states = _eigenpairs(transitions, options or {})
+    n = matrices.load.shape[1]
+    q, rate = states[:, :n], states[:, n:] / np.mean(step)
+    limit = LONGEST_STEP * len(tableau.points) / float(np.max(step))
+    slow, turned = _followed(transitions, states, start, limit * float(np.mean(step)))
+    kept = np.flatnonzero(slow)
+    kept = kept[np.argsort(-np.abs(values[kept]), kind="stable")][:FEW]
+    period = float(np.mean(step)) * len(transitions)
+    mode, share = _carriers(start, q[kept], rate[kept], modes)
+    turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as the disturbance was seen to make
+    frequency = np.abs(np.round(turned[kept] - turns) + turns) / period
+    return Stability(values[kept], frequency, mode, share, period, limit / (2 * np.pi))
+
+
+def _followed(transitions: Array, states: Complex, start: Matrices, limit: float) -> tuple[NDArray[np.bool_], Array]:
+    """Follow disturbances through a cycle.
+
+    Parameters
+    ----------
+    transitions, states
+        Transitions of the steps, and the disturbances at the start of the cycle, ``(disturbances, states)``.
+    limit
+        Angle (rad) of a vibration in a step, which the steps can follow.
+
+    Returns
+    -------
+    tuple
+        Whether the velocity is below limit times the displacement, in the mean, and how often the state turns in the
+        complex plane. Both are weighed by mass, which the links' stiff directions do not upset.
+    """
+    share, turned, n = np.zeros(len(states)), np.zeros(len(states)), states.shape[1] // 2
+    for transition in transitions:
+        states = states / np.linalg.norm(states, axis=1, keepdims=True)  # what dies out counts no less
+        slow, fast = (limit * _norm(start, states[:, :n])) ** 2, _norm(start, states[:, n:]) ** 2
+        share += slow / (slow + fast)
+        after = states @ transition.T
+        overlap = states.conj() * np.hstack([after[:, :n] @ start.mass[0], after[:, n:] @ start.mass[0]])
+        turned += np.angle(overlap.sum(axis=1)) / (2 * np.pi)
+        states = after
+    return share > len(transitions) / 2, turned
+
+
+def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[NDArray[np.int64], Array]:
+    """Find the mode with the largest part of each disturbance, displacement and velocity alike, and that part."""
+    momenta = modes.shapes[0] @ start.mass[0]
+    parts = [np.abs(states @ momenta.T) ** 2 / _norm(start, states)[:, None] ** 2 for states in (q, rate)]
+    share = np.mean(parts, axis=0)
+    return share.argmax(axis=1), share.max(axis=1)
+
+
+def _norm(start: Matrices, states: Complex) -> Array:
+    """Root of ``x^H M x`` of each state, ``(states,)``."""
+    square = np.einsum("ki,ij,kj->k", states.conj(), start.mass[0], states).real
+    return np.sqrt(np.maximum(square, np.finfo(float).tiny))
+
+
+class _Monodromy:
+    """The product of all transitions, applied one after the other."""
+
+    def __init__(self, transitions: Array) -> None:
+        self.transitions = transitions
+
+    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        state = x.array_r.copy()
+        for transition in self.transitions:
+            state = transition @ state
+        y.array[:] = state
+
+
+def _product(transitions: Array) -> Array:
+    """Multiply all transitions, two neighbours at a time, ``(states, states)``."""
+    while len(transitions) > 1:
+        odd = transitions[-1:] if len(transitions) % 2 else transitions[:0]
+        even = len(transitions) - len(odd)
+        transitions = np.concatenate([transitions[1:even:2] @ transitions[:even:2], odd])
+    return transitions[0]
+
+
+def _eigenpairs(transitions: Array, options: Mapping[str, Any]) -> tuple[Complex, Complex]:
+    """Eigenvalues of the monodromy matrix and its eigenvectors, ``(pairs,)`` and ``(pairs, states)``."""
+    size = transitions.shape[1]
+    if size <= LARGEST_DENSE:
+        matrix = PETSc.Mat().createDense((size, size), array=_product(transitions), comm=PETSc.COMM_SELF)
+        defaults: dict[str, Any] = {"eps_type": "lapack"}
+    else:
+        matrix = PETSc.Mat().createPython((size, size), context=_Monodromy(transitions), comm=PETSc.COMM_SELF)
+        defaults = {"eps_type": "krylovschur", "eps_nev": 2 * FEW, "eps_ncv": 8 * FEW, "eps_max_it": 100}
+    matrix.setUp()
+    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
+    eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
+    real, imaginary = matrix.createVecs()
+    with configured(eps, "stability_", defaults, options):
+        eps.setOperators(matrix)
+        eps.solve()
+        count = eps.getConverged()
+        if not count:
+            found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
+            raise SolverError(
+                f"no Floquet multiplier converged (SLEPc says {found}). Other options stability_eps_* may help; "
+                "analysis.stability = false does without"
+            )
+        values, states = np.empty(count, complex), np.empty((count, size), complex)
+        for i in range(count):
+            values[i] = eps.getEigenpair(i, real, imaginary)
+            states[i] = real.array_r + 1j * imaginary.array_r
+    for thing in (matrix, real, imaginary):
+        thing.destroy()
+    return values, states

@@ -1,0 +1,89 @@
+"""What a scene states about how it is to be analysed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from fenics_mech.scene.base import Part
+from fenics_mech.units import Angle
+
+
+class Analysis(Part):
+    """What to compute and with which numerical options.
+
+    Parameters
+    ----------
+    method
+        "periodic" (chapter 5), "transient" (in time, from a start), "quasi-static" (loads and inertia of the
+        rigid motion), or "static" (loads only, held at one position, appendix C).
+    solver
+        Of a periodic response: "sub-intervals" (chapter 5), for constant coefficients in each and modal damping;
+        "collocation", of high order in time, for every effect; "harmonic-balance", a Fourier series, for every effect
+        but impulses; "auto" takes the first where it can, then the second.
+    stages
+        Collocation points in a sub-interval.
+    scheme
+        Where they are: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
+        (order 2 stages, damps nothing).
+    harmonics
+        Harmonics of the Fourier series. They need more than four times as many sub-intervals.
+    stability
+        Find the Floquet multipliers of a periodic response by collocation or harmonic balance.
+    allow_unstable
+        Accept a periodic motion that small disturbances grow on.
+    start
+        Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
+        motion), or the file of a result of "transient", to go on from its end.
+    cycles, settled
+        "transient" ends after that many cycles of the drive at full speed, or when two cycles differ by less than
+        `settled` of the largest displacement; 0 never ends it.
+    time_tolerance
+        Relative error of a time step of "transient".
+    position
+        Drive coordinate (rad) at which "static" holds the linkage.
+    sub_intervals
+        Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
+    modes
+        Number of modes kept, or "all".
+    static_correction
+        Let the modes that are left out answer statically.
+    join
+        How sub-intervals are joined. "physical": displacement and momentum of the mechanism go on. "projected": its
+        displacement and velocity go on as far as the modes kept can follow; the same with all modes. "modal": each
+        modal coordinate goes on by itself, as (5.14) prints it, which does not converge to the solution of (5.1).
+    load
+        The modal load in a sub-interval is "constant", that of its middle, or "linear" in time through it.
+    allow_ringing
+        Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
+    tension
+        Axial force of the effect 'geometric-stiffness': "rigid", that of loads and rigid motion, or "settled", updated
+        with the elastic response until it changes no more (collocation, quasi-static and static).
+    stations
+        Number of equally spaced points along each member at which results are given.
+    tolerance
+        Share of the strains that ``effects = "auto"`` may neglect.
+    """
+
+    method: Literal["periodic", "transient", "quasi-static", "static"] = "periodic"
+    solver: Literal["auto", "sub-intervals", "collocation", "harmonic-balance"] = "auto"
+    stages: Annotated[int, Field(ge=1, le=9)] = 3
+    scheme: Literal["radau", "gauss"] = "radau"
+    harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60
+    stability: bool = True
+    allow_unstable: bool = False
+    start: str = "rigid"
+    cycles: Annotated[int, Field(ge=1)] = 20
+    settled: Annotated[float, Field(ge=0)] = 1e-3
+    time_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5
+    position: Angle = 0.0
+    sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
+    modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
+    static_correction: bool = True
+    join: Literal["physical", "projected", "modal"] = "physical"
+    load: Literal["constant", "linear"] = "linear"
+    allow_ringing: bool = False
+    tension: Literal["rigid", "settled"] = "rigid"
+    stations: Annotated[int, Field(ge=2, le=10_001)] = 21
+    tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01

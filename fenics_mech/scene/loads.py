@@ -1,0 +1,217 @@
+"""What acts on the links from outside: loads at points, loads along members, and impulses.
+
+A load may change over the cycle: a `factor`, a number that is a function of the drive angle theta, multiplies it.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+
+from fenics_mech.expressions import Formula, Jet
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.drives import Harmonics
+from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
+
+Array = NDArray[np.float64]
+CYCLE = 2 * math.pi
+NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
+# "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
+Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
+
+
+class FactorHarmonics(Harmonics):
+    """``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)``, numbers."""
+
+    mean: float = 0.0
+    cosine: tuple[float, ...] = ()
+    sine: tuple[float, ...] = ()
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        return self.jet(theta).value
+
+
+class FactorTable(Part):
+    """Values at given angles of the cycle, joined by straight lines, also from the last to the first of the next cycle.
+
+    Two points at one angle make a jump.
+    """
+
+    kind: Literal["table"]
+    angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
+    values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
+
+    @model_validator(mode="after")
+    def _is_one_cycle(self) -> Self:
+        if len(self.angles) != len(self.values):
+            raise ValueError(f"{len(self.angles)} angles and {len(self.values)} values: a table needs as many of both")
+        if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > CYCLE * (1 + 1e-12):
+            raise ValueError("the angles must increase, over at most one cycle")
+        return self
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        turned = self.angles[0] + np.mod(theta - self.angles[0], CYCLE)
+        return np.interp(turned, [*self.angles, self.angles[0] + CYCLE], [*self.values, self.values[0]])
+
+
+class FactorExpression(Part):
+    """A formula of theta, taken from 0 to 2 pi and repeated in every cycle."""
+
+    kind: Literal["expression"]
+    formula: str
+
+    @field_validator("formula")
+    @classmethod
+    def _is_finite(cls, text: str) -> str:
+        try:
+            with np.errstate(all="ignore"):
+                values = _evaluated(text, np.linspace(0, CYCLE, 721))
+        except ArithmeticError:  # of numbers that stand in it
+            values = np.array([np.nan])
+        if not np.isfinite(values).all():
+            raise ValueError(f"the formula {text!r} is not finite over the cycle")
+        return text
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        return _evaluated(self.formula, np.mod(theta, CYCLE))
+
+
+def _evaluated(formula: str, theta: Array) -> Array:
+    return Formula(formula, ("theta",)).jet(Jet.variable(theta)).value
+
+
+class Pulse(Part):
+    """Acts in a part of the cycle: 1 from one angle to another in the sense of theta, 0 in the rest.
+
+    Parameters
+    ----------
+    start, end
+        Angles (rad) at which the factor is 1/2, on its way up and down.
+    ramp
+        Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
+    """
+
+    kind: Literal["pulse"]
+    start: Angle
+    end: Angle
+    ramp: Annotated[Angle, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("the pulse starts and ends at the same angle")
+        if self.ramp > min(self.width, CYCLE - self.width) * (1 + 1e-9):
+            raise ValueError("the ramp is wider than the pulse, or than the pause between two of them")
+        return self
+
+    @property
+    def width(self) -> float:
+        """Part of the cycle in which the pulse acts (rad)."""
+        return (self.end - self.start) % CYCLE or CYCLE
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, CYCLE) - math.pi
+        inside = self.width / 2 - np.abs(from_middle)
+        if self.ramp == 0:
+            return np.where(inside >= 0, 1.0, 0.0)
+        x = np.clip(inside / self.ramp + 0.5, 0, 1)
+        return x**3 * (10 - 15 * x + 6 * x**2)
+
+
+Factor = Annotated[FactorHarmonics | FactorTable | FactorExpression | Pulse, Field(discriminator="kind")]
+
+
+class Varying(Part):
+    """What a factor multiplies; without one it is constant over the cycle."""
+
+    factor: Factor | None = None
+
+    def factor_at(self, theta: Array) -> Array:
+        """Factor at drive angles, ``(angles,)``."""
+        return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
+
+
+class Load(Varying):
+    """A force and a moment at a point of a link, at a joint, or at a place along a member.
+
+    Parameters
+    ----------
+    at
+        "link.point", the name of a joint, or "member@place" with a place 0 to 1 along the member.
+    force
+        Force along X and Y of the fixed frame (N); with `follows` along x and y of the link.
+    moment
+        Moment, counter-clockwise (N m).
+    follows
+        The force turns with the link, and with its elastic rotation at the point.
+    factor
+        What it is multiplied by, over the drive angle.
+    """
+
+    at: Place
+    force: tuple[Force, Force] = (0.0, 0.0)
+    moment: Torque = 0.0
+    follows: bool = False
+
+
+class LineLoad(Varying):
+    """A load spread along a member, constant or linear.
+
+    Parameters
+    ----------
+    member
+        "link", or "link.member" when the link has several members.
+    line
+        Force per length (N/m) at the member's first end, along X and Y of the fixed frame.
+    line_end
+        The same at its second end; without it the load is constant.
+    axes
+        With "member" the two components are along the member's axis and its normal, and turn with its rigid motion.
+    factor
+        What it is multiplied by, over the drive angle.
+    """
+
+    member: str
+    line: tuple[LineForce, LineForce]
+    line_end: tuple[LineForce, LineForce] | None = None
+    axes: Literal["fixed", "member"] = "fixed"
+
+
+AnyLoad = Annotated[
+    Annotated[Load, Tag("load")] | Annotated[LineLoad, Tag("line-load")],
+    Discriminator(lambda value: "line-load" if _has_member(value) else "load"),
+]
+
+
+def _has_member(value: object) -> bool:
+    return "member" in value if isinstance(value, dict) else isinstance(value, LineLoad)
+
+
+class Impulse(Part):
+    """An impulse, in every cycle at the same drive angle: it changes velocities and no displacement.
+
+    Parameters
+    ----------
+    at
+        As of a load.
+    angle
+        Drive angle (rad).
+    impulse
+        Force times time along X and Y of the fixed frame (N s).
+    angular_impulse
+        Moment times time, counter-clockwise (N m s).
+    """
+
+    at: Place
+    angle: Angle
+    impulse: tuple[Momentum, Momentum] = (0.0, 0.0)
+    angular_impulse: AngularMomentum = 0.0

@@ -1,0 +1,169 @@
+"""What each effect does to the strains and what it costs: effects added one at a time, and the program's own choice."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_mech import _fenicsx
+from fenics_mech.analysis import analyse
+from fenics_mech.choice import choose
+from fenics_mech.effects import EFFECTS
+from fenics_mech.recovery import Result
+from fenics_mech.scene import Scene
+
+ALL = ("coupling", "moderate-rotations")
+THICK = ("rotary-inertia", "shear")  # for scenes that state what they need
+
+
+@dataclass
+class Count:
+    """What a run made.
+
+    Parameters
+    ----------
+    forms
+        UFL forms compiled (or found in the cache) and assembled.
+    matrices
+        PETSc matrices created.
+    seconds
+        Time.
+    """
+
+    forms: int = 0
+    matrices: int = 0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run with some effects.
+
+    Parameters
+    ----------
+    name
+        What was added last.
+    result, count
+        What came out, and what it took.
+    difference
+        Largest difference of the strains from the last run's, over the largest strain of the member in the last run.
+    """
+
+    name: str
+    result: Result
+    count: Count
+    difference: float
+
+
+def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geometric-stiffness", *ALL[1:])) -> list[Run]:
+    """Run a scene quasi-statically, then with vibration, then with effects added one at a time.
+
+    An effect that another one replaces goes when that one comes. The last run is what the others are compared with.
+    """
+    scenes = {
+        "quasi-static": scene.changed(effects=(), analysis__method="quasi-static"),
+        "vibration": scene.changed(effects=()),
+    }
+    acting: tuple[str, ...] = ()
+    for name in effects:
+        acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "moderate-rotations")), name)
+        scenes[name] = scene.changed(effects=acting)
+    runs = {name: run(changed) for name, changed in scenes.items()}
+    last = runs[effects[-1]][0]
+    return [Run(name, result, count, difference(result, last)) for name, (result, count) in runs.items()]
+
+
+def run(scene: Scene) -> tuple[Result, Count]:
+    """Analyse a scene twice, and count what the second run makes (the first one fills the caches)."""
+    analyse(scene)
+    with counted() as count:
+        result = analyse(scene)
+    return result, count
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The program's choice for a scene, against all effects.
+
+    Parameters
+    ----------
+    scene
+        Name of the scene.
+    method, effects
+        What was chosen.
+    error
+        Largest difference of the strains from those with all effects, over the member's largest.
+    seconds, seconds_of_all
+        Time of the run that chooses (the choice with it), and of that with all effects.
+    """
+
+    scene: str
+    method: str
+    effects: tuple[str, ...]
+    error: float
+    seconds: float
+    seconds_of_all: float
+
+
+def try_choice(scene: Scene) -> Trial:
+    """Compare the effects that the program chooses for a scene with all of them on."""
+    effects = ALL + tuple(name for name in THICK if EFFECTS["shear"].possible(scene))
+    whole, count_of_all = run(scene.changed(effects=effects))
+    automatic = scene.changed(effects="auto")
+    result, count = run(automatic)
+    chosen, _ = choose(automatic)
+    names = tuple(sorted(set(chosen.effects)))
+    return Trial(
+        scene.name, chosen.analysis.method, names, difference(result, whole), count.seconds, count_of_all.seconds
+    )
+
+
+def difference(result: Result, other: Result) -> float:
+    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same."""
+    mine, theirs = (r.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy() for r in (result, other))
+    largest = np.abs(theirs).max(axis=(0, 2, 3))
+    return float((np.abs(mine - theirs).max(axis=(0, 2, 3)) / np.maximum(largest, 1e-6 * largest.max())).max())
+
+
+@contextmanager
+def counted() -> Iterator[Count]:
+    """Count forms, matrices and time."""
+    count = Count()
+
+    def counting(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        def call(form: Any) -> Any:
+            count.forms += 1
+            return function(form)
+
+        return call
+
+    before = _matrices_created()
+    with (
+        mock.patch.object(_fenicsx, "assemble", counting(_fenicsx.assemble)),
+        mock.patch.object(_fenicsx, "assemble_vector", counting(_fenicsx.assemble_vector)),
+    ):
+        start = time.perf_counter()
+        yield count
+        count.seconds = time.perf_counter() - start
+    count.matrices = _matrices_created() - before
+
+
+def _matrices_created() -> int:
+    """Number of PETSc matrices that this process has made since PETSc's log began."""
+    PETSc.Log.begin()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "log.txt"
+        viewer = PETSc.Viewer().createASCII(str(path))
+        PETSc.Log.view(viewer)
+        viewer.destroy()
+        return sum(int(number) for number in re.findall(r"^\s+Matrix\s+(\d+)", path.read_text(), re.MULTILINE))

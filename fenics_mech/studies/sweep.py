@@ -1,0 +1,328 @@
+"""The response over numbers of a scene: speed, damping, a length, or any other, on one process or several.
+
+Finished points are files in the sweep's folder. A sweep that was ended goes on with the points that are missing, and
+comes to the same result, to the last bit, as one that was not. Under `mpirun` the processes share the points.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from mpi4py import MPI
+
+from fenics_mech._version import __version__
+from fenics_mech.errors import MechanismError, ResultError, SceneError
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.scene import Scene
+from fenics_mech.scene.build import build
+from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
+from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, compute_point, point_file, read_point
+
+Found = TypeVar("Found")
+RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation between the points may miss
+FINEST = 64  # parts that refinement may cut a step of the range into
+TEXTS = {"error": "kind of error that the point ended with", "message": "what it said", "effects": "effects that acted"}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What a sweep found.
+
+    Parameters
+    ----------
+    data
+        One dimension per swept field, named by its path, in SI; then members, joints, modes, harmonics. Variables as in
+        `sweep_points.KEPT`, NaN where a point has none, and the texts "error", "message" and "effects". Units in
+        ``attrs["units"]``.
+    """
+
+    data: xr.Dataset
+
+    @property
+    def paths(self) -> list[str]:
+        """The swept fields."""
+        return list(json.loads(self.data.attrs["paths"]))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the first point."""
+        return Scene.model_validate_json(self.data.attrs["scene"])
+
+    def save(self, path: str | Path) -> Path:
+        """Write the sweep as NetCDF 3, which has no times in it; the file appears whole or not at all.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        write_whole(Path(path), lambda temporary: self.data.to_netcdf(temporary, engine="scipy"))
+        return Path(path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Sweep:
+        """Read a sweep that was saved.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be read or is not a sweep of this program.
+        """
+        try:
+            with xr.open_dataset(path, engine="scipy") as data:
+                loaded = data.load()
+        except Exception as error:  # SciPy and xarray raise many types for a file that is not theirs
+            raise ResultError(f"{path}: cannot be read as a sweep: {error}") from error
+        if "fenics_mech" not in loaded.attrs or "paths" not in loaded.attrs:
+            raise ResultError(f"{path}: this NetCDF file is not a sweep of fenics_mech")
+        return cls(loaded)
+
+
+def run_sweep(
+    scene: Scene,
+    axes: Sequence[Axis],
+    folder: Path,
+    *,
+    gauge: Gauge | None = None,
+    refine_peaks: int = 0,
+    progress: Callable[[int, int], None] = lambda done, points: None,
+) -> Sweep:
+    """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    axes
+        The fields and their values.
+    folder
+        Where finished points are and come, with ``sweep.nc`` and the time of each point in ``timings.csv``.
+    gauge
+        Where strains are split into harmonics.
+    refine_peaks
+        Largest number of points added where the peak strain is not resolved, for one field that is not a whole number.
+    progress
+        Called before each point of this process with its number, from 0, and how many there are.
+
+    Raises
+    ------
+    SceneError
+        When the folder holds a sweep of another scene or other values, or refinement is not possible.
+    ResultError
+        When a file cannot be written.
+    MechanismError
+        When another process ended with an error.
+    """
+    if refine_peaks and (len(axes) != 1 or axes[0].whole):
+        message = "points can be added at peaks of a sweep over one field that is not a whole number"
+        raise SceneError(message, place=", ".join(axis.path for axis in axes))
+    run = _Run(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress)
+    run.at_root(run.claim_folder)
+    values = [axis.values for axis in axes]
+    run.compute(values)
+    left = refine_peaks
+    while left and (added := run.at_peaks(values, left)):
+        values = [tuple(sorted((*values[0], *added)))]
+        run.compute(values)
+        left -= len(added)
+    return run.at_root(lambda: run.finish(values))
+
+
+def unresolved(places: Array, peaks: Array) -> list[float]:
+    """Midpoints of the steps in which linear interpolation of the peaks is not good enough, the worst first.
+
+    The error in a step h is estimated as ``h^2 |y''| / 8`` with the larger of the second divided differences at its two
+    ends, relative to the largest y. The steps at a point that failed are passed over.
+
+    Parameters
+    ----------
+    places
+        Increasing, ``(points,)``.
+    peaks
+        ``(points, members)``, NaN where a point failed.
+    """
+    if len(places) < 3:
+        return []
+    step = np.diff(places)
+    slope = np.diff(peaks, axis=0) / step[:, None]
+    second = np.abs(2 * np.diff(slope, axis=0) / (step[1:] + step[:-1])[:, None])
+    known = np.nan_to_num(second, nan=0.0)
+    bend = np.fmax(np.concatenate([known[:1], known]), np.concatenate([known, known[-1:]]))
+    largest = np.nan_to_num(np.nanmax(peaks, axis=0, initial=0.0))
+    error = (step[:, None] ** 2 * bend / 8 / np.where(largest > 0, largest, 1)).max(axis=1)
+    error[np.isnan(slope).any(axis=1) | (step < 1.5 * step.max() / FINEST)] = 0
+    worst = np.argsort(-error, kind="stable")
+    return [float(places[k] + step[k] / 2) for k in worst if error[k] > RESOLVED]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A sweep being made by the processes of a communicator."""
+
+    scene: Record
+    axes: tuple[Axis, ...]
+    folder: Path
+    gauge: Gauge
+    comm: Any
+    progress: Callable[[int, int], None]
+
+    @property
+    def points(self) -> Path:
+        return self.folder / "points"
+
+    def at_root(self, work: Callable[[], Found]) -> Found:
+        """Let the first process work and give all of them what it found, or its error."""
+        return self.comm.bcast(self.together(lambda: work() if self.comm.rank == 0 else None))
+
+    def together(self, work: Callable[[], Found]) -> Found:
+        """Let every process work; an error of one is raised by all, so that none waits for one that has ended."""
+        found, error = None, None
+        try:
+            found = work()
+        except Exception as caught:  # it is raised below, once the other processes know
+            error = caught
+        except BaseException:
+            if self.comm.size > 1:
+                self.comm.Abort(130)
+            raise
+        errors = self.comm.allgather(error and f"{type(error).__name__}: {error}")
+        if error is not None:
+            raise error
+        for rank, text in enumerate(errors):
+            if text:
+                raise MechanismError(f"process {rank} ended with {text}")
+        return found  # type: ignore[return-value]
+
+    def claim_folder(self) -> None:
+        """Write what is swept into the folder, unless another sweep is there."""
+        plan = {
+            "scene": placed(self.scene, dict.fromkeys((axis.path for axis in self.axes), None)),
+            "gauge": asdict(self.gauge),
+            "values": {axis.path: list(axis.values) for axis in self.axes},
+        }
+        path = self.folder / "sweep.json"
+        try:
+            self.points.mkdir(parents=True, exist_ok=True)
+            before = json.loads(path.read_text()) if path.exists() else plan
+        except (OSError, ValueError) as error:
+            raise ResultError(f"{self.folder}: cannot be used for a sweep: {error}") from error
+        refuse_other(before, plan, self.folder)
+        write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
+
+    def compute(self, values: Sequence[Sequence[float]]) -> None:
+        """Compute the missing points of a grid: one on the first process, which compiles the forms, then the rest."""
+        files = self.files(values)
+        missing = self.at_root(lambda: [index for index, (path, _) in enumerate(files) if read_point(path) is None])
+        first, rest = missing[:1], missing[1:]
+        mine = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
+
+        def work(share: Sequence[int], done: int) -> None:
+            for number, index in enumerate(share, done):
+                self.progress(number, len(mine))
+                compute_point(*files[index], self.gauge)
+
+        warm = mine[: len(first)] if self.comm.rank == 0 else []
+        self.together(lambda: work(warm, 0))
+        self.together(lambda: work(mine[len(warm) :], len(warm)))
+
+    def files(self, values: Sequence[Sequence[float]]) -> list[tuple[Path, Record]]:
+        """Give the file and the scene of every point of a grid."""
+        paths = [axis.path for axis in self.axes]
+        scenes = [placed(self.scene, dict(zip(paths, point))) for point in itertools.product(*values)]
+        return [(point_file(self.points, data, self.gauge), data) for data in scenes]
+
+    def records(self, values: Sequence[Sequence[float]]) -> list[Record]:
+        """Read the points of a grid, those to be tried again too."""
+        return [json.loads(path.read_text()) for path, _ in self.files(values)]
+
+    def at_peaks(self, values: Sequence[Sequence[float]], most: int) -> list[float]:
+        """Give the values of the field at which peaks of strain are not resolved, at most so many."""
+
+        def found() -> list[float]:
+            peaks = [record.get("values", {}).get("peak_strain") for record in self.records(values)]
+            return unresolved(np.array(values[0]), stacked(peaks))[:most]
+
+        return self.at_root(found)
+
+    def finish(self, values: Sequence[Sequence[float]]) -> Sweep:
+        """Put the points together and write them."""
+        records = self.records(values)
+        sweep = Sweep(self.dataset(values, records))
+        sweep.save(self.folder / "sweep.nc")
+        places = itertools.product(*values)
+        lines = [",".join([*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"])]
+        lines += [",".join(map(str, (*at, record["seconds"], record["error"]))) for at, record in zip(places, records)]
+        write_whole(self.folder / "timings.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
+        return sweep
+
+    def dataset(self, values: Sequence[Sequence[float]], records: Sequence[Record]) -> xr.Dataset:
+        """Label the points' numbers."""
+        paths, shape = [axis.path for axis in self.axes], [len(along) for along in values]
+        texts = {name: np.array([record[name] for record in records], dtype=object).reshape(shape) for name in TEXTS}
+        data = xr.Dataset({name: (paths, text, {"long_name": TEXTS[name]}) for name, text in texts.items()})
+        for axis, along in zip(self.axes, values):
+            data = data.assign_coords({axis.path: (axis.path, list(along), {"units": axis.unit})})
+        labels: Record = next((record["labels"] for record in records if "labels" in record), {})
+        for name, (dims, units, meaning) in KEPT.items():
+            numbers = stacked([record.get("values", {}).get(name) for record in records])
+            if np.isnan(numbers).all():
+                continue
+            attributes = {"units": units, "long_name": meaning}
+            data[name] = ((*paths, *dims), numbers.reshape(*shape, *numbers.shape[1:]), attributes)
+        for name in sorted({str(name) for name in data.dims} - set(paths)):
+            data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
+        first = build(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
+        data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
+        data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
+        return data
+
+
+def stacked(numbers: Sequence[Any]) -> Array:
+    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing."""
+    arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
+    rank = max(array.ndim for array in arrays)
+    arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
+    full = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0).astype(int)), math.nan)
+    for point, array in enumerate(arrays):
+        full[(point, *map(slice, array.shape))] = array
+    return full
+
+
+def refuse_other(before: Record, plan: Record, folder: Path) -> None:
+    """Raise a `SceneError` unless a folder's plan is for the same scene and fields, with no value that is now left out.
+
+    Then no point computed before is left out of the result.
+    """
+    hint = "Give another folder with -o"
+    if before["values"].keys() != plan["values"].keys():
+        swept = ", ".join(before["values"])
+        raise SceneError(f"the folder {folder} holds a sweep over {swept}", place="sweep", hint=hint)
+    for part in ("scene", "gauge"):
+        if where := difference(before[part], plan[part]):
+            raise SceneError(f"the folder {folder} holds a sweep of another {part}", place=where, hint=hint)
+    for path, values in before["values"].items():
+        if not set(values) <= set(plan["values"][path]):
+            range_before = (
+                f"from {min(values):g} to {max(values):g} at {len(values)} values, not all of them in this one"
+            )
+            raise SceneError(f"the folder {folder} holds a sweep {range_before}", place=path, hint=hint)
+
+
+def difference(one: Any, other: Any, place: str = "") -> str:
+    """Give the dotted place of the first difference of two trees of plain data, or an empty text."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        pairs = {key: (one.get(key), other.get(key)) for key in sorted(one.keys() | other.keys())}
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        pairs = {str(index): pair for index, pair in enumerate(zip(one, other))}
+    else:
+        return "" if one == other else place or "scene"
+    found = (difference(*pair, f"{place}.{key}".lstrip(".")) for key, pair in pairs.items())
+    return next((where for where in found if where), "")

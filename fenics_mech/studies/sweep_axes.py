@@ -1,0 +1,166 @@
+"""Fields of a scene that a sweep varies, and the scene's data with other values in them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.build import build
+
+MOST_POINTS = 1_000_000  # of a grid
+FORM = "Write PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or drive.speed='100 rpm:600 rpm:51'"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A number of the scene, and the values that it takes.
+
+    Parameters
+    ----------
+    path
+        Its dotted path in the scene ("drive.speed").
+    values
+        SI, increasing.
+    unit
+        SI unit, "1" where it has none.
+    """
+
+    path: str
+    values: tuple[float, ...]
+    unit: str
+
+    @property
+    def whole(self) -> bool:
+        """Whether the field is a whole number."""
+        return isinstance(self.values[0], int)
+
+
+def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
+    """Read `PATH=START:STOP:COUNT` for each swept field.
+
+    Raises
+    ------
+    SceneError
+        When a text cannot be read, its path is not that of a number of the scene, or an end is not valid there.
+    """
+    axes = tuple(_parse(scene, text) for text in texts)
+    paths = [axis.path for axis in axes]
+    if not paths or len(set(paths)) < len(paths):
+        raise SceneError("a sweep goes over one field or more, each of them once", place=", ".join(paths))
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > MOST_POINTS:
+        raise SceneError(f"{count} points, and a sweep has at most {MOST_POINTS}", place=", ".join(paths))
+    return axes
+
+
+def scene_data(scene: Scene) -> dict[str, Any]:
+    """Give a scene as plain data, without its measurements: they change no result."""
+    return json.loads(scene.model_copy(update={"measurements": ()}).model_dump_json())
+
+
+def placed(data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Give a scene's plain data with other values, by dotted path."""
+    data = deepcopy(data)
+    for path, value in values.items():
+        *parents, last = _keys(path)
+        part: Any = data
+        for key in parents:
+            part = part[key]
+        part[last] = value
+    return data
+
+
+def _parse(scene: Scene, text: str) -> Axis:
+    path, equals, rest = (part.strip() for part in text.partition("="))
+    parts = rest.split(":")
+    if not equals or not path or len(parts) != 3:
+        raise SceneError(f"cannot read {text!r}", place=path, hint=FORM)
+    first, last, count = (part.strip() for part in parts)
+    if not count.isdecimal() or not 2 <= int(count) <= MOST_POINTS:
+        expected = f"expected a whole number from 2 to {MOST_POINTS}"
+        raise SceneError(f"cannot take {count!r} as number of values; {expected}", place=path, hint=FORM)
+    if (_number(first) is None) != (_number(last) is None):
+        raise SceneError(f"one end of {rest!r} has a unit and the other has none", place=path, hint="Write both alike")
+    ends = _in_si(scene, path, first), _in_si(scene, path, last)
+    if ends[0] == ends[1]:
+        raise SceneError(f"the range {rest!r} begins where it ends", place=path, hint=FORM)
+    values = np.linspace(min(ends), max(ends), int(count)).tolist()
+    if all(isinstance(end, int) for end in ends):
+        if any(abs(value - round(value)) > 1e-9 for value in values):
+            message = f"this is a whole number, and {count} equal steps from {first} to {last} are not"
+            raise SceneError(message, place=path)
+        values = [round(value) for value in values]
+    return Axis(path, tuple(values), unit_of(scene, path))
+
+
+def _in_si(scene: Scene, path: str, text: str) -> float | int:
+    """Give the value that a scene has once `text` is written at `path`."""
+    data, number = scene_data(scene), _number(text)
+    for key, part in _walk(data, path):
+        if not _has(part, key):
+            keys = list(part) if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else ()
+            known = ", ".join(str(key) for key in keys)
+            hint = f"There are {known}" if known else "There is nothing below the key before it"
+            raise SceneError(f"there is no {key!r} in this scene", place=path, hint=hint)
+    changed = scene_data(build(placed(data, {path: text if number is None else number})))
+    for key, part in _walk(changed, path):
+        value = part[key]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise SceneError("only a number can be swept, and this is none", place=path)
+    return value
+
+
+def unit_of(scene: Scene, path: str) -> str:
+    """Give the SI unit of a number of a scene, as the schema of its part tells it; "1" where it has none."""
+    part: Any = scene
+    holder: type[Part] = Scene
+    field = ""
+    for key in _keys(path):
+        if isinstance(part, Part):
+            holder, field, part = type(part), str(key), getattr(part, str(key))
+        else:
+            part = part[key]
+    found = [text for text in _descriptions(holder.model_json_schema()["properties"][field]) if ", or a string" in text]
+    return found[0].partition(", or a string")[0].replace("**", "^") if found else "1"
+
+
+def _descriptions(schema: Any) -> Iterator[str]:
+    """Give the descriptions in a schema, outermost first."""
+    if isinstance(schema, dict):
+        if isinstance(schema.get("description"), str):
+            yield schema["description"]
+        schema = list(schema.values())
+    if isinstance(schema, list):
+        for part in schema:
+            yield from _descriptions(part)
+
+
+def _walk(data: Any, path: str) -> Iterator[tuple[str | int, Any]]:
+    """Give each key of a path with the part of the data that it is to be found in."""
+    for key in _keys(path):
+        yield key, data
+        data = data[key]
+
+
+def _has(part: Any, key: str | int) -> bool:
+    return key in part if isinstance(part, dict) else isinstance(part, list) and key in range(len(part))
+
+
+def _keys(path: str) -> list[str | int]:
+    return [int(key) if key.isdecimal() else key for key in path.split(".")]
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None

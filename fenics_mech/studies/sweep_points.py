@@ -1,0 +1,157 @@
+"""Points of a sweep: what is kept of one analysis, and the files that hold it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._version import __version__
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import MechanismError
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.scene.build import build
+
+Array = NDArray[np.float64]
+Record = dict[str, Any]
+
+KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions, unit, meaning
+    "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, by magnitude"),
+    "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain"),
+    "peak_strain_s": (("member",), "1", "place along the member of the largest strain"),
+    "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
+    "peak_deflection": (("member",), "m", "largest elastic displacement over the cycle"),
+    "peak_joint_force": (("joint",), "N", "largest force of the joint over the cycle"),
+    "peak_input_torque": ((), "N m", "largest torque of the first drive over the cycle, or its force (N)"),
+    "strain_harmonic": (("member", "harmonic"), "1", "amplitude of the strain's harmonic; order 0 is its mean"),
+    "drive_rate": ((), "rad/s", "rate of the drive coordinate"),
+    "frequency_lowest": (("mode",), "Hz", "lowest natural frequency over the cycle"),
+    "frequency_highest": (("mode",), "Hz", "highest natural frequency over the cycle"),
+    "frequency_start": (("mode",), "Hz", "natural frequency at the start of the cycle"),
+    "multiplier": (("disturbance",), "1", "magnitude of the Floquet multiplier, largest first"),
+    "growth_rate": (("disturbance",), "1/s", "rate at which the disturbance grows"),
+    "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),
+    "bow": (("member",), "1", "largest distance of the member's axis from its chord, over its length"),
+}
+
+
+@dataclass(frozen=True)
+class Gauge:
+    """The place whose strain is split into harmonics.
+
+    Parameters
+    ----------
+    s
+        Place along every member, 0..1.
+    fibre
+        "+" or "-".
+    harmonics
+        Number of harmonics kept, beside the mean.
+    """
+
+    s: float = 0.5
+    fibre: str = "+"
+    harmonics: int = 20
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.s <= 1 and self.fibre in ("+", "-") and self.harmonics >= 1):
+            raise MechanismError(f"a strain is at s from 0 to 1, fibre + or -, with 1 harmonic or more; found {self}")
+
+
+def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
+    """Give the file of a point: its name is the hash of version, scene and gauge."""
+    text = json.dumps([__version__, data, asdict(gauge)], sort_keys=True)
+    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
+
+
+def read_point(path: Path) -> Record | None:
+    """Read a finished point; None where there is none, or one that is to be tried again."""
+    try:
+        record = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+    return record if isinstance(record, dict) and not record.get("again", True) else None
+
+
+def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
+    """Analyse a scene and write what is kept of it, or the error that it ended with.
+
+    An error that the program does not know is written too, but the point is tried again by the next sweep.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    MechanismError
+        When the computer lacks something, such as memory.
+    """
+    start = time.perf_counter()
+    record: Record = {"error": "", "message": "", "effects": "", "again": False}
+    try:
+        record |= reduced(analyse(build(data)), gauge)
+    except (OSError, MemoryError) as error:  # of the computer, not of the point
+        raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
+    except Exception as error:  # what a single point may end with is not known, and must not end the sweep
+        record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
+    text = json.dumps(record | {"seconds": time.perf_counter() - start})
+    write_whole(path, lambda temporary: temporary.write_text(text))
+
+
+def reduced(result: Result, gauge: Gauge) -> Record:
+    """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints."""
+    data = result.data
+    acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
+    values = _strains(result, gauge)
+    values["peak_deflection"] = _peak(_length(data["deflection"]), "member")
+    values["peak_joint_force"] = _peak(_length(data["joint_force"]), "joint")
+    if "input_torque" in data:
+        values["peak_input_torque"] = np.abs(data["input_torque"].to_numpy()).max()
+        values["drive_rate"] = np.array(result.scene.cycle_rate)
+    if "frequency" in data:
+        frequency = data["frequency"].transpose("theta", "mode").to_numpy()
+        values["frequency_lowest"], values["frequency_highest"] = frequency.min(axis=0), frequency.max(axis=0)
+        values["frequency_start"] = frequency[0]
+    if "multiplier" in data:
+        values["multiplier"] = _length(data["multiplier"], "part").to_numpy()
+        values["growth_rate"] = data["growth_rate"].to_numpy()
+    values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow")}
+    return {
+        "effects": ", ".join(acting),
+        "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},
+        "values": {name: np.asarray(value).tolist() for name, value in values.items()},
+    }
+
+
+def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
+    """Give the peak of every member's strain, where it is, and the harmonics of the strain at the gauge."""
+    strain = result.data["strain"].transpose("member", "theta", "s", "fibre")
+    size = np.abs(strain.to_numpy())
+    theta, s, fibre = np.unravel_index(size.reshape(len(size), -1).argmax(axis=1), size.shape[1:])
+    found = {
+        "peak_strain": size.max(axis=(1, 2, 3)),
+        "peak_strain_theta": strain["theta"].to_numpy()[theta],
+        "peak_strain_s": strain["s"].to_numpy()[s],
+        "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
+    }
+    angles, scene = strain["theta"].to_numpy(), result.scene
+    if scene.drives and np.allclose(angles, scene.drive_angles(len(angles))):  # a whole cycle
+        wave = strain.sel(fibre=gauge.fibre).interp(s=gauge.s).to_numpy()
+        amplitude = np.abs(np.fft.rfft(wave, axis=1)) / len(angles)
+        amplitude[:, 1:] *= 2
+        found["strain_harmonic"] = amplitude[:, : 1 + min(gauge.harmonics, (len(angles) - 1) // 2)]
+    return found
+
+
+def _length(vectors: Any, along: str = "component") -> Any:
+    return np.sqrt((vectors**2).sum(along))
+
+
+def _peak(sizes: Any, label: str) -> Array:
+    return sizes.max([name for name in sizes.dims if name != label]).to_numpy()

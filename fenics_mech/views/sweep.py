@@ -1,0 +1,301 @@
+"""Pictures of a sweep: peaks over the swept field, Campbell diagram, waterfall of harmonics, maps over two fields."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
+from matplotlib.figure import Figure
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.errors import ViewError
+from fenics_mech.views.geometry import Array
+from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, finish, save
+from fenics_mech.views.tables import number, table_of
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.sweep import Sweep
+
+MOST_ORDERS = 30  # lines of a Campbell diagram
+LABEL = 0.035  # of the picture, that the name of an order takes
+OVERLAP = 1.6  # height of the highest wave of a waterfall, in steps between its base lines
+WIDE = 30  # ratio of largest to smallest from which a map's colours are logarithmic
+STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
+
+
+def plot_sweep(sweep: Sweep, folder: str | Path, member: str | None = None) -> list[Path]:
+    """Make the plots of a sweep over one or two fields as PNG files in `folder`.
+
+    Parameters
+    ----------
+    sweep
+        The sweep; of one over more fields, or without a point that has a result, nothing is drawn.
+    folder
+        Where to write.
+    member
+        Member of the waterfall and of the map; without it, the one with the largest strain.
+
+    Raises
+    ------
+    ViewError
+        When there is no such member.
+    ResultError
+        When a file cannot be written.
+    """
+    data, folder = sweep.data, Path(folder)
+    if "peak_strain" not in data:
+        return []
+    members, every = [str(label) for label in data["member"].to_numpy()], data["peak_strain"]
+    check_member(members, member)
+    member = member or members[every.max(sweep.paths).to_numpy().argmax()]
+    figures: dict[str, Figure] = {}
+    if len(sweep.paths) == 1:
+        figures = {"response": response_figure(sweep), "forces": force_figure(sweep)}
+        if "frequency_lowest" in data and "drive_rate" in data:
+            figures["campbell"] = campbell_figure(sweep)
+        if "strain_harmonic" in data and data.sizes["harmonic"] > 1:
+            figures["waterfall"] = waterfall_figure(sweep, member)
+        if "multiplier" in data:
+            figures["stability"] = stability_figure(sweep)
+    elif len(sweep.paths) == 2:
+        figures["map"] = strain_map(sweep, member)
+        if "multiplier" in data:
+            figures["stability"] = stability_map(sweep)
+    return [save(figure, folder / f"sweep_{name}.png") for name, figure in figures.items()]
+
+
+def check_member(members: list[str], member: str | None) -> None:
+    """Raise a `ViewError` when a member that is asked for is not there."""
+    if member is not None and member not in members:
+        raise ViewError(f"there is no member {member!r}; the scene has {', '.join(members)}")
+
+
+def sweep_summary(sweep: Sweep) -> Group:
+    """Tell the largest strains of a sweep with the values at which they occur, and which points failed."""
+    data, paths = sweep.data, sweep.paths
+    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
+    if "peak_strain" in data:
+        parts.append(_peaks(data, paths))
+    failed = data["error"].stack(point=paths)
+    failed, messages = failed[failed != ""], data["message"].stack(point=paths)
+    if failed.size:
+        parts.append(Text(f"{failed.size} of {data['error'].size} points failed:"))
+    kinds, firsts, counts = np.unique(failed.to_numpy().astype(str), return_index=True, return_counts=True)
+    for kind, first, count in zip(kinds, firsts, counts):
+        where = failed["point"].to_numpy()[first]
+        at = ", ".join(f"{path} = {number(value)}" for path, value in zip(paths, where))
+        parts.append(Text(f"  {kind}, {count} times, first at {at}: {messages.sel(point=where).item()}"))
+    return Group(*parts)
+
+
+def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
+    """Tabulate the largest peak strain of every member."""
+    columns = [_label(data, path) for path in paths]
+    table = table_of("Largest strain over the sweep", "member", STRAIN, *columns, "s")
+    for member in data["member"].to_numpy():
+        one = data.sel(member=member)
+        peak = one["peak_strain"].fillna(-1)
+        best = {str(name): int(index) for name, index in peak.argmax(dim=paths).items()}
+        there = one.isel(best)
+        values = [number(float(there[path])) for path in paths]
+        place = f"{float(there['peak_strain_s']):.3g}"
+        table.add_row(escape(str(member)), number(MICRO * float(there["peak_strain"])), *values, place)
+    return table
+
+
+def response_figure(sweep: Sweep) -> Figure:
+    """Peak strain of every member, and below it the peak deflection, over the swept field."""
+    figure, (upper, lower) = _figure(rows=2, height=6.4)
+    x, data = _along(sweep), sweep.data
+    for i, member in enumerate(data["member"].to_numpy()):
+        look = _look(i, len(x))
+        upper.plot(x, MICRO * data["peak_strain"].sel(member=member), label=str(member), **look)
+        lower.plot(x, MILLI * data["peak_deflection"].sel(member=member), label=str(member), **look)
+    _settle(upper, sweep, "Strain: largest over the cycle", STRAIN)
+    _settle(lower, sweep, "Elastic displacement: largest over the cycle", DEFLECTION, last=True)
+    return figure
+
+
+def force_figure(sweep: Sweep) -> Figure:
+    """Peak joint forces over the swept field, and below them the peak input torque where there is one."""
+    x, data = _along(sweep), sweep.data
+    torque = "peak_input_torque" in data
+    figure, panels = _figure(rows=1 + torque, height=6.4 if torque else SIZE[1])
+    for i, joint in enumerate(data["joint"].to_numpy()):
+        panels[0].plot(x, data["peak_joint_force"].sel(joint=joint), label=f"joint {joint}", **_look(i, len(x)))
+    _settle(panels[0], sweep, "Joint forces: largest over the cycle", "force (N)", last=not torque)
+    if torque:
+        panels[1].plot(x, data["peak_input_torque"], **_look(0, len(x)))
+        _settle(panels[1], sweep, "Input torque: largest over the cycle", "torque (N m)", last=True)
+    return figure
+
+
+def campbell_figure(sweep: Sweep) -> Figure:
+    """Campbell diagram: each mode's range of frequencies, and multiples of the drive's rate as lines from below."""
+    figure, (axes,) = _figure(height=5.2)
+    x, data = _along(sweep), sweep.data
+    low, high = data["frequency_lowest"].to_numpy(), data["frequency_highest"].to_numpy()
+    top = 1.08 * float(np.nanmax(high))
+    for mode, (least, most) in enumerate(zip(low.T, high.T)):
+        colour = COLOURS[mode % len(COLOURS)]
+        axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
+        axes.plot(x, least, color=colour, linewidth=1, linestyle="-")
+        axes.plot(x, most, color=colour, linewidth=1, linestyle="-")
+    rate = np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi)  # Hz
+    known = np.isfinite(rate)
+    lines = np.arange(1, min(MOST_ORDERS, math.ceil(top / rate[known].min())) + 1)[:, None] * rate[known]
+    axes.plot(x[known], lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
+    axes.set_ylim(0, top)
+    title = "Natural frequencies over the cycle; dashed: multiples of the drive's rate"
+    _settle(axes, sweep, title, "frequency (Hz)", last=True)
+    _name_orders(axes, x[known], lines, top)
+    return figure
+
+
+def _name_orders(axes: Axes, x: Array, lines: Array, top: float) -> None:
+    """Write the orders at the ends of their lines, right of the picture or below its upper edge, none upon another."""
+    look: dict[str, Any] = {"fontsize": 8, "color": "#555555", "textcoords": "offset points"}
+    above, beside = -math.inf, -math.inf
+    for order, line in enumerate(lines, 1):
+        name = f"{order}\N{MULTIPLICATION SIGN}"
+        if line[-1] <= top and line[-1] - beside > LABEL * top:
+            beside = line[-1]
+            axes.annotate(name, (x[-1], beside), (4, 0), va="center", **look)
+        elif line[-1] > top > line[0] and (np.diff(line) > 0).all():
+            leaves = float(np.interp(top, line, x))
+            if abs(leaves - above) > 1.4 * LABEL * np.ptp(x):
+                above = leaves
+                patch = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+                axes.annotate(name, (leaves, top), (0, -2), ha="center", va="top", bbox=patch, **look)
+
+
+def waterfall_figure(sweep: Sweep, member: str) -> Figure:
+    """Amplitude of every harmonic of a strain over the swept field, one above the other."""
+    x, data, gauge = _along(sweep), sweep.data, json.loads(sweep.data.attrs["gauge"])
+    amplitude = MICRO * data["strain_harmonic"].sel(member=member).transpose("harmonic", ...).to_numpy()[1:]
+    largest = float(np.nanmax(amplitude)) or 1.0
+    figure, (axes,) = _figure(height=max(4.0, 1.6 + 0.24 * len(amplitude)))
+    waves = np.arange(1, len(amplitude) + 1)[:, None] + OVERLAP * amplitude / largest
+    for order, wave in enumerate(waves, 1):
+        axes.fill_between(x, order, wave, color=COLOURS[5], alpha=0.6, linewidth=0, zorder=3 - order / 100)
+        axes.plot(x, wave, color=COLOURS[0], linewidth=1, linestyle="-", zorder=3 - order / 100)
+    axes.set_ylim(0.5, float(np.nanmax(waves)) + 0.3)
+    axes.set_yticks([order for order in range(1, len(amplitude) + 1) if order == 1 or order % 2 == 0])
+    place = "mid-span" if gauge["s"] == 0.5 else f"s = {gauge['s']:g}"
+    sign = gauge["fibre"].replace("-", "\N{MINUS SIGN}")
+    title = f"Strain of the {member} at {place}, {sign} fibre: harmonics"
+    _settle(axes, sweep, title, "harmonic of the drive", last=True)
+    _scale_bar(axes, OVERLAP, largest)
+    return figure
+
+
+def _scale_bar(axes: Axes, height: float, largest: float) -> None:
+    """Draw what a round amplitude is long, right of the axes."""
+    decade = 10.0 ** math.floor(math.log10(largest))
+    amount = max(step * decade for step in (1, 2, 5) if step * decade <= largest)
+    foot = 1.0
+    head = foot + height * amount / largest
+    beside = axes.get_yaxis_transform()
+    axes.plot([1.02, 1.02], [foot, head], color="black", linewidth=2, linestyle="-", transform=beside, clip_on=False)
+    text = f"{amount:g} \N{MICRO SIGN}m/m"
+    axes.text(1.035, (foot + head) / 2, text, transform=beside, va="center", fontsize=9)
+
+
+def stability_figure(sweep: Sweep) -> Figure:
+    """Largest Floquet multiplier over the swept field."""
+    figure, (axes,) = _figure()
+    x, largest = _along(sweep), sweep.data["multiplier"].max("disturbance")
+    axes.plot(x, largest, **_look(0, len(x)))
+    axes.axhline(1, color=COLOURS[1], linewidth=1, linestyle="--", zorder=1.5)
+    _settle(axes, sweep, "Stability: disturbances grow above the dashed line", "largest multiplier", last=True)
+    return figure
+
+
+def strain_map(sweep: Sweep, member: str) -> Figure:
+    """Map of a member's peak strain over two swept fields."""
+    values = MICRO * sweep.data["peak_strain"].sel(member=member)
+    low, high = float(values.min()), float(values.max())
+    norm = LogNorm(low, high) if low > 0 and high / low > WIDE else Normalize(0, high)
+    return _map(sweep, values, norm, "viridis", f"Strain of the {member}: largest over the cycle", STRAIN)
+
+
+def stability_map(sweep: Sweep) -> Figure:
+    """Map of the largest Floquet multiplier over two swept fields, with the limit of stability (Strutt's diagram)."""
+    values = sweep.data["multiplier"].max("disturbance")
+    low, high = float(values.min()), float(values.max())
+    norm = TwoSlopeNorm(1, min(low, 1 - 1e-3), max(high, 1 + 1e-3))
+    title = "Stability: disturbances grow where the multiplier is above 1"
+    figure = _map(sweep, values, norm, "PuOr_r", title, "largest multiplier")
+    if low < 1 < high:
+        across, up = sweep.paths
+        axes, data = figure.axes[0], sweep.data
+        field = values.transpose(up, across)
+        axes.contour(data[across], data[up], field, levels=[1], colors="black", linewidths=1.2)
+    return figure
+
+
+def _map(sweep: Sweep, values: xr.DataArray, norm: Normalize, colours: str, title: str, label: str) -> Figure:
+    """Colour the cells about the points of a grid, those that failed grey."""
+    figure, (axes,) = _figure(height=4.8)
+    across, up = sweep.paths
+    with mpl.rc_context(STYLE):
+        grid = values.transpose(up, across)
+        axes.set_facecolor("#d9d9d9")
+        axes.grid(visible=False)
+        mesh = axes.pcolormesh(sweep.data[across], sweep.data[up], grid, norm=norm, cmap=colours, shading="nearest")
+        figure.colorbar(mesh, ax=axes, label=label)
+    if bool(values.isnull().any()):
+        title += "; grey: failed"
+    axes.set_xlabel(_label(sweep.data, across))
+    finish(axes, title, _label(sweep.data, up))
+    return figure
+
+
+def _figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
+    """Make a figure with axes over one field, on a canvas that needs no display."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(SIZE[0], height), layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+
+
+def _settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = False) -> None:
+    """Set titles, labels and limits, and mark on the lower edge the points that failed."""
+    x = _along(sweep)
+    failed = x[sweep.data["error"].to_numpy() != ""]
+    if axes.get_ylim()[0] < 0:
+        axes.set_ylim(bottom=0)
+    if len(failed):
+        look: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5, "color": "#777777"}
+        floor = axes.get_xaxis_transform()
+        axes.plot(failed, 0 * failed, transform=floor, clip_on=False, label="failed", **look)
+    axes.set_xlim(x.min(), x.max())
+    if last:
+        axes.set_xlabel(_label(sweep.data, sweep.paths[0]))
+    finish(axes, title, ylabel)
+
+
+def _look(index: int, points: int) -> dict[str, Any]:
+    """Colour and marks of a curve; single points are marked where there are few."""
+    marks = {"marker": "o", "markersize": 3, "clip_on": False} if points <= 60 else {}
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": ("-", ":", "-.")[index // len(COLOURS) % 3], **marks}
+
+
+def _along(sweep: Sweep) -> Array:
+    return sweep.data[sweep.paths[0]].to_numpy().astype(float)
+
+
+def _label(data: xr.Dataset, path: str) -> str:
+    unit = data[path].attrs["units"]
+    return path if unit == "1" else f"{path} ({unit})"

@@ -1,0 +1,46 @@
+"""Nothing for nothing: an effect that is off is neither compiled nor assembled nor evaluated."""
+
+import pytest
+
+from fenics_mech.analysis import analyse
+from fenics_mech.studies.effect_costs import added_one_by_one, counted, try_choice
+
+EFFECTS = {"coupling": 1, "geometric-stiffness": 2, "moderate-rotations": 2}  # forms beside stiffness and mass
+
+
+def forms_of(scene):
+    with counted() as count:
+        analyse(scene)
+    return count.forms
+
+
+def test_a_scene_without_effects_compiles_two_forms(seed):
+    assert forms_of(seed.changed(analysis__sub_intervals=24, analysis__allow_ringing=True)) == 2
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_compiles_its_own_forms_once(seed, name):
+    scene = seed.changed(analysis__sub_intervals=24, analysis__allow_ringing=True, effects=(name,), damping__ratio=0.1)
+    assert forms_of(scene) == 2 + EFFECTS[name]
+
+
+def test_effects_added_one_by_one_come_nearer_to_all_of_them(seed):
+    runs = added_one_by_one(seed.changed(analysis__sub_intervals=120, damping__material=1.339e-4, damping__ratio=0.0))
+    assert [run.name for run in runs] == [
+        "quasi-static",
+        "vibration",
+        "coupling",
+        "geometric-stiffness",
+        "moderate-rotations",
+    ]
+    off = [run.difference for run in runs]
+    # linear theory is about a peak off, geometric stiffness brings most of what von Karman strains bring
+    assert off[2] > 0.8
+    assert 0.1 < off[3] < 0.4
+    assert off[4] == 0
+
+
+def test_choice_for_a_slow_machine_is_quasi_static(seed):
+    slow = try_choice(seed.changed(drive__speed=0.5, analysis__sub_intervals=60))
+    assert slow.method == "quasi-static"
+    assert slow.error < 0.01

@@ -1,0 +1,312 @@
+"""Loads at points and along members, constant, changing and following, against closed forms and virtual work."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.analysis import mechanism
+from fenics_mech.errors import SceneError
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.scene.build import build
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.scene.loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
+
+E, INERTIA, A, RHO, L = 71e9, 8.67e-12, 4.06e-5, 2714.0, 0.4
+EI = E * INERTIA
+MESHES = [{"elements": 1}, {"stations": (0, 0.1, 0.55, 1)}]
+STATIC = {"method": "static"}
+DEGREE = math.pi / 180
+
+
+def beam(joints, **rest):
+    """A strip from O to B; points O and B of the ground are at its ends."""
+    return build(
+        {
+            "materials": {"aluminium": {"modulus": E, "density": RHO}},
+            "sections": {"strip": {"area": A, "inertia": INERTIA, "fibre": 8e-4}},
+            "ground": {"points": {"O": (0, 0), "B": (L, 0)}},
+            "links": {
+                "beam": {
+                    "points": {"O": (0, 0), "B": (L, 0)},
+                    "members": {"OB": {"ends": ("O", "B"), "section": "strip", "material": "aluminium"}},
+                }
+            },
+            "joints": {name: {"connect": (f"ground.{name}", f"beam.{name}")} | kind for name, kind in joints.items()},
+            "analysis": STATIC,
+        }
+        | rest
+    )
+
+
+def cantilever(**rest):
+    return beam({"O": {"kind": "weld"}}, **rest)
+
+
+def only(result):
+    return result.data.isel(theta=0, member=0)
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+def test_load_that_grows_linearly_along_a_simply_supported_beam(mesh):
+    # Roark's Formulas for Stress and Strain, table 8.1, case 2e with w_a = 0: load q x/L
+    q = 30.0
+    scene = beam(
+        {"O": {}, "B": {"kind": "slot"}},
+        mesh=mesh,
+        loads={"snow": {"member": "beam", "line": (0, 0), "line_end": (0, "-30 N/m")}},
+    )
+    data = only(analyse(scene))
+    x = data["s"].to_numpy() * L
+    sag = -q * x * (7 * L**4 - 10 * L**2 * x**2 + 3 * x**4) / (360 * L * EI)
+    # on any mesh, but for rounding
+    assert np.allclose(data["deflection"].sel(component="y"), sag, rtol=1e-9, atol=1e-14)
+    assert np.allclose(data["moment"], q * x * (L**2 - x**2) / (6 * L), rtol=0, atol=1e-9 * q * L**2)
+    assert np.allclose(data["shear_force"], q * (L**2 - 3 * x**2) / (6 * L), rtol=0, atol=1e-9 * q * L)
+    forces = data["joint_force"].to_numpy()
+    assert np.allclose(forces, [[0, q * L / 6], [0, q * L / 3]], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+@pytest.mark.parametrize("angle", [0.0, 40.0, 130.0])
+def test_load_along_a_held_member_in_its_axes_and_in_fixed_ones(mesh, angle):
+    phi, along, across = angle * DEGREE, 40.0, -7.0
+    c, s = math.cos(phi), math.sin(phi)
+    held = {"mesh": mesh, "drive": {"joint": "O", "speed": 1.0}, "analysis": STATIC | {"position": phi}}
+    own = beam({"O": {}}, loads={"q": {"member": "beam", "line": (along, across), "axes": "member"}}, **held)
+    turned = (c * along - s * across, s * along + c * across)
+    fixed = beam({"O": {}}, loads={"q": {"member": "beam", "line": turned}}, **held)
+    for scene in (own, fixed):
+        data = only(analyse(scene))
+        x = data["s"].to_numpy() * L
+        bent = across * x**2 * (6 * L**2 - 4 * L * x + x**2) / (24 * EI)
+        stretched = along * (L * x - x**2 / 2) / (E * A)
+        expected = np.outer(stretched, [c, s]) + np.outer(bent, [-s, c])
+        assert np.allclose(data["deflection"], expected, rtol=0, atol=1e-9 * np.abs(bent).max())
+        assert np.allclose(data["axial_force"], along * (L - x), rtol=0, atol=1e-10 * along)
+        assert np.allclose(data["moment"], across * (L - x) ** 2 / 2, rtol=0, atol=1e-9)
+        assert float(data["input_torque"]) == pytest.approx(-across * L**2 / 2, rel=1e-9)
+
+
+def test_load_along_a_member_changes_with_the_drive_angle():
+    factor = {"kind": "harmonics", "mean": 0.5, "cosine": (1.0,)}
+    load = {"q": {"member": "beam", "line": (0, -10.0), "axes": "member", "factor": factor}}
+    drive = {"joint": "O", "speed": 1e-6}
+    data = analyse(
+        beam({"O": {}}, loads=load, drive=drive, analysis={"method": "quasi-static", "sub_intervals": 8})
+    ).data
+    expected = 10 * L**2 / 2 * (0.5 + np.cos(data["theta"]))
+    assert np.allclose(data["input_torque"], expected, rtol=0, atol=1e-9)
+
+
+def test_beam_between_fixed_pins_hangs_on_its_tension():
+    # von Karman: M - N w = -q x (L - x)/2 by equilibrium of a piece of the bent beam, N constant, on any
+    # mesh: what is left is where Newton's method stopped
+    data = only(
+        analyse(
+            beam(
+                {"O": {}, "B": {}},
+                mesh={"elements": 2},
+                effects=("moderate-rotations",),
+                loads={"q": {"member": "beam", "line": (0, -20.0)}},
+            )
+        )
+    )
+    x = data["s"].to_numpy() * L
+    tension, w, moment = data["axial_force"].to_numpy(), data["deflection"].to_numpy()[:, 1], data["moment"].to_numpy()
+    load = 20 * x * (L - x) / 2
+    assert np.abs(tension * w).max() > 0.2 * load.max()  # it matters
+    assert np.ptp(tension) < 1e-6 * tension.mean()
+    assert np.allclose(moment - tension * w, load, rtol=0, atol=1e-6 * load.max())
+
+
+def test_load_inside_a_member():
+    a = 0.37 * L
+    data = only(analyse(cantilever(loads={"p": {"at": "beam@0.37", "force": (0, -2.0), "moment": 0.1}})))
+    x = data["s"].to_numpy() * L
+    loaded = -2 * np.where(x < a, x**2 * (3 * a - x), a**2 * (3 * x - a)) / 6
+    turned = 0.1 * np.where(x < a, x**2 / 2, a * (x - a / 2))
+    assert np.allclose(data["deflection"].sel(component="y"), (loaded + turned) / EI, rtol=0, atol=1e-12)
+    assert np.allclose(data["moment"], np.where(x < a, -2 * (a - x) + 0.1, 0), rtol=0, atol=1e-10)
+
+
+def test_place_of_a_load_takes_a_node_of_its_own():
+    scene = cantilever(mesh={"elements": 4}, loads={"p": {"at": "beam@0.5004"}, "q": {"at": "beam@0.1"}})
+    names = mechanism(scene).beams.mesh.node_name
+    assert names == ("beam.O", "beam@0.1", "beam@0.25", "beam@0.5004", "beam@0.75", "beam.B")
+
+
+def test_load_at_a_joint_is_that_at_its_point():
+    held = {"method": "static", "position": 1.0}
+    at_joint, at_link = (
+        analyse(seed_four_bar(analysis=held, loads={"p": {"at": at, "force": (3.0, -4.0)}})).data
+        for at in ("B", "follower.B")
+    )
+    for name in ("strain", "input_torque"):
+        assert np.allclose(at_joint[name], at_link[name], rtol=0, atol=1e-12 * float(np.abs(at_link[name]).max()))
+
+
+def test_load_at_a_support_goes_into_the_ground():
+    data = only(analyse(cantilever(loads={"p": {"at": "O", "force": (3.0, -4.0)}})))
+    assert np.allclose(data["joint_force"].sel(joint="O"), [-3, 4], rtol=0, atol=1e-12)
+    assert not data["deflection"].any()
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_stiffness_of_a_load_that_follows_is_the_derivative_of_the_exact_load(rigid):
+    # the load's work over a virtual displacement, with the point's body turned by a finite angle
+    crank = {"rigid": {"mass": 0.1, "centre": (0.03, 0.01)}, "points": {"O": (0, 0), "A": (0.10795, 0)}}
+    scene = seed_four_bar(masses={}, **({"links__crank": crank} if rigid else {}))
+    at, arm = ("crank.A", np.array([0.10795 - 0.03, -0.01])) if rigid else ("coupler.B", np.zeros(2))
+    force = np.array([2.0, -5.0])
+    system = mechanism(
+        scene.changed(analysis=STATIC, loads={"p": {"at": at, "force": tuple(force), "moment": 0.3, "follows": True}})
+    )
+    (stiffness,) = system.terms.follower
+    dofs = 3 * system.beams.mesh.node("crank.centre" if rigid else at) + np.arange(3)
+
+    def exact(phi):
+        turn = np.array([[math.cos(phi), -math.sin(phi)], [math.sin(phi), math.cos(phi)]])
+        f, a = turn @ force, turn @ arm
+        return np.array([*f, a[0] * f[1] - a[1] * f[0] + 0.3])
+
+    step = 1e-5  # central difference: error phi^2/6, 2e-11
+    tangent = -(exact(step) - exact(-step)) / (2 * step)
+    assert system.terms.force[0, dofs] == pytest.approx(exact(0.0), rel=1e-14)
+    assert stiffness.dense(len(system.terms.force[0]))[0][dofs, dofs[2]] == pytest.approx(tangent, abs=1e-9)
+    assert np.abs(stiffness.values).sum() == pytest.approx(7.0)  # and nothing else
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 1.9])
+def test_cantilever_under_a_force_that_follows_its_tip(ratio):
+    # Beck's column with a small side load S: EI w'''' + P w'' = 0, at the tip w'' = 0 and EI w''' = -S: the force P
+    # turns with the tip, so that the static deflection is bounded at any P. Timoshenko and Gere, Theory of Elastic
+    # Stability, section 2.7, give the free vibration. 24 elements with geometric stiffness: error (kh)^4/720 of 1e-7
+    side, push = 1e-4, ratio * math.pi**2 * EI / (4 * L**2)
+    scene = cantilever(
+        mesh={"elements": 24},
+        effects=("geometric-stiffness",),
+        loads={
+            "push": {"at": "beam.B", "force": (-push, 0), "follows": True},
+            "side": {"at": "beam.B", "force": (0, side)},
+        },
+    )
+    data = only(analyse(scene))
+    k = math.sqrt(push / EI)
+    x = data["s"].to_numpy() * L
+    a, b = np.linalg.solve(
+        [[math.cos(k * L), math.sin(k * L)], [math.sin(k * L), -math.cos(k * L)]], [0.0, side / (EI * k**3)]
+    )  # w = a (1 - cos kx) + b (kx - sin kx)
+    exact = a * (1 - np.cos(k * x)) + b * (k * x - np.sin(k * x))
+    w = data["deflection"].sel(component="y").to_numpy()
+    assert np.abs(w - exact).max() < 1e-6 * np.abs(exact).max()
+    # a load that keeps its direction would buckle the column at ratio 1
+    slope = k * (a * math.sin(k * L) + b * (1 - math.cos(k * L)))
+    assert data["joint_force"].sel(joint="O").to_numpy() == pytest.approx(
+        [push, -side + push * slope], rel=1e-6, abs=1e-6 * side
+    )
+
+
+def test_force_of_a_press_needs_the_torque_of_virtual_work():
+    pulse = {"kind": "pulse", "start": "100 deg", "end": "160 deg", "ramp": "20 deg"}
+    load = {"press": {"at": "coupler@0.3", "force": (40.0, -60.0), "factor": pulse}}
+    analysis = {"method": "quasi-static", "sub_intervals": 72}
+    idle = seed_four_bar(analysis=analysis)
+    scene = idle.changed(loads=load)
+    torque = (analyse(scene).data["input_torque"] - analyse(idle).data["input_torque"]).to_numpy()
+    motion = solve_motion(scene, scene.drive_angles(72))
+    velocity = motion.of_point("coupler", (0.3 * 0.2794, 0.0))[1]
+    theta = np.degrees(motion.theta)
+    x = np.clip((30 - np.abs(theta - 130)) / 20 + 0.5, 0, 1)
+    power = x**3 * (10 - 15 * x + 6 * x**2) * (velocity @ [40.0, -60.0])
+    expected = -power / scene.drive.speed
+    assert np.allclose(torque, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert np.all(np.abs(torque[(theta <= 90) | (theta >= 170)]) < 1e-9)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_load_that_swings_at_three_times_the_speed_of_a_turning_beam(sign):
+    # dynamic stiffness of a cantilever at its tip: w = F/(EI b^3) (sin ch - cos sh)/(1 + cos ch), bL^4 = rho A w^2/EI;
+    # 6 cubic elements answer it to (bh)^4/720, about 1e-5. The first natural frequency is 25.9 rad/s
+    speed, force = sign * 12.0, 0.05
+    scene = beam(
+        {"O": {}},
+        mesh={"elements": 6},
+        drive={"joint": "O", "speed": speed},
+        analysis={"sub_intervals": 60, "solver": "collocation", "scheme": "gauss", "stages": 3},
+        loads={
+            "shaker": {
+                "at": "beam.B",
+                "force": (0, force),
+                "follows": True,
+                "factor": {"kind": "harmonics", "cosine": (0, 0, 1)},
+            }
+        },
+    )
+    data = analyse(scene).data.isel(member=0)
+    b = (RHO * A * (3 * speed) ** 2 / EI) ** 0.25
+    s, c, sh, ch = math.sin(b * L), math.cos(b * L), math.sinh(b * L), math.cosh(b * L)
+    amplitude = force / (EI * b**3) * (s * ch - c * sh) / (1 + c * ch)
+    theta, tip = data["theta"].to_numpy(), data["deflection"].isel(s=-1).to_numpy()
+    w = -np.sin(theta) * tip[:, 0] + np.cos(theta) * tip[:, 1]
+    assert np.allclose(w, amplitude * np.cos(3 * theta), rtol=0, atol=3e-4 * abs(amplitude))
+
+
+def test_factors():
+    theta = np.array([-0.5, 0.0, 0.5, 1.0, 6.0, 2 * np.pi, 7.0])
+    turned = np.mod(theta, 2 * np.pi)
+    harmonics = FactorHarmonics(kind="harmonics", mean=0.5, cosine=(1.0,), sine=(0.0, 2.0))
+    assert np.allclose(harmonics.at(theta), 0.5 + np.cos(theta) + 2 * np.sin(2 * theta), atol=1e-12)
+    expression = FactorExpression(kind="expression", formula="theta*(2*pi - theta)")
+    assert np.allclose(expression.at(theta), turned * (2 * np.pi - turned), atol=1e-12)
+    table = FactorTable(kind="table", angles=("0 deg", "90 deg", "90 deg", "180 deg"), values=(1.0, 3.0, 0.0, 0.0))
+    places = np.array([45.0, 89.0, 91.0, 170.0, 270.0, -90.0, 405.0]) * DEGREE
+    assert np.allclose(table.at(places), [2, 3 - 2 / 90, 0, 0, 0.5, 0.5, 2], atol=1e-12)
+    pulse = Pulse(kind="pulse", start="350 deg", end="20 deg", ramp="10 deg")
+    assert np.allclose(
+        pulse.at(np.array([340, 350, 0, 10, 20, 30, 180, -10]) * DEGREE), [0, 0.5, 1, 1, 0.5, 0, 0, 0.5], atol=1e-12
+    )
+    jump = Pulse(kind="pulse", start="350 deg", end="20 deg")
+    assert np.allclose(jump.at(np.array([349, 351, 19, 21, 180]) * DEGREE), [0, 1, 1, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("load", "message"),
+    [
+        ({"at": "beam.X"}, "no point of beam 'X'"),
+        ({"at": "ground.O"}, "on the ground moves nothing"),
+        ({"at": "nowhere"}, "no joint 'nowhere'"),
+        ({"at": "rod@0.3"}, "no member 'rod'"),
+        ({"at": "beam@0.9995"}, "nearer to each other than 0.001"),
+        ({"at": "beam@1.3"}, "place 0 to 1 along the member, found"),
+        ({"at": "O", "moment": 1.0}, "does not say which of its bodies"),
+        ({"member": "rod", "line": (0, 1)}, "no member 'rod'"),
+        ({"member": "beam", "line": (0, "3 N")}, "loads.p.line.1: '3 N' has the wrong unit"),
+        ({"member": "beam", "line": (0, 1), "at": "beam.B"}, "unknown key 'at'"),
+        ({"at": "beam.B", "factor": {"kind": "expression", "formula": "1/0"}}, "loads.p.factor.formula: .* not finite"),
+        ({"at": "beam.B", "factor": {"kind": "expression", "formula": "log(theta - 1)"}}, "not finite"),
+        ({"at": "beam.B", "factor": {"kind": "table", "angles": (0, 2, 1), "values": (0, 1, 2)}}, "must increase"),
+        ({"at": "beam.B", "factor": {"kind": "table", "angles": (0, 2), "values": (0, 1, 2)}}, "as many of both"),
+        ({"at": "beam.B", "factor": {"kind": "pulse", "start": 0, "end": 1, "ramp": 2}}, "wider than the pulse"),
+        ({"at": "beam.B", "factor": {"kind": "pulse", "start": 1, "end": 1}}, "starts and ends at the same angle"),
+    ],
+)
+def test_loads_that_make_no_sense_are_refused(load, message):
+    with pytest.raises(SceneError, match=message):
+        cantilever(loads={"p": load})
+
+
+def test_natural_modes_leave_out_a_load_that_follows():
+    load = {"p": {"at": "coupler.B", "force": (5.0, 0.0), "follows": True}}
+    analysis = {"sub_intervals": 24, "modes": 3, "solver": "collocation", "stability": False}
+    with_it, without = (
+        analyse(seed_four_bar(loads=loads, analysis=analysis)).data["frequency"] for loads in (load, {})
+    )
+    assert np.array_equal(with_it, without)
+
+
+def test_load_that_follows_is_not_for_the_sub_intervals():
+    load = {"p": {"at": "coupler.B", "force": (1.0, 0.0), "follows": True}}
+    with pytest.raises(SceneError, match="collocation"):
+        analyse(seed_four_bar(loads=load, analysis={"solver": "sub-intervals", "sub_intervals": 24}))

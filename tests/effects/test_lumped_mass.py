@@ -1,0 +1,141 @@
+"""Lumped mass: the known frequencies of a chain of lumps, convergence, and consistency of what lumps feel."""
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.scene.build import build
+from fenics_mech.scene.factories import seed_four_bar
+
+E, RHO, LENGTH, AREA, INERTIA = 71e9, 2714.0, 0.4, 4e-5, 8.7e-12
+SIMPLY = {"A": {"connect": ("ground.A", "beam.A")}, "C": {"kind": "slot", "connect": ("ground.C", "beam.C")}}
+STRIP = {"area": AREA, "inertia": INERTIA, "fibre": 8e-4}
+
+
+def beam(elements, section=STRIP, effects=("lumped-mass",)):
+    return build(
+        {
+            "materials": {"aluminium": {"modulus": E, "density": RHO}},
+            "sections": {"it": section},
+            "ground": {"points": {"A": (0, 0), "C": (LENGTH, 0)}},
+            "links": {
+                "beam": {
+                    "points": {"A": (0, 0), "C": (LENGTH, 0)},
+                    "members": {"AC": {"ends": ("A", "C"), "section": "it", "material": "aluminium"}},
+                }
+            },
+            "joints": SIMPLY,
+            "mesh": {"elements": elements},
+            "analysis": {"method": "quasi-static", "modes": 3},
+            "effects": effects,
+        }
+    )
+
+
+def omega(scene):
+    return np.sort(scene_modes(scene, mechanism(scene)).omega[0])
+
+
+def of_lumps(elements, count=3):
+    """Frequencies (rad/s) of equal lumps on a massless simply supported beam: w_j = sin j k, phi_j = cos j k.
+
+    Every inner node has the same two equations (in w and h phi), from the stiffness (7.2) of the elements beside it,
+    the mass rho A h and the moment of inertia rho A h^3/39. The lower root is the bending mode.
+    """
+    h, k = LENGTH / elements, np.arange(1, count + 1) * np.pi / elements
+    a, b, d = 24 * (1 - np.cos(k)), -12 * np.sin(k), 39 * (8 + 4 * np.cos(k))
+    b2 = 39 * b**2
+    root = 2 * (a * d - b2) / (a + d + np.sqrt((a - d) ** 2 + 4 * b2))
+    return np.sqrt(root * E * INERTIA / (RHO * AREA * h**4))
+
+
+@pytest.mark.parametrize("elements", [4, 9])
+def test_frequencies_of_a_chain_of_lumps(elements):
+    assert np.allclose(omega(beam(elements)), of_lumps(elements), rtol=1e-8)  # the eigensolver's round-off
+
+
+def test_frequencies_converge_from_below_with_the_square_of_the_element_size():
+    truth = (np.arange(1, 4) * np.pi / LENGTH) ** 2 * np.sqrt(E * INERTIA / (RHO * AREA))
+    coarse, fine = (omega(beam(n)) / truth - 1 for n in (12, 24))
+    assert np.all(fine < 0)  # the lumps' moments of inertia
+    assert np.all(np.abs(np.log2(coarse / fine) - 2) < 0.1)
+    h = LENGTH / 24
+    assert np.allclose(fine, -((np.arange(1, 4) * np.pi / LENGTH) ** 2) * h**2 / 78, rtol=0.03)  # -(k r)^2/2
+
+
+def test_mass_is_diagonal_and_half_an_elements_is_at_each_of_its_nodes():
+    beams = mechanism(beam(4)).beams
+    mass, h = beams.mass[:, :], LENGTH / 4
+    assert np.array_equal(mass, np.diag(np.diag(mass)))
+    at = mass.diagonal().reshape(-1, 3)[np.argsort(beams.mesh.node_xy[:, 0])] / (RHO * AREA * h)
+    assert np.allclose(at[:, :2], np.array([0.5, 1, 1, 1, 0.5])[:, None], rtol=1e-12)
+    assert np.allclose(at[:, 2], np.array([0.5, 1, 1, 1, 0.5]) * h**2 / 39, rtol=1e-12)
+
+
+def test_lumps_of_a_taper_keep_its_mass_and_its_centre():
+    section = {"shape": "variable", "area": f"{AREA}*(1-s/2)", "inertia": INERTIA, "fibre": 8e-4}
+    beams = mechanism(beam(3, section)).beams
+    at = beams.mass[:, :].diagonal().reshape(-1, 3)[:, 0]
+    assert at.sum() == pytest.approx(RHO * AREA * LENGTH * 0.75, rel=1e-12)
+    assert at @ beams.mesh.node_xy[:, 0] == pytest.approx(RHO * AREA * LENGTH**2 / 3, rel=1e-12)
+
+
+def test_gyroscopic_matrix_is_that_of_the_lumps():
+    beams = mechanism(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4})).beams
+    mass, s = beams.mass[:, :], beams.gyroscopic[:, :]
+    translation = np.diag(mass).reshape(-1, 3)[:, 0]
+    expected = np.zeros_like(s)
+    nodes = 3 * np.arange(len(translation))
+    expected[nodes, nodes + 1], expected[nodes + 1, nodes] = -translation, translation
+    assert np.allclose(s, expected, rtol=0, atol=1e-14)
+
+
+def test_rigid_inertia_and_section_forces_are_those_of_the_lumps():
+    analysis = {"method": "quasi-static", "sub_intervals": 12, "stations": 49}
+    consistent = analyse(seed_four_bar(analysis=analysis))
+    alpha = solve_motion(consistent.scene, consistent.data["theta"].to_numpy()).alpha[:, 1]
+    errors = []
+    for elements in (4, 8):
+        scene = seed_four_bar(effects=("lumped-mass",), mesh={"elements": elements}, analysis=analysis)
+        lumped = analyse(scene)
+        kinks = np.diff(lumped.data["moment"], n=2, axis=-1)  # inside elements the moment runs straight
+        step = 48 // elements
+        inside = np.isin(np.arange(1, 48) % step, (0, 1, step - 1), invert=True)  # it jumps by the lumps' own moment
+        peak = float(np.abs(lumped.data["moment"]).max())
+        assert np.abs(kinks[..., inside]).max() < 1e-10 * peak
+        assert np.abs(kinks).max() > 1e-3 * peak
+        for s, sign in ((0, 1), (1, -1)):  # beside a pin there is the moment that turns the lump there
+            lump = RHO * 4.06e-5 * (0.2794 / elements) ** 3 / 78
+            moment = lumped.data["moment"].sel(member="coupler", s=s)
+            assert np.allclose(moment, sign * lump * alpha, rtol=0, atol=1e-10 * peak)
+        change = lumped.data["joint_force"] - consistent.data["joint_force"]
+        errors.append(float(np.abs(change).max() / np.abs(consistent.data["joint_force"]).max()))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
+    assert errors[1] < 0.01
+
+
+def test_collocation_takes_lumps_and_sections_that_turn():
+    analysis = {"sub_intervals": 48, "solver": "collocation", "stability": False}
+    given = {"effects": ("coupling", "lumped-mass", "rotary-inertia"), "damping": {"material": 2e-4}}
+    lumped = analyse(seed_four_bar(analysis=analysis, mesh={"elements": 8}, **given))
+    consistent = analyse(seed_four_bar(analysis=analysis, **given | {"effects": ("coupling", "rotary-inertia")}))
+    peak = float(np.abs(consistent.data["moment"]).max())
+    assert np.abs(lumped.data["moment"] - consistent.data["moment"]).max() < 0.05 * peak  # as near as 8 lumps come
+
+
+def test_lumps_come_beside_point_masses():
+    plain, more = (
+        mechanism(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4}, **masses)).beams
+        for masses in ({"masses": {}}, {})
+    )
+    change = np.diag(more.mass[:, :] - plain.mass[:, :])
+    point = {name: mass.mass for name, mass in seed_four_bar().masses.items()}
+    assert change.sum() == pytest.approx(2 * sum(point.values()), rel=1e-12)
+
+
+def test_without_the_effect_mass_is_consistent():
+    beams = mechanism(beam(2, effects=())).beams
+    assert not beams.bodies
+    assert beams.element_mass[0, 0, 3] == pytest.approx(RHO * AREA * LENGTH / 12, rel=1e-12)  # (7.1)

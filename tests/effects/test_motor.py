@@ -1,0 +1,195 @@
+"""A drive with a motor: against the rigid linkage's nonlinear equation, and the structure of Lagrange's equations."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+
+from fenics_mech import analyse
+from fenics_mech.analysis import mechanism
+from fenics_mech.errors import SceneError
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.motor import _equation
+from fenics_mech.scene.build import build
+from fenics_mech.scene.factories import seed_four_bar
+
+SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
+ACTING = {
+    "loads": {"press": {"at": "follower.B", "force": (4.0, -3.0)}},
+    "springs": {
+        "hinge": {"joint": "C", "stiffness": 2.0, "angle": "100 deg"},
+        "line": {"between": ("coupler.B", "ground.O"), "stiffness": 100.0, "length": 0.1},
+    },
+    "dampers": {"hinge": {"joint": "C", "damping": 0.02}},
+}
+
+
+def with_motor(motor, **rest):
+    data = seed_four_bar(**rest).model_dump()
+    data["drive"]["motor"] = motor
+    return build(data)
+
+
+def stiff(scale):
+    return {"material": {"modulus": 71e9 * scale, "density": 2714}}
+
+
+class Rigid:
+    """The rigid linkage as a function of its crank's angle: J, the torque of loads and springs, and that of dampers."""
+
+    def __init__(self, scene, count=256):
+        psi = 2 * np.pi * np.arange(count) / count
+        motion, speed = solve_motion(scene, psi), scene.drive.speed
+
+        def rate(at):
+            body, point = scene.point(at)
+            return motion.of_point(body, point)[1] / speed
+
+        inertia = np.zeros(count)
+        for name, link in scene.links.items():
+            (member,) = link.members.values()
+            first, second = (rate(f"{name}.{end}") for end in member.ends)
+            mass = (
+                2714 * scene.sections[member.section].area * np.linalg.norm(np.diff(list(link.points.values()), axis=0))
+            )
+            # a bar has a sixth of its mass at each end and two thirds in the middle
+            for share, v in ((1 / 6, first), (4 / 6, (first + second) / 2), (1 / 6, second)):
+                inertia += share * mass * np.sum(v**2, axis=1)
+        for mass in scene.masses.values():
+            inertia += mass.mass * np.sum(rate(mass.at) ** 2, axis=1)
+        turn = motion.omega[:, 2] / speed
+        torque = rate("follower.B") @ [4.0, -3.0] - 2.0 * (motion.angle[:, 2] - np.radians(100)) * turn
+        away = motion.of_point("follower", scene.point("follower.B")[1])[0]
+        length = np.linalg.norm(away, axis=1)
+        torque -= 100 * (length - 0.1) / length * np.sum(away * rate("follower.B"), axis=1)
+        self.series = [np.fft.rfft(values)[:100] / count for values in (inertia, torque, 0.02 * turn**2)]
+
+    def at(self, psi):
+        """J, dJ/dpsi, torque, and torque over the rate of the crank by dampers."""
+        n = np.arange(1, 100)
+        wave = np.exp(1j * n * psi)
+        j, torque, drag = (s[0].real + 2 * (s[1:] @ wave).real for s in self.series)
+        return j, 2 * (1j * n * self.series[0][1:] @ wave).real, torque, drag
+
+    def orbit(self, motor, speed, count):
+        """Twist and rate of the crank of the steady motion, ``(2, count)``."""
+
+        def rates(t, y):
+            j, slope, torque, drag = self.at(y[0])
+            shaft = -motor["stiffness"] * (y[0] - speed * t) - motor["damping"] * (y[1] - speed)
+            return [y[1], (shaft + torque - drag * y[1] - slope * y[1] ** 2 / 2) / (j + motor["inertia"])]
+
+        period = 2 * np.pi / speed
+
+        def run(start, times):
+            options = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-12, "t_eval": times}
+            y = solve_ivp(rates, (0, period), [start[0], speed + start[1]], **options).y
+            return y - np.array([speed * times, 0 * times])
+
+        found = root(lambda start: (run(start, np.array([period]))[:, 0] - [0, speed]) - start, [0.0, 0.0])
+        assert found.success
+        return run(found.x, period * np.arange(count) / count)
+
+
+def test_crank_turns_as_that_of_the_rigid_linkage():
+    scene = with_motor(SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False}, **ACTING)
+    data = analyse(scene).data
+    twist, rate = Rigid(scene).orbit(SHAFT, scene.drive.speed, 60)
+    assert np.ptp(rate) > 0.3 * scene.drive.speed  # far from a small ripple
+    # 60 steps of order 5, and links 1e4 times as stiff as aluminium
+    assert np.abs(data["drive_twist"] - twist).max() < 2e-4 * np.abs(twist).max()
+    assert np.abs(data["drive_rate"] - rate).max() < 2e-4 * np.ptp(rate)
+
+
+def test_equation_is_lagranges():
+    # of L = x' M x'/2 + x' G x + ...: M symmetric, C + C^T = 2 M', K - K^T = (C - C^T)'/2; rows and columns of the
+    # twist come from different formulas. Dampers aside, which have no L.
+    scene = with_motor(
+        SHAFT | {"damping": 0.0},
+        effects=("coupling",),
+        gravity=(1.0, -9.81),
+        analysis={"sub_intervals": 12},
+        **{name: ACTING[name] for name in ("loads", "springs")},
+    )
+    system, theta, h = mechanism(scene), np.linspace(0, 6, 5), 1e-3
+    near = [_equation(scene, system, theta + i * h, np.zeros((3, 5)), None).linear for i in (-2, -1, 0, 1, 2)]
+
+    def rate(values):
+        return (values[0] - 8 * values[1] + 8 * values[3] - values[4]) / (12 * h) * scene.cycle_rate
+
+    def turned(matrices):
+        return matrices.transpose(0, 2, 1)
+
+    mass, damping, stiffness = near[2].mass, near[2].damping, near[2].stiffness
+    checks = (
+        (mass - turned(mass), mass),
+        (damping + turned(damping) - 2 * rate([e.mass for e in near]), damping),
+        (
+            stiffness - turned(stiffness) - rate([(e.damping - turned(e.damping)) / 2 for e in near]),
+            stiffness - turned(stiffness),
+        ),
+    )
+    for lack, size in checks:  # differences of loads: 1e-8 of their largest derivative
+        assert np.abs(lack[:, -1]).max() < 1e-7 * np.abs(size[:, -1]).max()
+
+
+def test_stiff_shaft_is_an_ideal_drive():
+    analysis = {"sub_intervals": 60, "stability": False}
+    ideal = analyse(seed_four_bar(effects=("coupling",), analysis=analysis)).data["strain"]
+    errors = []
+    for stiffness in (1e5, 1e6):
+        motor = {"stiffness": stiffness, "damping": 2e-4 * stiffness, "inertia": 1e-3}
+        strain = analyse(with_motor(motor, effects=("coupling",), analysis=analysis)).data["strain"]
+        errors.append(float(np.abs(strain - ideal).max() / np.abs(ideal).max()))
+    assert errors[0] < 0.02
+    assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)  # the twist goes with 1/stiffness
+
+
+def test_mirrored_linkage_twists_the_other_way():
+    scene = with_motor(SHAFT, analysis={"sub_intervals": 36, "stability": False})
+    data = scene.model_dump()
+    data["drive"]["speed"] *= -1
+    for link in data["links"].values():
+        link["angle"] *= -1
+    plain, other = analyse(scene).data, analyse(build(data)).data
+    for name in ("drive_twist", "drive_rate", "input_torque", "strain_bending"):
+        assert np.abs(plain[name] + other[name].to_numpy()).max() < 1e-8 * np.abs(plain[name]).max(), name
+
+
+def test_shaft_and_rotor_balance_the_torque_of_the_crank():
+    # the torque on the crank is found from the links' forces on the undeformed shape: equal as the links get stiff
+    scene = with_motor(SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False})
+    data = analyse(scene).data
+    ripple = np.fft.rfft(data["drive_rate"].to_numpy())
+    change = np.fft.irfft(1j * np.arange(len(ripple)) * scene.drive.speed * ripple, 60)
+    twist, rate = data["drive_twist"], data["drive_rate"] - scene.drive.speed
+    shaft = -60.0 * twist - 0.05 * rate - 2e-3 * change
+    assert np.abs(data["input_torque"] - shaft).max() < 2e-3 * np.abs(shaft).max()  # 30 harmonics of the rate
+
+
+def test_motor_works_with_moderate_rotations_and_tells_stability():
+    scene = with_motor(SHAFT, effects=("moderate-rotations",), analysis={"sub_intervals": 60})
+    data = analyse(scene).data
+    assert np.isfinite(data["strain"]).all()
+    assert np.abs(data["multiplier"].to_numpy()).max() < 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"analysis__method": "quasi-static"}, "periodic response"),
+        ({"analysis__solver": "sub-intervals"}, "collocation"),
+        (
+            {"drive__speed": None, "drive__law": {"kind": "harmonics", "sine": [1.0]}, "drive__period": 1.0},
+            "constant speed",
+        ),
+        (
+            {"joints__O__connect": ("crank.O", "coupler.A"), "joints__A__connect": ("ground.O", "crank.A")},
+            "pin of the ground",
+        ),
+    ],
+)
+def test_motors_that_are_refused(changes, words):
+    scene = with_motor(SHAFT)
+    with pytest.raises(SceneError, match=words):
+        scene.changed(**changes)

@@ -1,0 +1,180 @@
+"""Rotary inertia: Rayleigh's beam, its load and its place in the coupling, and recovery beside shear."""
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.scene.build import build
+from fenics_mech.scene.factories import seed_four_bar
+
+E, RHO, LENGTH, SLENDERNESS = 210e9, 7850.0, 0.8, 12.0
+HEIGHT = np.sqrt(12) * LENGTH / SLENDERNESS
+WIDTH = HEIGHT / 2
+THICK = {"shape": "rectangle", "width": WIDTH, "height": HEIGHT}
+RHO_A, RHO_I = RHO * WIDTH * HEIGHT, RHO * WIDTH * HEIGHT**3 / 12
+STEEL = {"modulus": E, "density": RHO, "poisson": 0.3}
+SIMPLY = {"A": {"connect": ("ground.A", "beam.A")}, "C": {"kind": "slot", "connect": ("ground.C", "beam.C")}}
+MOTOR = {"A": {"connect": ("ground.A", "beam.A")}}
+SWING = {"joint": "A", "law": {"kind": "harmonics", "sine": [0.3]}, "period": 0.25}
+
+
+def beam(elements, joints, *, section=THICK, effects=("rotary-inertia",), **rest):
+    """Make a straight beam A-C."""
+    analysis = {"method": "quasi-static", "modes": 3, "stations": 9, "sub_intervals": 8}
+    return build(
+        {
+            "materials": {"steel": STEEL, "light": {"modulus": E / 4, "density": RHO / 3}},
+            "sections": {"it": section},
+            "ground": {"points": {"A": (0, 0), "C": (LENGTH, 0)}},
+            "links": {
+                "beam": {
+                    "points": {"A": (0, 0), "C": (LENGTH, 0)},
+                    "members": {"AC": {"ends": ("A", "C"), "section": "it", "material": "steel"}},
+                }
+            },
+            "joints": joints,
+            "mesh": {"elements": elements},
+            "analysis": analysis | rest.pop("analysis", {}),
+            "effects": effects,
+        }
+        | rest
+    )
+
+
+def test_mass_of_an_element_is_the_one_in_print():
+    h = LENGTH / 2
+    row = [[36, 3 * h, -36, 3 * h], [3 * h, 4 * h**2, -3 * h, -(h**2)]]
+    row += [[-36, -3 * h, 36, -3 * h], [3 * h, -(h**2), -3 * h, 4 * h**2]]
+    expected = RHO_I / (30 * h) * np.array(row)  # Przemieniecki (1968), eq. (11.36)
+    beams = mechanism(beam(2, SIMPLY)).beams
+    plain = mechanism(beam(2, SIMPLY, effects=())).beams
+    bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
+    for found, whole, without in zip(beams.element_rotary_mass, beams.element_mass, plain.element_mass):
+        assert np.allclose(found[bending], expected, rtol=0, atol=1e-12 * expected.max())
+        assert np.allclose(whole - without, found, rtol=0, atol=1e-12 * whole.max())
+
+
+@pytest.mark.parametrize("slenderness", [10, 1e3])
+def test_frequencies_are_rayleighs_and_converge_with_the_fourth_power(slenderness):
+    height = np.sqrt(12) * LENGTH / slenderness
+    section = {"shape": "rectangle", "width": height, "height": height}
+    r2, q = (LENGTH / slenderness) ** 2, np.arange(1, 4) * np.pi / LENGTH
+    truth = q**2 * np.sqrt(E / RHO * r2 / (1 + r2 * q**2))  # w = sin q x in EI w'''' + rho A w.. - rho I w''.. = 0
+
+    def omega(elements):  # without axial displacement, whose frequencies lie between those of a thick beam
+        scene = beam(elements, SIMPLY, section=section, effects=("rotary-inertia", "inextensible"))
+        return np.sort(scene_modes(scene, mechanism(scene)).omega[0])[:3]
+
+    coarse, fine = (omega(n) / truth - 1 for n in (6, 12))
+    assert np.all(fine > 0)
+    assert np.all(fine < 5e-4)
+    assert np.all(np.abs(np.log2(coarse / fine) - 4) < 0.2)
+
+
+@pytest.mark.parametrize("effects", [("rotary-inertia",), ("rotary-inertia", "shear")])
+@pytest.mark.parametrize("elements", [1, 3])
+def test_an_arm_needs_the_torque_that_turns_its_sections_too(elements, effects):
+    # the rigid motion alone: the moment of inertia about A is rho A L^3/3 + rho I L
+    scene = beam(elements, MOTOR, effects=effects, drive=SWING)
+    data = analyse(scene).data.sel(member="beam")
+    alpha = -0.3 * (2 * np.pi / 0.25) ** 2 * np.sin(data["theta"].to_numpy())
+    torque = (RHO_A * LENGTH**3 / 3 + RHO_I * LENGTH) * alpha
+    assert np.allclose(data["input_torque"], torque, rtol=0, atol=1e-11 * np.abs(torque).max())
+    x = data["s"].to_numpy() * LENGTH
+    arm = RHO_A * (LENGTH**3 / 3 - x * LENGTH**2 / 2 + x**3 / 6) + RHO_I * (LENGTH - x)
+    moment = -alpha[:, None] * arm
+    assert np.allclose(data["moment"], moment, rtol=0, atol=1e-11 * np.abs(moment).max())
+    shear = alpha[:, None] * RHO_A * (LENGTH**2 - x**2) / 2
+    assert np.allclose(data["shear_force"], shear, rtol=0, atol=1e-11 * np.abs(shear).max())
+
+
+@pytest.mark.parametrize("effects", [("rotary-inertia",), ("rotary-inertia", "shear")])
+def test_deflection_inside_an_element_is_that_of_many_elements(effects):
+    # one element against 8, whose nodes lie at the stations: with the exact answer under this load inside, they agree
+    one, many = (analyse(beam(n, MOTOR, effects=effects, drive=SWING)).data["deflection"] for n in (1, 8))
+    assert np.allclose(one, many, rtol=0, atol=1e-10 * float(np.abs(many).max()))
+
+
+def test_turning_sections_feel_no_centrifugal_and_no_coriolis_force():
+    # their kinetic energy rho I (omega + phi')^2/2 has no term with phi, and none with omega phi' but a constant's rate
+    inertia = {"disc": {"at": "coupler.B", "inertia": 1e-3}}
+    plain, turning, disc = (
+        mechanism(seed_four_bar(analysis={"sub_intervals": 8}, **rest))
+        for rest in ({}, {"effects": ("rotary-inertia",)}, {"masses": seed_four_bar().masses | inertia})
+    )
+    for system in (turning, disc):
+        found, expected = (s.coupling(3) for s in (system, plain))
+        for name in ("Mv", "Mdv", "Ma"):
+            a, b = found[name][:, :], expected[name][:, :]
+            assert np.allclose(a, b, rtol=0, atol=1e-12 * np.abs(b).max()), name
+
+
+def test_section_forces_go_on_from_element_to_element():
+    # with all coupling terms in thick links: N, V and M on both sides of a node, and none at the pins. What is left out
+    # of the inertia inside the elements would show as jumps.
+    analysis = {"sub_intervals": 24, "solver": "collocation", "stations": 2001, "stability": False}
+    effects = ("coupling", "rotary-inertia", "shear")
+    scene = seed_four_bar(analysis=analysis, effects=effects, damping={"ratio": 0.02})
+    data = scene.model_dump(by_alias=True)
+    for section in data["sections"].values():
+        section |= {"inertia": section["inertia"] * 400, "shear_factor": 0.8}  # L/r of 30
+    for material in data["materials"].values():
+        material["poisson"] = 0.3
+    found = analyse(build(data)).data
+    s = found["s"].to_numpy()
+    for node in (1 / 3, 2 / 3):  # of three elements; no station is on it
+        i = np.searchsorted(s, node)
+        for name in ("axial_force", "shear_force", "moment"):
+            value = found[name].to_numpy()
+            left, right = (1.5 * value[..., a] - 0.5 * value[..., b] for a, b in ((i - 1, i - 2), (i, i + 1)))
+            assert np.abs(left - right).max() < 1e-6 * np.abs(value).max(), name  # of the extrapolation
+    peak = float(np.abs(found["moment"]).max())
+    for member, end in (("crank", 1), ("coupler", 0), ("coupler", 1), ("follower", 0), ("follower", 1)):
+        assert np.abs(found["moment"].sel(member=member, s=end)).max() < 1e-9 * peak
+
+
+def rotary_inertia(section):
+    return beam(1, SIMPLY, section=section).rigidity("beam", np.array([0.0, 0.5, 1.0])).rotary_inertia
+
+
+def test_rotary_inertia_of_sections():
+    assert np.allclose(rotary_inertia(THICK), RHO_I, rtol=1e-14)
+    varying = {"shape": "variable", "area": 1e-4, "inertia": "1e-8*(1+s)", "fibre": 0.01}
+    assert np.allclose(rotary_inertia(varying), RHO * 1e-8 * np.array([1, 1.5, 2]), rtol=1e-14)
+    outline = [(0.1, 0), (0.1 + HEIGHT, 0), (0.1 + HEIGHT, WIDTH), (0.1, WIDTH)]
+    assert np.allclose(rotary_inertia({"shape": "polygon", "outline": outline}), RHO_I, rtol=1e-10)
+
+
+def test_rotary_inertia_of_composites_is_about_the_neutral_line():
+    # a strip of steel and three of a quarter of its modulus and a third of its density, 1 mm each and 20 mm wide
+    neutral = 19 / 14 * 1e-3
+    second = 0.02 * (1e-9 / 12 + 1e-3 * ((np.arange(4) + 0.5) * 1e-3 - neutral) ** 2)
+    expected = RHO * (second[0] + second[1:].sum() / 3)
+    plies = [{"thickness": 1e-3, "material": "steel"}, {"thickness": 3e-3, "material": "light"}]
+    sizes = ((0.0, 1e-3, "steel"), (1e-3, 4e-3, "light"))
+    parts = [{"outline": [(a, 0), (b, 0), (b, 0.02), (a, 0.02)], "material": of} for a, b, of in sizes]
+    assert np.allclose(rotary_inertia({"shape": "laminate", "width": 0.02, "plies": plies}), expected, rtol=1e-12)
+    assert np.allclose(rotary_inertia({"shape": "polygon", "parts": parts}), expected, rtol=1e-9)
+
+
+def test_a_hole_turns_with_no_inertia():
+    frame = {"shape": "polygon", "outline": [(0, 0), (4e-2, 0), (4e-2, 4e-2), (0, 4e-2)]}
+    holes = [[(1e-2, 1e-2), (3e-2, 1e-2), (3e-2, 3e-2), (1e-2, 3e-2)]]
+    expected = RHO * (4e-2**4 - 2e-2**4) / 12
+    assert np.allclose(rotary_inertia(frame | {"holes": holes}), expected, rtol=1e-10)
+
+
+def test_whole_inertia_of_a_member_that_varies():
+    # a rigid rotation feels int rho I dx, and moves rho A x besides
+    varying = {"shape": "variable", "area": 1e-4, "inertia": "1e-8*(1+s)", "fibre": 0.01}
+    beams = mechanism(beam(3, SIMPLY, section=varying)).beams
+    turn = np.zeros(12)
+    turn[1::3], turn[2::3] = beams.mesh.node_xy[:, 0], 1.0
+    assert turn @ beams.rotary_mass[:, :] @ turn == pytest.approx(RHO * 1.5e-8 * LENGTH, rel=1e-12)
+
+
+def test_without_the_effect_mass_is_that_of_displacements():
+    beams = mechanism(beam(2, SIMPLY, effects=())).beams
+    assert beams.rotary is None
+    assert beams.rotary_mass.norm() == 0

@@ -1,0 +1,194 @@
+"""Floquet multipliers against closed forms, the Strutt diagram and the mechanism itself."""
+
+import numpy as np
+import pytest
+from scipy.special import mathieu_a, mathieu_b
+from synthetic import PERIOD, Duffing, arm, modes_of, oscillators, places
+
+from fenics_mech import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Matrices
+from fenics_mech.response import floquet as module
+from fenics_mech.response.floquet import floquet
+from fenics_mech.response.tableau import Tableau
+from fenics_mech.scene.factories import seed_four_bar
+
+OMEGA, ZETA = np.array([2.0, 7.3, 20.0]), np.array([0.01, 0.02, 0.05])
+
+
+def damped(scheme, count, stages=3):
+    """Stability of three damped oscillators."""
+    tableau = Tableau.of(scheme, stages)
+    matrices = oscillators(places(tableau.points, count), OMEGA, 2 * ZETA * OMEGA)
+    return floquet(matrices, tableau, PERIOD / count, matrices, modes_of(OMEGA))
+
+
+def exact():
+    """``exp(-zeta omega T + i omega_d T)``, largest magnitude first."""
+    order = np.argsort(ZETA * OMEGA)
+    omega, zeta = OMEGA[order], ZETA[order]
+    return np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * omega * PERIOD)
+
+
+def errors(scheme, count, stages=3):
+    found = damped(scheme, count, stages).multipliers[::2]
+    return np.minimum(np.abs(found - exact()), np.abs(found.conj() - exact()))
+
+
+def test_damped_oscillators():
+    found = damped("gauss", 80)
+    assert errors("gauss", 80) == pytest.approx(
+        np.zeros(3), abs=2e-6
+    )  # N (omega h)^7/100800 = 6e-6 e^(-2) of the fastest
+    order = np.repeat(np.argsort(ZETA * OMEGA), 2)
+    assert found.mode.tolist() == order.tolist()
+    assert found.share == pytest.approx(np.ones(6))
+    assert found.growth_rate == pytest.approx(-(ZETA * OMEGA)[order], rel=1e-5)
+    assert found.frequency == pytest.approx((np.sqrt(1 - ZETA**2) * OMEGA)[order] / (2 * np.pi), rel=1e-6)
+    assert found.stable
+
+
+@pytest.mark.parametrize("scheme", ["gauss", "radau"])
+def test_order_of_the_multipliers(scheme):
+    """As of any state: 2s for Gauss and 2s - 1 for Radau IIA."""
+    coarse, fine = (errors(scheme, count).max() for count in (40, 80))
+    assert np.log2(coarse / fine) == pytest.approx(6 if scheme == "gauss" else 5, abs=0.2)
+
+
+def test_radau_points_damp_and_gauss_points_do_not():
+    """The magnitude by Radau points is ``exp(-N (omega h)^6/7200)``: the reason for Gauss points."""
+    omega, count = 12.0, 40
+    for scheme in ("gauss", "radau"):
+        tableau = Tableau.of(scheme, 3)
+        matrices = oscillators(places(tableau.points, count), np.array([omega]), np.zeros(1))
+        found = floquet(matrices, tableau, PERIOD / count, matrices, modes_of([omega]))
+        loss = -np.log(np.abs(found.multipliers[0]))
+        expected = 0.0 if scheme == "gauss" else count * (omega * PERIOD / count) ** 6 / 7200
+        assert loss == pytest.approx(expected, rel=0.1, abs=1e-12)  # the next term is (omega h)^2/20 of it
+
+
+def mathieu(a, q, damping=0.0, count=60):
+    """Stability of ``x'' + 2 damping x' + (a - 2 q cos 2t) x = 0``, of period pi."""
+    tableau = Tableau.of("gauss", 3)
+    time = places(tableau.points, count, np.pi)
+    ones = np.ones((len(time), 1, 1))
+    stiffness = (a - 2 * q * np.cos(2 * time))[:, None, None]
+    matrices = Matrices(ones, 2 * damping * ones, stiffness, np.zeros((len(time), 1)))
+    return floquet(matrices, tableau, np.pi / count, matrices, modes_of([np.sqrt(max(a, 0.01))]))
+
+
+@pytest.mark.parametrize("q", [0.5, 2.0])
+@pytest.mark.parametrize(("curve", "number"), [("a", 0), ("b", 1), ("a", 1), ("b", 2), ("a", 2), ("b", 3), ("a", 3)])
+def test_motions_on_the_strutt_curves(curve, number, q):
+    """Abramowitz and Stegun, ch. 20: on a_n(q) and b_n(q) a motion has period pi (n even) or 2 pi (n odd).
+
+    Both multipliers meet there, and part with the root of the distance: an error of 1e-9 shows as 3e-5.
+    """
+    border = float((mathieu_a if curve == "a" else mathieu_b)(number, q))
+    assert mathieu(border, q).multipliers == pytest.approx([1 - 2 * (number % 2)] * 2, abs=1e-3)
+
+
+@pytest.mark.parametrize("q", [0.5, 2.0])
+@pytest.mark.parametrize("number", [0, 1, 2, 3])
+def test_strutt_diagram(number, q):
+    """Stable between a_n and b_(n+1), not between b_n and a_n."""
+    lower = float(mathieu_a(number, q))
+    below = float(mathieu_b(number, q)) if number else lower - 1
+    calm, wild = (mathieu((one + other) / 2, q) for one, other in ((lower, mathieu_b(number + 1, q)), (below, lower)))
+    assert np.abs(calm.multipliers) == pytest.approx([1, 1], abs=1e-8)
+    assert calm.stable
+    assert not wild.stable
+    assert np.prod(wild.multipliers).real == pytest.approx(1, abs=1e-8)  # Liouville
+    for side in (-1, 1):  # and the change is at the curve itself
+        assert mathieu(lower + side * 1e-4, q).stable == (side > 0) or number == 3
+
+
+def test_damping_takes_off_its_share():
+    """With damping d both multipliers fall by ``exp(-d pi)`` where a grows by d^2 (Liouville)."""
+    free, held = mathieu(1.0, 0.5), mathieu(1.0 + 0.1**2, 0.5, damping=0.1)
+    assert np.abs(held.multipliers) == pytest.approx(np.abs(free.multipliers) * np.exp(-0.1 * np.pi), rel=1e-6)
+
+
+def test_variations_of_a_nonlinear_motion():
+    """The product of both multipliers is ``exp(-c T)``, and for a hardening spring they turn faster."""
+    tableau, count = Tableau.of("gauss", 3), 60
+    time = places(tableau.points, count)
+    duffing = Duffing(time)
+    tangents = duffing.linearised(*duffing.motion(time), duffing.tension)
+    bent, straight = (floquet(m, tableau, PERIOD / count, m, modes_of([2.0])) for m in (tangents, duffing.linear))
+    assert np.prod(bent.multipliers).real == pytest.approx(np.exp(-duffing.damping * PERIOD), rel=1e-8)
+    assert bent.frequency[0] > 1.1 * straight.frequency[0]
+
+
+def test_what_is_too_fast_for_the_steps_is_left_out():
+    """Three points in a step follow 2 rad: 20 rad/s needs 21 steps in the cycle, 7.3 rad/s needs 8."""
+    assert sorted(set(damped("gauss", 22).mode)) == [0, 1, 2]
+    assert sorted(set(damped("gauss", 20).mode)) == [0, 1]
+    assert damped("gauss", 20).limit == pytest.approx(2 * 20 / PERIOD / (2 * np.pi))
+    none = damped("gauss", 2)
+    assert len(none.multipliers) == 0
+    none.refuse_unstable()
+    none.refuse_resonance()
+
+
+def test_instability_names_the_mode():
+    with pytest.raises(
+        SolverError, match=r"unstable: .* grows by 2.14656 in each cycle .* at 0\.\d+ Hz; mode 1 carries"
+    ):
+        mathieu(1.0, 0.5).refuse_unstable()
+    mathieu(1.0, 0.5, damping=0.4).refuse_unstable()
+
+
+def test_large_systems_need_no_monodromy_matrix(monkeypatch):
+    dense = damped("gauss", 40)
+    monkeypatch.setattr(module, "LARGEST_DENSE", 1)
+    few = damped("gauss", 40)
+    assert np.abs(few.multipliers) == pytest.approx(np.abs(dense.multipliers[: len(few.multipliers)]), rel=1e-7)
+
+
+def test_seed_four_bar_is_stable():
+    """With 2 % damping disturbances decay as ``exp(-zeta omega t)``; the coupling moves that by less than a tenth."""
+    scene = seed_four_bar(effects=("coupling",), analysis={"sub_intervals": 120, "solver": "collocation"})
+    found = analyse(scene).data
+    rate, omega = found["growth_rate"].to_numpy(), 2 * np.pi * found["multiplier_frequency"].to_numpy()
+    assert rate == pytest.approx(-0.02 * omega, rel=0.1)
+    assert sorted(found["multiplier_mode"].to_numpy()) == [1, 1, 2, 2, 3, 3]
+    size = np.hypot(*found["multiplier"].to_numpy().T)
+    assert rate == pytest.approx(np.log(size) / scene.period)
+
+
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "moderate-rotations")])
+def test_both_solvers_judge_alike(effects):
+    scene = seed_four_bar(effects=effects, damping={"material": 1.339e-4})
+    steps = analyse(scene.changed(analysis__solver="collocation", analysis__sub_intervals=240)).data
+    series = analyse(scene.changed(analysis__solver="harmonic-balance", analysis__sub_intervals=280)).data
+    # 60 harmonics leave 2e-5 of the nonlinear motion out
+    assert np.abs(steps["multiplier"] - series["multiplier"]).max() < (1e-5 if len(effects) == 1 else 1e-4)
+
+
+def test_tension_of_a_turning_arm_stiffens_it():
+    """Southwell and Gough (1921): in its plane an arm vibrates at ``omega^2 = omega_1^2 + (1.193 - 1) speed^2``.
+
+    Only the tangents about the motion know it: those about rest give ``omega_1^2 - speed^2``.
+    """
+    still = analyse(arm(1.0, analysis={"sub_intervals": 96, "solver": "sub-intervals", "modes": 2}))
+    omega, rest = (
+        2 * np.pi * float(still.data["frequency"][0, 0]),
+        {"mesh": {"elements": 6}, "damping": {"ratio": 0.02}},
+    )
+    for effects, share in ((("coupling",), -1), (("coupling", "moderate-rotations"), 0.193)):
+        found = analyse(arm(20.0, **rest, effects=effects, analysis={"sub_intervals": 64, "modes": 2})).data
+        expected = np.sqrt(omega**2 + share * 20.0**2) / (2 * np.pi)
+        # damping takes off 2e-4, the motion under the load is only near to straight
+        assert float(found["multiplier_frequency"][0]) == pytest.approx(expected, rel=2e-3)
+
+
+def test_arm_that_turns_too_fast_is_refused_unless_allowed():
+    """Without the stiffness of its tension an arm diverges as ``sqrt(speed^2 - omega_1^2)``, beside 2 % Coriolis."""
+    still = analyse(arm(1.0, analysis={"sub_intervals": 96, "solver": "sub-intervals", "modes": 2}))
+    omega = 2 * np.pi * float(still.data["frequency"][0, 0])
+    scene = arm(1.2 * omega, effects=("coupling",), analysis={"sub_intervals": 48, "modes": 2})
+    with pytest.raises(SolverError, match=r"unstable: .* mode 1 carries 100% of it"):
+        analyse(scene)
+    found = analyse(scene.changed(analysis__allow_unstable=True)).data
+    assert float(found["growth_rate"][0]) == pytest.approx(omega * np.sqrt(1.2**2 - 1), rel=1e-3)
