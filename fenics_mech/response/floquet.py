@@ -46,8 +46,8 @@ class Stability:
     multipliers
         Factor of each disturbance in a cycle, ``(multipliers,)``.
     frequency
-        Its frequency (Hz): the angle of the multiplier, with as many whole turns as bring it next to the rate at which
-        its state turns at the start of the cycle.
+        Its frequency (Hz): the angle of the multiplier, with as many whole turns as bring it next to the speed at which
+        its state turns. For the drive's frequency more or less the multiplier is the same.
     mode
         Number, from 0, of the mode that has the largest part of it at the start of the cycle, as the mass weighs it.
     share
@@ -130,12 +130,12 @@ def floquet(
     n = matrices.load.shape[1]
     q, rate = states[:, :n], states[:, n:] / np.mean(step)
     limit = LONGEST_STEP * len(tableau.points) / float(np.max(step))
-    slow, turned = _followed(transitions, states, start, limit * float(np.mean(step)))
-    kept = np.flatnonzero(slow)
+    resolved, turned = _followed(transitions, states, start, limit * float(np.mean(step)))
+    kept = np.flatnonzero(resolved)
     kept = kept[np.argsort(-np.abs(values[kept]), kind="stable")][:FEW]
     period = float(np.mean(step)) * len(transitions)
     mode, share = _carriers(start, q[kept], rate[kept], modes)
-    turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as the disturbance was seen to make
+    turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as its speed tells
     frequency = np.abs(np.round(turned[kept] - turns) + turns) / period
     return Stability(values[kept], frequency, mode, share, period, limit / (2 * np.pi))
 
@@ -153,19 +153,19 @@ def _followed(transitions: Array, states: Complex, start: Matrices, limit: float
     Returns
     -------
     tuple
-        Whether the velocity is below limit times the displacement, in the mean, and how often the state turns in the
-        complex plane. Both are weighed by mass, which the links' stiff directions do not upset.
+        Whether the velocity is below limit times the displacement, and how many turns the state makes in the complex
+        plane at that speed. Both are weighed by mass, which the links' stiff directions do not upset.
     """
-    share, turned, n = np.zeros(len(states)), np.zeros(len(states)), states.shape[1] // 2
+    slow, fast, sense = np.zeros((3, len(states)))
+    n = states.shape[1] // 2
     for transition in transitions:
         states = states / np.linalg.norm(states, axis=1, keepdims=True)  # what dies out counts no less
-        slow, fast = (limit * _norm(start, states[:, :n])) ** 2, _norm(start, states[:, n:]) ** 2
-        share += slow / (slow + fast)
-        after = states @ transition.T
-        overlap = states.conj() * np.hstack([after[:, :n] @ start.mass[0], after[:, n:] @ start.mass[0]])
-        turned += np.angle(overlap.sum(axis=1)) / (2 * np.pi)
-        states = after
-    return share > len(transitions) / 2, turned
+        slow += _norm(start, states[:, :n]) ** 2
+        fast += _norm(start, states[:, n:]) ** 2
+        sense += np.sum(states[:, :n].conj() * (states[:, n:] @ start.mass[0]), axis=1).imag
+        states = states @ transition.T
+    angle = np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny))  # in a step
+    return angle < limit, np.where(sense < 0, -1, 1) * angle * len(transitions) / (2 * np.pi)
 
 
 def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[NDArray[np.int64], Array]:
