@@ -18,7 +18,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.steady import by_collocation, by_harmonic_balance
 from fenics_mech.unsteady import by_time
 
-STEPS = ("kinematics", "beams", "modes", "response", "recovery")
+STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery")
 
 
 def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> Result:
@@ -40,13 +40,14 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
     SceneError
         When a periodic response is asked for and nothing is driven.
     """
-    scene, choices = choose(scene, progress)
     if scene.analysis.method == "periodic" and not scene.drives:
         raise SceneError(
             "a periodic response needs a drive, and the scene has none: there is no period",
             place="analysis.method",
             hint="Add a [drive], or write method = 'quasi-static'",
         )
+    progress("effects")
+    scene, choices = choose(scene)
     system = mechanism(scene, progress)
     modes, solver = None, str(scene.analysis.method)
     if scene.analysis.method == "periodic":

@@ -43,9 +43,8 @@ def system_at(scene: Scene, beams: Beams, motion: Motion) -> System:
 
 def rigid_tension(scene: Scene, bare: System) -> NDArray[np.float64]:
     """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``."""
-    named = () if scene.effects == "auto" else scene.effects
-    linear = scene.changed(effects=tuple(set(named) - {"geometric-stiffness", "moderate-rotations"}))
-    situation = Situation(linear, bare.beams, bare.motion, tension=lambda: rigid_tension(linear, bare))
+    linear = tuple(name for name in scene.named_effects if name not in ("geometric-stiffness", "moderate-rotations"))
+    situation = Situation(scene.changed(effects=linear), bare.beams, bare.motion)
     system = replace(bare, terms=build_terms(situation))
     return mean_tension(system, solve_static(system, scene.petsc))
 
@@ -56,7 +55,7 @@ def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:
         return None
     half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
     motion = solve_motion(scene, system.motion.theta - half, near=system.motion)
-    situation = Situation(scene, system.beams, motion, tension=lambda: np.zeros((len(motion.theta), 1)))
+    situation = Situation(scene.changed(effects=()), system.beams, motion)  # axial forces load nothing by themselves
     return replace(system, motion=motion, terms=build_terms(situation)).load
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.building import mechanism, scene_modes, system_at
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
+from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery.members import mean_tension, recover_members
 from fenics_mech.recovery.validity import bow
 from fenics_mech.response import solve_static
@@ -19,7 +19,7 @@ from fenics_mech.scene import Scene
 POSITIONS, MOST_POSITIONS, MODES = 48, 720, 8  # of the survey
 
 
-def choose(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> tuple[Scene, tuple[Choice, ...]]:
+def choose(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
     """Give a scene with the effects that it calls for, and what was decided about every effect.
 
     Where a scene lists its effects itself, it comes back as it is.
@@ -27,22 +27,23 @@ def choose(scene: Scene, progress: Callable[[str], None] = lambda step: None) ->
     if scene.effects != "auto":
         acting = {effect.name for effect in active(scene)}
         return scene, tuple(Choice(effect, None, name in acting) for name, effect in EFFECTS.items())
-    return decided(scene, examine(scene, progress))
+    return decided(scene, examine(scene))
 
 
-def examine(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> Survey:
+def examine(scene: Scene) -> Survey:
     """Survey a scene's mechanism at a few positions, in linear theory.
 
     There are enough of them for harmonics of the load up to twice the frequency of the second mode.
     """
     plain = scene.changed(effects=(), analysis__sub_intervals=POSITIONS, analysis__modes=MODES)
-    system = mechanism(plain, progress)
+    system = mechanism(plain)
     modes = scene_modes(plain, system)
     if scene.drives:
         wanted = int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate))
         if wanted > POSITIONS:
             plain = plain.changed(analysis__sub_intervals=min(wanted, MOST_POSITIONS))
-            system = mechanism(plain, progress)
+            motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals))
+            system = system_at(plain, system.beams, motion)
             modes = scene_modes(plain, system)
     still = solve_static(system, plain.petsc)
     state = recover_members(system, still, np.linspace(0, 1, 11))
@@ -57,8 +58,8 @@ def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
     for effect in EFFECTS.values():
         if effect.replaces in large and effect.name in large:
             large.discard(effect.replaces)
-    if "vibration" not in large:
-        large.discard("coupling")
+    if "vibration" not in large or not EFFECTS["vibration"].stated(scene):
+        large -= {"vibration", "coupling"}
     lacking = {name for name in large if not EFFECTS[name].possible(scene)}
     large -= lacking
     choices: list[Choice] = []

@@ -130,8 +130,9 @@ def effects(
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
 
     loaded = load(scene).changed(effects="auto")
-    with progress_bar(2) as step:
-        chosen, choices = choose(loaded, step)
+    with progress_bar(1) as step:
+        step("effects")
+        chosen, choices = choose(loaded)
     out.print(views.effects_table(choices, loaded.analysis.tolerance))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"

@@ -33,15 +33,16 @@ def active(scene: Scene) -> tuple[Effect, ...]:
     SceneError
         When it names one that is not known, or two that exclude each other.
     """
-    named = () if scene.effects == "auto" else scene.effects
-    for name in named:
+    for name in scene.named_effects:
         if name not in EFFECTS:
             raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"Known: {', '.join(EFFECTS)}")
-    acting = tuple(effect for effect in EFFECTS.values() if effect.name in named or effect.stated(scene))
+    acting = tuple(effect for effect in EFFECTS.values() if effect.name in scene.named_effects or effect.stated(scene))
     names = {effect.name for effect in acting}
     for effect in acting:
         if clash := names.intersection(effect.refuses):
-            raise SceneError(f"{effect.name!r} and {min(clash)!r} exclude each other", place="effects")
+            raise SceneError(
+                f"{effect.name!r} and {min(clash)!r} exclude each other", place="effects", hint="Take one of them"
+            )
     return acting
 
 

@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
+def _no_tension() -> Array:
+    raise AssertionError("the axial forces are asked for while they are being found")
+
+
 @dataclass(frozen=True)
 class Situation:
     """What an effect may look at.
@@ -34,7 +38,7 @@ class Situation:
     scene: Scene
     beams: Beams
     motion: Motion
-    tension: Callable[[], Array]
+    tension: Callable[[], Array] = _no_tension
 
 
 def in_links(motion: Motion, vectors: Array, turned: float = 0.0) -> Array:

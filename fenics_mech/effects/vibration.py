@@ -1,13 +1,21 @@
 """Vibration: the inertia of the elastic motion itself. Without it the response is quasi-static."""
 
-from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.effect import Effect, Survey
+
+
+def size(survey: Survey) -> float:
+    """Estimate the difference from the quasi-static response; impulses, motors, transients are nothing without it."""
+    scene = survey.scene
+    needed = scene.impulses or scene.analysis.method == "transient" or any(drive.motor for drive in scene.drives)
+    return max(survey.vibration, 1.0) if needed else survey.vibration
+
 
 EFFECT = Effect(
     name="vibration",
     meaning="inertia of the elastic motion; without it the response is quasi-static",
     source="(5.1)",
-    size=lambda survey: max(survey.vibration, 1.0) if survey.scene.impulses else survey.vibration,
+    size=size,
     estimate="modes as oscillators under the load's harmonics",
-    stated=lambda scene: scene.analysis.method == "periodic",
+    stated=lambda scene: scene.analysis.method in ("periodic", "transient"),
     without={"analysis__method": "quasi-static"},
 )

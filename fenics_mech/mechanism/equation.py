@@ -160,6 +160,18 @@ class Equation:
         return rows[..., None] * matrix.toarray()
 
 
+def held_matrices(system: System) -> tuple[Array, Array]:
+    """Mass and symmetric stiffness, held at every angle: two of ``(angles, coordinates, coordinates)``."""
+    p = np.zeros((len(system.values), *system.transformation.shape))
+    p[:, system.transformation.rows, system.transformation.columns] = system.values
+    stiffness: sp.csr_matrix | Array = system.link_stiffness
+    if system.symmetric_stiffness:
+        added = (entries.dense(p.shape[1]) for entries in system.symmetric_stiffness)
+        stiffness = system.link_stiffness.toarray() + sum(added)
+    back = p.transpose(0, 2, 1)
+    return back @ _product(system.link_mass, p), back @ _product(stiffness, p)
+
+
 def _product(matrix: sp.csr_matrix | Array, columns: Array) -> Array:
     """Product of a matrix, constant or at all angles, with ``(angles, nodal dofs, coordinates)``."""
     if isinstance(matrix, np.ndarray):

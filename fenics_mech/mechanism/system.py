@@ -136,10 +136,11 @@ class System:
     def added_stiffness(self) -> tuple[Entries, ...]:
         """Stiffness that effects add to that of the links."""
         convective = self.terms.convective if self.terms.coupled else ()
-        return (*self._symmetric_stiffness, *self.terms.follower, *convective)
+        return (*self.symmetric_stiffness, *self.terms.follower, *convective)
 
     @cached_property
-    def _symmetric_stiffness(self) -> tuple[Entries, ...]:
+    def symmetric_stiffness(self) -> tuple[Entries, ...]:
+        """Of that, what a potential energy has: springs and geometric stiffness."""
         blocks = self.terms.element_stiffness
         of_elements = () if blocks is None else (Entries.of_elements(self.beams.mesh, blocks),)
         return (*self.terms.stiffness, *of_elements)
@@ -156,7 +157,7 @@ class System:
         """
         p = _csr(self.transformation, self.values[0])
         pointers, columns, _ = p.getValuesCSR()
-        added = self._symmetric_stiffness if symmetric else self.added_stiffness
+        added = self.symmetric_stiffness if symmetric else self.added_stiffness
         link_stiffness = _Changing(self.beams.stiffness, added)
         mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, link_stiffness.at(0)))
         for k, values in enumerate(self.values):

@@ -40,7 +40,7 @@ def solve_nonlinear(
     equation: Equation,
     solve: Callable[[Matrices], Orbit],
     tension: Array,
-    accept: Callable[[Matrices], None] = lambda tangents: None,
+    accept: Callable[[Matrices], None] | None = None,
     guess: Callable[[Array], Array] = lambda tension: tension,
 ) -> Orbit:
     """Solve for a motion; where Newton's method fails, the load is brought up little by little.
@@ -69,7 +69,8 @@ def solve_nonlinear(
         factor = min(done + rise, 1.0)
         try:
             found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
-            accept(equation.linearised(found.displacement, found.velocity, new_tension))
+            if accept is not None:
+                accept(equation.linearised(found.displacement, found.velocity, new_tension))
             orbit, tension, done = found, new_tension, factor
         except SolverError:
             rise /= 2

@@ -81,6 +81,8 @@ def _vibration(scene: Scene, system: System, modes: Modes, still: Array) -> tupl
         quasi-static response of the same member, by the root of the strain energy (curves differ more at their peaks);
         and by how much more than its share a change of stiffness changes the response.
     """
+    if not scene.drives:
+        return np.zeros_like(still), 0.0, 1.0
     harmonics = np.fft.rfft(np.einsum("kmi,ki->km", modes.shapes, system.load), axis=0)
     omega = modes.omega.mean(axis=0)
     ratio = np.maximum(damping_ratios(scene, modes.omega)[0], LEAST_DAMPING) + scene.damping.material * omega / 2

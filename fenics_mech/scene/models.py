@@ -264,6 +264,11 @@ class Scene(Part):
         return changed(self, **values)
 
     @property
+    def named_effects(self) -> tuple[str, ...]:
+        """Effects that the scene lists; none where it leaves the choice to the program."""
+        return () if self.effects == "auto" else self.effects
+
+    @property
     def drives(self) -> tuple[Drive, ...]:
         """All drives; the first one's coordinate theta is that of the cycle."""
         return self.drive if isinstance(self.drive, tuple) else (self.drive,)

@@ -70,10 +70,9 @@ def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geomet
 
     An effect that another one replaces goes when that one comes. The last run is what the others are compared with.
     """
-    scenes = {
-        "quasi-static": scene.changed(effects=(), analysis__method="quasi-static"),
-        "vibration": scene.changed(effects=()),
-    }
+    scenes = {"vibration": scene.changed(effects=(), analysis__solver="collocation")}
+    if not (scene.impulses or any(drive.motor for drive in scene.drives)):  # these are nothing without vibration
+        scenes = {"quasi-static": scene.changed(effects=(), analysis__method="quasi-static")} | scenes
     acting: tuple[str, ...] = ()
     for name in effects:
         acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "moderate-rotations")), name)

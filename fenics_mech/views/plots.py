@@ -225,17 +225,19 @@ def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, flo
 
 
 def joint_force_figure(result: Result) -> Figure:
-    """Build the figure of `plot_joint_forces`."""
-    figure, (upper, lower) = new_figure(rows=2, height=5.8)
+    """Build the figure of `plot_joint_forces`; without a drive there is no torque."""
+    driven = "input_torque" in result.data
+    figure, panels = new_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
     theta = result.data["theta"].to_numpy()
     forces = result.data["joint_force"].transpose("joint", "theta", "component")
     for joint, force in zip(forces["joint"].to_numpy(), forces.to_numpy()):
-        upper.plot(*curve(theta, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
-    finish(upper, "Magnitude of the joint forces", "force (N)")
-    upper.set_ylim(bottom=0)
-    lower.plot(*curve(theta, result.data["input_torque"].to_numpy()))
-    lower.axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
-    finish(lower, "Input torque", "torque (N m)")
+        panels[0].plot(*curve(theta, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
+    finish(panels[0], "Magnitude of the joint forces", "force (N)")
+    panels[0].set_ylim(bottom=0)
+    if driven:
+        panels[1].plot(*curve(theta, result.data["input_torque"].to_numpy()))
+        panels[1].axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
+        finish(panels[1], "Input torque", "torque (N m)")
     return figure
 
 

@@ -154,6 +154,8 @@ def _joints(result: Result) -> Table:
     for joint, force in zip(result.data["joint"].to_numpy(), forces.T):
         (k,) = _peak(force)
         table.add_row(escape(str(joint)), f"{number(force[k])} N", f"{theta[k]:.4g}\N{DEGREE SIGN}")
+    if "input_torque" not in result.data:
+        return table
     torque = result.data["input_torque"].to_numpy()
     (k,) = _peak(torque)
     table.add_row("input torque", f"{number(torque[k])} N m", f"{theta[k]:.4g}\N{DEGREE SIGN}")
