@@ -16,7 +16,7 @@ from fenics_mech.response import solve_static
 from fenics_mech.response.survey import survey
 from fenics_mech.scene import Scene
 
-POSITIONS, MOST_POSITIONS, MODES = 48, 720, 8  # of the survey
+POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
 
 
 def choose(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:

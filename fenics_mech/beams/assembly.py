@@ -135,16 +135,16 @@ class Beams:
         form = axial(space, ea) + bending(space, ei)
         if self.shear_stiffness is not None:
             form += shear(space, self.shear_stiffness)
-        return self.layout.assemble(form)
+        return _fenicsx.assemble(form)
 
     @cached_property
     def _broken_mass(self) -> PETSc.Mat:
         form = mass(self.layout.space, self.coefficients[2])
-        return self.layout.assemble(form if self.rotary is None else form + self._rotary_form)
+        return _fenicsx.assemble(form if self.rotary is None else form + self._rotary_form)
 
     @cached_property
     def _broken_rotary(self) -> PETSc.Mat:
-        return self.layout.assemble(self._rotary_form)
+        return _fenicsx.assemble(self._rotary_form)
 
     @cached_property
     def stretching(self) -> Stretching:
@@ -153,7 +153,7 @@ class Beams:
 
     @cached_property
     def _broken_gyroscopic(self) -> PETSc.Mat:
-        return self.layout.assemble(gyroscopic(self.layout.space, self.coefficients[2]))
+        return _fenicsx.assemble(gyroscopic(self.layout.space, self.coefficients[2]))
 
     @property
     def _rotary_form(self) -> Any:

@@ -59,10 +59,6 @@ class Layout:
         by_cell[self.mesh.cell] = by_element
         return _fenicsx.cellwise(self.mesh.mesh, by_cell)
 
-    def assemble(self, form: Any) -> PETSc.Mat:
-        """Compile a bilinear form and assemble it in the broken space."""
-        return _fenicsx.assemble(form)
-
     def nodal(self, broken: PETSc.Mat) -> PETSc.Mat:
         """Carry a broken matrix to nodal dofs in link axes, as a new matrix."""
         embedding = to_petsc(self._embedding)

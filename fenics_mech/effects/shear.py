@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fenics_mech import _fenicsx
 from fenics_mech.beams import Beams
 from fenics_mech.beams.assembly import Array, along_elements, means
 from fenics_mech.beams.forms import bending
@@ -48,7 +49,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
 def _angle(links: Beams, stiffness: Array) -> Array:
     """Angle of shear by w and phi of both nodes, ``(elements, 4)``; `stiffness` is the integral of G A_s (N m)."""
     layout = links.layout
-    broken = layout.assemble(bending(layout.space, links.coefficients[1]))
+    broken = _fenicsx.assemble(bending(layout.space, links.coefficients[1]))
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
     broken.destroy()
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]

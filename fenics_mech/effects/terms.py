@@ -141,7 +141,7 @@ class Terms:
     convective
         Stiffness from the rates of the rigid motion, of dampers whose ends move; it counts where the motion is coupled,
         and is not symmetric.
-    element_stiffness, element_damping
+    element_stiffness
         Blocks of the elements in link axes, ``(angles or 1, elements, 6, 6)``.
     tension
         Axial force that the elements' stiffness was computed with (N), ``(angles, elements)``.

@@ -86,7 +86,8 @@ def _over_cycle(scene: Scene, loops: Loops, law: DriveLaw, theta: Array) -> tupl
         branch = follow_branch(scene, loops, law, ends)
         first, last = follow(loops, law, ends, branch)
         step = (last - first).reshape(-1, 3)
-        whole = np.stack([0 * step[:, 0], 0 * step[:, 1], CYCLE * np.round(step[:, 2] / CYCLE)], axis=-1)
+        whole = np.zeros_like(step)
+        whole[:, 2] = CYCLE * np.round(step[:, 2] / CYCLE)
         if np.abs((step - whole) / [loops.size, loops.size, 1.0]).max() < SAME:
             return branch, np.floor(theta / CYCLE), whole.reshape(-1)
     return follow_branch(scene, loops, law, theta), *none

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.attachment import GROUND, QUARTER, Attachment
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.contact import Contact
+from fenics_mech.mechanism.contact import Contact, travelled
 from fenics_mech.mechanism.jets import Array, Jets, constant, product, rotation
 from fenics_mech.scene import Prismatic, Scene, Slot
 
@@ -195,22 +195,3 @@ def _into(motion: Motion, link: int, other: int, orders: int) -> Jets:
         for array in (motion.angle, motion.omega, motion.alpha)
     )
     return rotation(angle, omega, alpha, orders)
-
-
-def travelled(
-    motion: Motion,
-    guide: str,
-    pin: str,
-    places: list[tuple[float, float]],
-    angle: float,
-    orders: int,
-) -> Jets:
-    """Distance of a pin along its guide from the guide's point (m), with time derivatives, ``(angles,)`` each."""
-    gap = [b - a for a, b in zip(motion.of_point(guide, places[0]), motion.of_point(pin, places[1]))]
-    zero = np.zeros(len(motion.theta))
-    link = GROUND if guide == "ground" else motion.links.index(guide)
-    turn = [a[:, link] if link != GROUND else zero for a in (motion.angle, motion.omega, motion.alpha)]
-    tangent = [r[:, :, 0] for r in rotation(turn[0] + angle, turn[1], turn[2], orders)]
-    return [
-        value[:, 0, 0] for value in product([t[:, None, :] for t in tangent], [g[:, :, None] for g in gap[:orders]])
-    ]

@@ -10,11 +10,12 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech.beams import BeamMesh
+from fenics_mech.beams.attachment import GROUND
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.jets import Jets, constant, product
+from fenics_mech.mechanism.jets import Jets, constant, product, rotation
 from fenics_mech.scene import Scene
 
 Index = NDArray[np.int64]
@@ -65,8 +66,6 @@ class Contact:
         AssemblyError
             When the pin leaves the member.
         """
-        from fenics_mech.mechanism.constraints import travelled  # noqa: PLC0415
-
         joint, mesh = self.scene.joints[self.joint], self.mesh
         guide, pin = (point.split(".")[0] for point in joint.connect)
         places = [self.scene.point(point)[1] for point in joint.connect]
@@ -113,6 +112,25 @@ class Contact:
         into_member = member_rotation(self.mesh)[element]
         out = constant(member_rotation(self.mesh)[element[0], :2, :2].T, motion, orders)
         return element_dofs(self.mesh)[element], product(out, [jet @ into_member for jet in jets])
+
+
+def travelled(
+    motion: Motion,
+    guide: str,
+    pin: str,
+    places: list[tuple[float, float]],
+    angle: float,
+    orders: int,
+) -> Jets:
+    """Distance of a pin along its guide from the guide's point (m), with time derivatives, ``(angles,)`` each."""
+    gap = [b - a for a, b in zip(motion.of_point(guide, places[0]), motion.of_point(pin, places[1]))]
+    zero = np.zeros(len(motion.theta))
+    link = GROUND if guide == "ground" else motion.links.index(guide)
+    turn = [a[:, link] if link != GROUND else zero for a in (motion.angle, motion.omega, motion.alpha)]
+    tangent = [r[:, :, 0] for r in rotation(turn[0] + angle, turn[1], turn[2], orders)]
+    return [
+        value[:, 0, 0] for value in product([t[:, None, :] for t in tangent], [g[:, :, None] for g in gap[:orders]])
+    ]
 
 
 def _along(function: Polynomial, xi: Jets) -> Jets:

@@ -121,7 +121,8 @@ def element_forces(system: System, history: History) -> Array:
     ends += _each(beams.element_mass, _in_member_axes(system, history.inertia))
     if history.turning is not None and history.centripetal is not None:
         ends += _each(beams.element_gyroscopic, _in_member_axes(system, history.turning))
-        ends -= _each(beams.element_rotary_mass, _in_member_axes(system, history.centripetal))
+        if beams.rotary is not None:
+            ends -= _each(beams.element_rotary_mass, _in_member_axes(system, history.centripetal))
     if history.velocity is not None and terms.material:
         ends += terms.material * _each(beams.element_stiffness, _in_member_axes(system, history.velocity))
     rotation = member_rotation(beams.mesh)

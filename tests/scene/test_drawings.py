@@ -25,7 +25,7 @@ PAIRS = {
     "slider_crank": "slider_crank",
     "six_bar": "stephenson",
 }
-QUICK = {"analysis__sub_intervals": 24, "analysis__allow_ringing": True}
+QUICK = {"effects": (), "analysis__sub_intervals": 24, "analysis__allow_ringing": True}
 
 
 def difference(found, expected):
