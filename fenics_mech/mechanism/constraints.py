@@ -79,11 +79,14 @@ class Constraints:
         Names of the joints' own coordinates: "joint.X", "joint.Y", "joint.slide"; their columns follow the nodal dofs.
     contacts
         By joint: where the pin of a slot along a member is.
+    bodies
+        Dofs of the rigid links' centres.
     """
 
     equations: tuple[Equation, ...]
     names: tuple[str, ...]
     contacts: dict[str, Contact]
+    bodies: Index
 
 
 def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
@@ -110,7 +113,9 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
             equations += [_pinned(name, point, pin) for point in points if point.link != GROUND]
             if joint.kind == "weld" or name in driven:
                 equations.append(_tied(name, points[0], points[1]))
-    return Constraints(tuple(equations), tuple(own), contacts)
+    centres = [mesh.node(f"{name}.centre") for name, link in scene.links.items() if link.rigid]
+    bodies = (3 * np.array(centres, dtype=np.int64)[:, None] + np.arange(3)).ravel()
+    return Constraints(tuple(equations), tuple(own), contacts, bodies)
 
 
 def _pinned(joint: str, point: Attachment, pin: Index | None) -> Equation:

@@ -136,7 +136,7 @@ def eliminate(
         equations, unknowns = _gathered(constraints, columns, members)
         contacts = [equation.contact for equation in equations if equation.contact is not None]
         try:
-            groups.append(_pivoted(equations, unknowns, motion, first_own))
+            groups.append(_pivoted(equations, unknowns, motion, first_own, constraints.bodies))
         except AssemblyError:
             if not contacts:
                 raise
@@ -158,7 +158,7 @@ def _relative_groups(
         if np.isin(unknowns, relative).any():
             groups.append(_pivoted_relative(equations, unknowns, motion, first_own, base))
         else:
-            groups.append(_pivoted(equations, unknowns, motion, first_own))
+            groups.append(_pivoted(equations, unknowns, motion, first_own, constraints.bodies))
     return tuple(groups)
 
 
@@ -254,15 +254,18 @@ def _connected(columns: list[Index]) -> list[Index]:
     return [np.flatnonzero(label == i) for i in range(count)]
 
 
-def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, first_own: int) -> Group:
-    """Choose pivots by elimination at one angle, and try another one where they are bad somewhere."""
+def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, first_own: int, bodies: Index) -> Group:
+    """Choose pivots by elimination at one angle, and try another one where they are bad somewhere.
+
+    Solved for are, as far as they go: translations of beams' ends, then rotations, the joints' own coordinates, and
+    last the dofs of rigid links. Those say most of what they move, and in axes that turn with the scene.
+    """
     whole = Group(equations, unknowns, np.zeros(0, dtype=np.int64), unknowns).jets(motion, 1)[1][0]
     reach = np.abs(whole).max(axis=1)
     size = reach.max(axis=0)
     passing = reach.min(axis=0) < size / 2  # nodes that a travelling pin comes by and leaves
-    # translations of beams' ends first, then rotations, then the joints' own
     rotations = (unknowns % 3 == 2) & (unknowns < first_own)
-    order = np.lexsort((unknowns, rotations, passing, unknowns >= first_own))
+    order = np.lexsort((unknowns, rotations, passing, unknowns >= first_own, np.isin(unknowns, bodies)))
     lengths = [float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None]
     unit = np.where(rotations, max(lengths, default=1.0), 1.0)
     limit = LARGEST_TRAVELLING if lengths else LARGEST_LEVERAGE
