@@ -10,7 +10,7 @@ from fenics_mech.effects import Terms, active
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.motor import by_motor, turned
+from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.response import History, solve_periodic, solve_static
@@ -55,9 +55,10 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
         modes = scene_modes(scene, system)
         progress("response")
         solver = periodic_solver(scene, system.terms)
-        history = SOLVERS[solver](scene, system, modes)
-        if history.twist is not None:
-            system = turned(scene, system, history.twist)
+        if solver == "motor":
+            system, history = by_motor(scene, system, modes)
+        else:
+            history = SOLVERS[solver](scene, system, modes)
     else:
         progress("response")
         if scene.analysis.method == "transient":
@@ -104,6 +105,5 @@ def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> History:
 SOLVERS = {
     "sub-intervals": _by_sub_intervals,
     "collocation": by_collocation,
-    "motor": by_motor,
     "harmonic-balance": by_harmonic_balance,
 }

@@ -34,8 +34,10 @@ TOLERANCE = 1e-9  # of the change of the twist, relative
 STEP = 1e-4  # of the crank's angle (rad) and relative of its rate, in differences of loads: errors of about 1e-8
 
 
-def by_motor(scene: Scene, system: System, modes: Modes) -> History:
-    """Solve at collocation points; the history is that at the starts of the sub-intervals, of the crank's own motion.
+def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
+    """Solve at collocation points; give the mechanism with its crank's own motion, and the history.
+
+    Both are at the starts of the sub-intervals.
 
     Raises
     ------
@@ -44,7 +46,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> History:
     """
     tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
     theta = steps.angles(tableau.points, scene.cycle_rate)
-    damping = modal_damping(scene, _moved(scene, system, theta, np.zeros((3, len(theta)))))
+    damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOST_ITERATIONS):
         equation = _equation(scene, system, theta, twist, damping)
@@ -64,13 +66,10 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> History:
     return _at_starts(scene, system, modes, orbit, (tableau, steps))
 
 
-def turned(scene: Scene, system: System, twist: Array) -> System:
-    """Give a mechanism with the crank's own motion: its twist and two time derivatives, ``(3, angles)``."""
-    return _moved(scene, system, system.motion.theta, twist)
-
-
-def _at_starts(scene: Scene, system: System, modes: Modes, orbit: Orbit, cut: tuple[Tableau, Steps]) -> History:
-    """Give the history at the starts of the sub-intervals, and judge the motion's stability."""
+def _at_starts(
+    scene: Scene, system: System, modes: Modes, orbit: Orbit, cut: tuple[Tableau, Steps]
+) -> tuple[System, History]:
+    """Give mechanism and history at the starts of the sub-intervals, and judge the motion's stability."""
     tableau, steps = cut
     damping = modal_damping(scene, system)
     start, twist = _accelerated(scene, system, steps.start, orbit.start, orbit.start_velocity, damping)
@@ -79,12 +78,12 @@ def _at_starts(scene: Scene, system: System, modes: Modes, orbit: Orbit, cut: tu
         gauss = Tableau.of("gauss", scene.analysis.stages)
         q, rate = between(orbit, tableau, steps.duration, gauss.points)
         theta = steps.angles(gauss.points, scene.cycle_rate)
-        inside = modal_damping(scene, _moved(scene, system, theta, np.zeros((3, len(theta)))))
+        inside = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
         equation, _ = _accelerated(scene, system, theta, q, rate, inside)
         stability = _judged(scene, equation, start, modes, (gauss, steps), (q, rate))
-    crank = turned(scene, system, twist)
+    crank = _turned(scene, system, system.motion.theta, twist)
     history = history_of(Equation(crank, damping), orbit.start[:, :-1], orbit.start_velocity[:, :-1])
-    return replace(history, twist=twist, stability=stability)
+    return crank, replace(history, twist=twist, stability=stability)
 
 
 def _judged(
@@ -123,41 +122,42 @@ def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping:
     motor = scene.drives[0].motor
     assert motor is not None
     plain = scene.changed(effects=())  # effects that a scene names change no load
+    at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-STEP, 0.0, STEP)}
+    one, none = np.ones_like(theta), np.zeros_like(theta)
+    units = {ahead: at_rate(motion, scene.cycle_rate, one, none) for ahead, motion in at.items()}  # 1 rad/s
 
     def load(by: Array) -> Array:
-        moved = _moved(plain, system, theta, twist + by[:, None])
-        return load_with_torque(moved, _unit(plain, system, theta, twist[0] + by[0]))
+        moved = _moved(plain, system, at[by[0]], theta, twist + by[:, None])
+        return load_with_torque(moved, units[by[0]])
 
     rate = abs(scene.cycle_rate)
     steps = np.diag([STEP, STEP * rate, STEP * rate**2])
     tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
     return MotorEquation(
-        system=_moved(scene, system, theta, twist),
+        system=_moved(scene, system, at[0.0], theta, twist),
         extra_damping=damping,
         motor=motor,
-        unit=_unit(scene, system, theta, twist[0]),
+        unit=units[0.0],
         twist=twist,
         load=load(np.zeros(3)),
         tangents=np.stack(tangents),
     )
 
 
-def _moved(scene: Scene, system: System, theta: Array, twist: Array) -> System:
-    """Give the mechanism with its crank ahead of given drive angles; its motion keeps these angles and their times."""
-    motion = _turning(scene, system, theta, twist)
+def _turned(scene: Scene, system: System, theta: Array, twist: Array) -> System:
+    """Give the mechanism with its crank ahead of drive angles by a twist, ``(3, angles)`` with time derivatives."""
+    return _moved(scene, system, _nominal(scene, system, theta + twist[0]), theta, twist)
+
+
+def _nominal(scene: Scene, system: System, psi: Array) -> Motion:
+    """Give the motion at given angles of the crank, when it turns at the drive's rate."""
+    return solve_motion(scene, psi, near=system.motion)
+
+
+def _moved(scene: Scene, system: System, nominal: Motion, theta: Array, twist: Array) -> System:
+    """Give the mechanism with the motion `nominal` at the crank's own rate; it keeps drive angles and their times."""
+    motion = at_rate(nominal, scene.cycle_rate, scene.cycle_rate + twist[1], twist[2])
+    motion = replace(motion, theta=theta, time=theta / scene.cycle_rate)
     bare = replace(system, motion=motion, terms=NOTHING)
     situation = Situation(scene, system.beams, motion, tension=lambda: rigid_tension(scene, bare))
     return replace(bare, terms=build_terms(situation))
-
-
-def _turning(scene: Scene, system: System, theta: Array, twist: Array) -> Motion:
-    near = system.motion
-    nominal = solve_motion(scene, theta + twist[0], near=near)
-    motion = at_rate(nominal, scene.cycle_rate, scene.cycle_rate + twist[1], twist[2])
-    return replace(motion, theta=theta, time=theta / scene.cycle_rate)
-
-
-def _unit(scene: Scene, system: System, theta: Array, twist: Array) -> Motion:
-    """Give the motion of the links when the crank turns at 1 rad/s."""
-    nominal = solve_motion(scene, theta + twist, near=system.motion)
-    return at_rate(nominal, scene.cycle_rate, np.ones_like(theta), np.zeros_like(theta))

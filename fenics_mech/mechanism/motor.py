@@ -89,13 +89,13 @@ class MotorEquation(Equation):
     @cached_property
     def shape(self) -> tuple[Array, Array | None, Array | None]:
         """P, P' and P'', in which the twist moves nothing: the links are measured against the crank's own angle."""
-        p, first, second = Equation(self.system).shape
+        p, first, second = self._without_twist.shape
         return _widened(p), None if first is None else _widened(first), None if second is None else _widened(second)
 
     @cached_property
     def linear(self) -> Matrices:
         """The equation linearised about the twist; its load makes it hold for the whole coordinates."""
-        plain, rows = Equation(self.system, self.extra_damping).linear, self._rows()
+        plain, rows = self._without_twist.linear, self._rows()
         motor = self.motor.stiffness, self.motor.damping, self.motor.inertia
         blocks = plain.stiffness, plain.damping, plain.mass
         stiffness, damping, mass = (
@@ -104,22 +104,38 @@ class MotorEquation(Equation):
         )
         return Matrices(mass, damping, stiffness, self.load - np.einsum("iak,ia->ak", self.tangents, self.twist))
 
+    @cached_property
+    def _without_twist(self) -> Equation:
+        """The equation of the elastic coordinates alone."""
+        return Equation(self.system, self.extra_damping)
+
     def _rows(self) -> tuple[Array, Array, Array]:
-        """Torques on the crank of q, q' and q'', ``(angles, n)`` each."""
+        """Torques on the crank of q, q' and q'', ``(angles, n)`` each.
+
+        With the swing ``x = dX/dpsi``, the forces ``r = m a - f`` that the rigid motion lacks, the damping D and the
+        stiffness S of what acts on the links in link axes, and the angles phi of the links::
+
+            q:    x^T (m P'' + (2 m_v + D) P' + (m_a + S) P) + r^T (dP/dpsi + dphi/dpsi Q P)
+            q':   x^T (2 m P' + (2 m_v + D) P)
+            q'':  x^T m P
+
+        with m_v and m_a of (4.29) and (4.30), and the quarter turn Q that the rotation of its link gives to ``P q``.
+        The links' own stiffness and their material's damping do no work in x, which strains nothing.
+        """
         system, terms, link = self.system, self.system.terms, self.system.link_of_dof
         transformation, motion = system.transformation, system.motion
         field, lack = swing(system, self.unit), _lack(system)
         omega, alpha = motion.omega[:, link], motion.alpha[:, link]
         s, centrifugal = system.link_gyroscopic.T, (system.link_mass - system.link_rotary_mass).T
-        momentum = (system.link_mass.T @ field.T).T
-        drag = terms.external * momentum + _times_transposed(terms.damping, field)
-        turning = 2 * (s @ (omega * field).T).T + drag
-        held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T
-        held += _times_transposed((*terms.stiffness, *terms.follower, *terms.convective), field)
-        carried = (s @ system.rigid_acceleration.T).T - _quarter_back(system.applied)  # P q turns with its link
-        held += self.unit.omega[:, link] * carried
+        momentum = (system.link_mass.T @ field.T).T  # x^T m
+        drag = terms.external * momentum + _times_transposed(terms.damping, field)  # x^T D
+        turning = 2 * (s @ (omega * field).T).T + drag  # x^T (2 m_v + D)
+        held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T  # x^T m_a
+        held += _times_transposed((*terms.stiffness, *terms.follower, *terms.convective), field)  # x^T S
+        carried = (s @ system.rigid_acceleration.T).T - _quarter_back(system.applied)  # r^T Q: of m a by the form s
+        held += self.unit.omega[:, link] * carried  # P q turns with its link
         first, second = transformation.derivatives(motion)
-        by_angle = transformation.derivatives(self.unit)[0]
+        by_angle = transformation.derivatives(self.unit)[0]  # dP/dpsi: at 1 rad/s it is P'
         work = transformation.backward
         stiffness = work(second, momentum) + work(first, turning) + work(system.values, held) + work(by_angle, lack)
         damping = 2 * work(first, momentum) + work(system.values, turning)

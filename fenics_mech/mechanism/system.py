@@ -170,31 +170,6 @@ class System:
         for matrix in (p, mass, stiffness):
             matrix.destroy()
 
-    def coupling(self, k: int) -> dict[str, PETSc.Mat]:
-        """Matrices that couple rigid and elastic motion at angle number `k`, which (5.1) leaves out.
-
-        Returns
-        -------
-        dict
-            "Md", "Mv", "Mdd", "Mdv" and "Ma" of (4.59)-(4.63), as new PETSc matrices.
-        """
-        p = _csr(self.transformation, self.values[k])
-        here = self.motion.part(slice(k, k + 1))
-        rate, second = (_csr(self.transformation, d[0]) for d in self.transformation.derivatives(here))
-        m = self.beams.mass
-        omega, alpha = (array[k, self.link_of_dof] for array in (self.motion.omega, self.motion.alpha))
-        m_v = _scaled(self.beams.gyroscopic, omega)  # (4.29)
-        m_a = _scaled(self.beams.gyroscopic, alpha)  # (4.30)
-        for share, sign in ((m, -1.0), (self.beams.rotary_mass, 1.0)):
-            m_a.axpy(sign, _scaled(share, omega**2), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        return {
-            "Md": p.transposeMatMult(m.matMult(rate)),  # (4.52)
-            "Mv": p.transposeMatMult(m_v.matMult(p)),  # (4.53)
-            "Mdd": p.transposeMatMult(m.matMult(second)),  # (4.49)
-            "Mdv": p.transposeMatMult(m_v.matMult(rate)),  # (4.50)
-            "Ma": p.transposeMatMult(m_a.matMult(p)),  # (4.51)
-        }
-
 
 def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTHING) -> System:
     """Join the links of a scene to a mechanism that moves as given.
@@ -211,18 +186,11 @@ def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTH
 
 
 def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:
-    """PETSc matrix of P, or of one of its derivatives, from its nonzeros at one angle."""
+    """PETSc matrix of P from its nonzeros at one angle."""
     height = transformation.height
     pointers = np.searchsorted(transformation.rows, np.arange(height + 1)).astype(PETSc.IntType)
     csr = (pointers, transformation.columns.astype(PETSc.IntType), values)
     return PETSc.Mat().createAIJ(transformation.shape, csr=csr, comm=PETSc.COMM_SELF)
-
-
-def _scaled(matrix: PETSc.Mat, rows: Array) -> PETSc.Mat:
-    """Copy of a matrix with scaled rows."""
-    copy = matrix.copy()
-    copy.diagonalScale(PETSc.Vec().createWithArray(np.ascontiguousarray(rows), comm=PETSc.COMM_SELF))
-    return copy
 
 
 class _Changing:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
 from fenics_mech.effects.dampers import damper_forces
 from fenics_mech.effects.effect import Choice
@@ -21,8 +18,10 @@ from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_force
 from fenics_mech.recovery.members import MemberState, recover_members
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.validity import bow, euler_ratio, rotation
-from fenics_mech.recovery.viscous import elastic_part
+from fenics_mech.recovery.viscous import elastic_strain
 from fenics_mech.response import History
+from fenics_mech.response.floquet import Stability
+from fenics_mech.response.transient import Course
 from fenics_mech.scene import Scene
 
 ATTRIBUTES = {
@@ -83,33 +82,9 @@ def collect(
             "drive_twist": (("theta",), history.twist[0]),
             "drive_rate": (("theta",), scene.cycle_rate + history.twist[1]),
         }
-    if modes is not None:
-        variables |= {
-            "frequency": (("theta", "mode"), modes.frequency),
-            "assurance": (("theta", "mode"), modes.assurance),
-        }
-        coordinates["mode"] = np.arange(1, modes.frequency.shape[1] + 1)
-    stability = history.stability
-    if stability is not None and len(stability.multipliers):
-        multipliers = stability.multipliers
-        variables |= {
-            "multiplier": (("disturbance", "part"), np.stack([multipliers.real, multipliers.imag], axis=1)),
-            "growth_rate": (("disturbance",), stability.growth_rate),
-            "multiplier_frequency": (("disturbance",), stability.frequency),
-            "multiplier_mode": (("disturbance",), stability.mode + 1),
-        }
-        coordinates |= {"disturbance": np.arange(1, len(multipliers) + 1), "part": ["real", "imaginary"]}
     data = xr.Dataset(variables, coordinates, stamp(scene) | _decisions(system, choices))
-    if stability is not None:
-        data.attrs["stability_limit"] = stability.limit
-    if history.course is not None:
-        state = np.stack([history.course.displacement[-1], history.course.velocity[-1]], axis=1)
-        data["state"] = (("dof", "derivative"), state)
-        data.attrs |= {
-            "cycle_change": history.course.change,
-            "time_steps": history.course.steps,
-            "interpolation_error": history.course.interpolation,
-        }
+    parts = _of_modes(modes), _of_stability(history.stability), _of_course(history.course)
+    data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     if history.error_estimate is not None:
         data.attrs["error_estimate"] = history.error_estimate
     for name, (units, meaning) in ATTRIBUTES.items():
@@ -119,6 +94,52 @@ def collect(
     data["time"].attrs.update(units="s", long_name="time")
     data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
     return Result(data)
+
+
+def _of_modes(modes: Modes | None) -> xr.Dataset:
+    """Natural frequencies, and how well each mode was followed."""
+    if modes is None:
+        return xr.Dataset()
+    along = ("theta", "mode")
+    return xr.Dataset(
+        {"frequency": (along, modes.frequency), "assurance": (along, modes.assurance)},
+        {"mode": np.arange(1, modes.frequency.shape[1] + 1)},
+    )
+
+
+def _of_stability(stability: Stability | None) -> xr.Dataset:
+    """Floquet multipliers, if there are some, and the frequency up to which they are resolved."""
+    if stability is None:
+        return xr.Dataset()
+    limit, multipliers = {"stability_limit": stability.limit}, stability.multipliers
+    if not len(multipliers):
+        return xr.Dataset(attrs=limit)
+    of_each = ("disturbance",)
+    return xr.Dataset(
+        {
+            "multiplier": ((*of_each, "part"), np.stack([multipliers.real, multipliers.imag], axis=1)),
+            "growth_rate": (of_each, stability.growth_rate),
+            "multiplier_frequency": (of_each, stability.frequency),
+            "multiplier_mode": (of_each, stability.mode + 1),
+        },
+        {"disturbance": np.arange(1, len(multipliers) + 1), "part": ["real", "imaginary"]},
+        limit,
+    )
+
+
+def _of_course(course: Course | None) -> xr.Dataset:
+    """The state at the end of a motion in time, and how that motion came about."""
+    if course is None:
+        return xr.Dataset()
+    state = np.stack([course.displacement[-1], course.velocity[-1]], axis=1)
+    return xr.Dataset(
+        {"state": (("dof", "derivative"), state)},
+        attrs={
+            "cycle_change": course.change,
+            "time_steps": course.steps,
+            "interpolation_error": course.interpolation,
+        },
+    )
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:
@@ -149,12 +170,7 @@ def _of_members(scene: Scene, members: MemberState) -> dict[str, tuple[tuple[str
     axial = members.axial_force / ea
     bending = -members.moment[..., None] * fibre / ei[..., None]  # + fibre on the normal's side
     stress = modulus * (axial[..., None] + bending)
-    retardation = scene.damping.material  # a part of the stress goes with the strain's rate
-    if retardation and scene.analysis.method == "periodic":
-        axial, bending = (elastic_part(part, retardation, scene.period) for part in (axial, bending))
-    if retardation and scene.analysis.method == "transient":
-        step = scene.period / scene.analysis.sub_intervals
-        axial, bending = (delayed(part, retardation, step) for part in (axial, bending))
+    axial, bending = (elastic_strain(scene, part) for part in (axial, bending))
     strain = axial[..., None] + bending  # (6.38)
     along = ("theta", "member", "s")
     return {
@@ -170,26 +186,3 @@ def _of_members(scene: Scene, members: MemberState) -> dict[str, tuple[tuple[str
         "bow": (("member",), bow(scene, members)),
         "rotation": (("member",), rotation(members)),
     }
-
-
-def delayed(stress: np.ndarray, retardation: float, step: float) -> np.ndarray:
-    """Solve ``strain + retardation strain' = stress/E`` in time, exactly for a stress that is a cubic spline.
-
-    In each step the strain is ``sum (-retardation)^m`` times the m-th derivative of the stress, and a part that dies
-    out. It begins as if it did not change.
-
-    Parameters
-    ----------
-    stress
-        Stress over the modulus at equal steps of time, ``(times, ...)``.
-    retardation, step
-        Both in s.
-    """
-    cubic, square, slope, start = CubicSpline(step * np.arange(len(stress)), stress).c
-    polynomial = np.stack([start, slope, 2 * square, 6 * cubic])  # derivatives at the start of each step
-    shift = np.array([[step ** (m - k) / math.factorial(m - k) if m >= k else 0.0 for m in range(4)] for k in range(4)])
-    by_order = (-retardation) ** np.arange(4.0)
-    forced_start, forced_end = np.tensordot(np.stack([by_order, by_order @ shift]), polynomial, 1)
-    decay = math.exp(-step / retardation)
-    gain = np.concatenate([stress[:1], forced_end - decay * forced_start])
-    return lfilter([1.0], [1.0, -decay], gain, axis=0)

@@ -8,6 +8,7 @@ function of time.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from typing import Annotated, Literal, Self
@@ -22,6 +23,16 @@ from fenics_mech.scene.base import Name, Part
 from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
 Array = NDArray[np.float64]
+
+
+def _values(law: Callable[[Array], Jet], places: Array) -> Array:
+    """Value and two derivatives of a law, ``(3, places)``; nan where numbers in its formula cannot be divided."""
+    try:
+        with np.errstate(all="ignore"):
+            jet = law(places)
+    except ArithmeticError:  # of numbers alone, which are no arrays
+        return np.full((3, len(places)), np.nan)
+    return np.stack([jet.value, jet.first, jet.second])
 
 
 class Harmonics(Part):
@@ -64,20 +75,15 @@ class Expression(Part):
 
     @field_validator("formula")
     @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, ("theta",))
-        return text
-
-    @model_validator(mode="after")
-    def _is_periodic(self) -> Self:
-        with np.errstate(all="ignore"):
-            jet = self.jet(np.array([0.0, 1.0, 2.5, 2 * np.pi]))
-        ends = np.array([[part[0], part[-1]] for part in (jet.value, jet.first, jet.second)])
-        if not np.isfinite([jet.value, jet.first, jet.second]).all():
-            raise ValueError(f"the formula {self.formula!r} is not finite over the cycle")
+    def _is_periodic(cls, text: str) -> str:
+        formula = Formula(text, ("theta",))
+        values = _values(lambda theta: formula.jet(Jet.variable(theta)), np.array([0.0, 1.0, 2.5, 2 * np.pi]))
+        if not np.isfinite(values).all():
+            raise ValueError(f"the formula {text!r} is not finite over the cycle")
+        ends = values[:, [0, -1]]
         if np.abs(np.diff(ends)).max() > 1e-9 * max(1.0, float(np.abs(ends).max())):
-            raise ValueError(f"the formula {self.formula!r} does not come back after a cycle: f(0) and f(2 pi) differ")
-        return self
+            raise ValueError(f"the formula {text!r} does not come back after a cycle: f(0) and f(2 pi) differ")
+        return text
 
     def jet(self, theta: Array) -> Jet:
         """Value and two derivatives by theta."""
@@ -218,16 +224,15 @@ class Drive(Part):
         law = self.run_up_law
         if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > SLACK * self.run_up:
             raise ValueError(f"the run-up's table ends at {law.times[-1]:.6g} s, and the run-up at {self.run_up:.6g} s")
-        with np.errstate(all="ignore"):
-            jet = self.coordinate(np.linspace(0, self.run_up, 101))
-        if not np.isfinite([jet.value, jet.first, jet.second]).all():
+        values = _values(self.coordinate, np.linspace(0, self.run_up, 101))
+        if not np.isfinite(values).all():
             raise ValueError("the run-up's law is not finite over the run-up")
-        if abs(jet.value[0]) > SLACK:
-            raise ValueError(f"the run-up's law must start with an angle of 0, and starts with {jet.value[0]:.6g} rad")
-        if abs(jet.first[-1] - self.speed) > SLACK * abs(self.speed):
+        first, last_rate = values[0, 0], values[1, -1]
+        if abs(first) > SLACK:
+            raise ValueError(f"the run-up's law must start with an angle of 0, and starts with {first:.6g} rad")
+        if abs(last_rate - self.speed) > SLACK * abs(self.speed):
             raise ValueError(
-                f"the run-up's law ends with {jet.first[-1]:.6g} rad/s, and the drive goes on with "
-                f"{self.speed:.6g} rad/s"
+                f"the run-up's law ends with {last_rate:.6g} rad/s, and the drive goes on with {self.speed:.6g} rad/s"
             )
         return self
 

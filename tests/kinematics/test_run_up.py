@@ -167,6 +167,7 @@ def test_many_times_at_once():
         ({"run_up": 0.5, "run_up_law": WAVERING}, "table ends at 0.4 s, and the run-up at 0.5 s"),
         ({"run_up": 0.4, "run_up_law": {**RAMP, "formula": "1 + 0.5 * 32.3 / 0.4 * t**2"}}, "start with an angle of 0"),
         ({"run_up": 0.4, "run_up_law": {**RAMP, "formula": "log(t)"}}, "not finite"),
+        ({"run_up": 0.4, "run_up_law": {**RAMP, "formula": "1/0"}}, "not finite"),
         ({"run_up": 0.4, "run_up_law": {**RAMP, "formula": "theta"}}, "may not stand in a formula"),
         ({"run_up": 0.4, "run_up_law": {**WAVERING, "times": [0, 0.2, 0.1, 0.3, 0.4]}}, "times must increase"),
         ({"run_up": 0.4, "run_up_law": {**WAVERING, "times": [0, 0.4]}}, "as many of both"),

@@ -8,6 +8,7 @@ import pytest
 from fenics_mech.building import mechanism
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.studies.check import coupling
 
 
 def test_27_coordinates_with_names(seed_system):
@@ -43,8 +44,7 @@ def test_full_equation_has_the_damping_of_a_hamiltonian_system(seed_system):
     k, h = 5, 1e-6
     scene = seed_four_bar(analysis={"sub_intervals": 24})
     theta = seed_system.motion.theta[k]
-    coupling = seed_system.coupling(k)
-    damping = 2 * (coupling["Md"][:, :] + coupling["Mv"][:, :])
+    damping = coupling(seed_system)[0][k]
     system = mechanism(scene)
     near = [replace(system, motion=solve_motion(scene, np.array([theta + d]))) for d in (h, -h)]
     ahead, behind = (next(iter(s.positions()))[1][:, :] for s in near)

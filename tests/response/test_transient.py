@@ -9,7 +9,7 @@ from fenics_mech.building import mechanism, system_at
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.dataset import delayed
+from fenics_mech.recovery.viscous import delayed
 from fenics_mech.response.transient import Coefficients, Span, integrate
 from fenics_mech.scene.factories import seed_four_bar
 

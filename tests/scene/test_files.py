@@ -89,6 +89,18 @@ def test_bad_scene_is_refused_with_its_place(case, demo_text):
     assert "\n" not in text
 
 
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [("1/0", "not finite"), ("1/theta", "not finite"), ("theta", "come back"), ("sin(2*t)", "may not stand")],
+)
+def test_bad_formula_of_a_drive_is_refused_with_its_place(seed, formula, words):
+    law = {"kind": "expression", "formula": formula}
+    with pytest.raises(SceneError, match=words) as caught:
+        seed.changed(drive__speed=None, drive__law=law, drive__period=0.5)
+    assert caught.value.place == "drive.law.formula"
+    assert "more found" not in str(caught.value)
+
+
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(SceneError, match=r"nowhere\.toml: cannot read"):
         load(tmp_path / "nowhere.toml")
