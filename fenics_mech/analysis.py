@@ -55,10 +55,7 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
         modes = scene_modes(scene, system)
         progress("response")
         solver = periodic_solver(scene, system.terms)
-        if solver == "motor":
-            system, history = by_motor(scene, system, modes)
-        else:
-            history = SOLVERS[solver](scene, system, modes)
+        system, history = SOLVERS[solver](scene, system, modes)
     else:
         progress("response")
         if scene.analysis.method == "transient":
@@ -98,12 +95,13 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
     return "collocation" if beyond else "sub-intervals"
 
 
-def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> History:
-    return solve_periodic(scene, system, modes, boundary_load(scene, system))
+def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
+    return system, solve_periodic(scene, system, modes, boundary_load(scene, system))
 
 
 SOLVERS = {
     "sub-intervals": _by_sub_intervals,
     "collocation": by_collocation,
+    "motor": by_motor,
     "harmonic-balance": by_harmonic_balance,
 }

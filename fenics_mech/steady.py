@@ -31,16 +31,27 @@ Array = NDArray[np.float64]
 States = Callable[[Array], tuple[Array, Array]]  # q and q' at places 0..1 in every step of the cycle
 
 
-def by_collocation(scene: Scene, system: System, modes: Modes) -> History:
-    """Solve at collocation points; the history is that at the starts of the sub-intervals, after any impulse there."""
+def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
+    """Solve at collocation points; the history is that at the starts of the sub-intervals, after any impulse there.
+
+    Returns
+    -------
+    tuple
+        The mechanism, with the axial forces of the response where they are to settle, and its history.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed, Newton's method or the axial forces do not settle, or the motion is unstable.
+    """
     tableau = Tableau.of(scene.analysis.scheme, scene.analysis.stages)
     steps = Steps.of(scene)
     equation = _equation_inside(scene, system, steps, tableau)
     start = Equation(system, modal_damping(scene, system))
-    if scene.analysis.tension == "settled" and system.terms.tension is not None:
-        start, equation = _settled(scene, start, equation, tableau, steps)
-    jump = velocity_jumps(scene, equation.system, steps)
     known = equation if scene.analysis.scheme == "gauss" else None
+    if scene.analysis.tension == "settled" and system.terms.tension is not None:
+        start, equation, known = _settled(scene, start, equation, tableau, steps)
+    jump = velocity_jumps(scene, equation.system, steps)
 
     def solve() -> tuple[History, States]:
         orbit = solve_collocation(
@@ -49,13 +60,13 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> History:
         history = history_of(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular])
         return history, lambda places: between(orbit, tableau, steps.duration, places)
 
-    return _judged(scene, start, modes, steps, known, solve)
+    return start.system, _judged(scene, start, modes, steps, known, solve)
 
 
 def _settled(
     scene: Scene, start: Equation, inside: Equation, tableau: Tableau, steps: Steps
-) -> tuple[Equation, Equation]:
-    """Give the equations at the starts of the steps and at the points inside with axial forces of the response."""
+) -> tuple[Equation, Equation, Equation]:
+    """Give the equations with axial forces of the response: at the starts of the steps, inside, at Gauss points."""
     orbit: Orbit | None = None
 
     def respond(system: System) -> History:
@@ -67,19 +78,34 @@ def _settled(
 
     settled = settle(inside.system, respond)
     assert orbit is not None
-    at_start = history_of(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular])
-    system = with_tension(start.system, mean_tension(start.system, at_start))
-    return Equation(system, start.extra_damping), Equation(settled, inside.extra_damping)
+
+    def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
+        tension = mean_tension(equation.system, history_of(equation, q, rate))
+        return Equation(with_tension(equation.system, tension), equation.extra_damping)
+
+    gauss = Tableau.of("gauss", scene.analysis.stages)
+    between_points = between(orbit, tableau, steps.duration, gauss.points)
+    return (
+        stiffened(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular]),
+        Equation(settled, inside.extra_damping),
+        stiffened(_equation_inside(scene, start.system, steps, gauss), *between_points),
+    )
 
 
-def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> History:
+def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
     """Solve for a Fourier series; the history is that at the starts of the sub-intervals.
 
     Raises
     ------
     SceneError
-        When impulses act, whose series does not converge.
+        When impulses act, whose series does not converge, or axial forces are to settle.
     """
+    if scene.analysis.tension == "settled" and system.terms.tension is not None:
+        raise SceneError(
+            "harmonic balance does not update axial forces",
+            place="analysis.tension",
+            hint="Write solver = 'collocation', or take the effect 'moderate-rotations'",
+        )
     if scene.impulses:
         raise SceneError(
             "impulses make velocities jump, which harmonics do not follow",
@@ -96,7 +122,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> History:
         at = lambda places: series.at(np.abs(steps.angles(places, scene.cycle_rate)))  # noqa: E731
         return replace(history, error_estimate=series.error), at
 
-    return _judged(scene, start, modes, steps, None, solve)
+    return system, _judged(scene, start, modes, steps, None, solve)
 
 
 def _judged(

@@ -24,7 +24,7 @@ def power(scene):
     ``d(P q)/dt`` at fixed q, and inertia and loads on the turning of the displacement, omega x v.
     """
     system = mechanism(scene)
-    history = by_collocation(scene, system, scene_modes(scene, system))
+    _, history = by_collocation(scene, system, scene_modes(scene, system))
     forces, v, rate = nodal_forces(system, history), system.to_links(history.displacement), history.velocity
     _, first, _ = Equation(system).shape
     turned = np.zeros_like(v)
@@ -76,7 +76,7 @@ def test_truncated_equation_does_not_balance(seed):
     # (5.1) drops terms of the coupling: its solution put into the same balance is off by a tenth and more
     scene = seed.changed(effects=(), damping__material=1.339e-4, analysis__sub_intervals=240, **QUIET)
     system = mechanism(scene)
-    truncated = by_collocation(scene, system, scene_modes(scene, system))
+    _, truncated = by_collocation(scene, system, scene_modes(scene, system))
     whole = mechanism(scene.changed(effects=("coupling",)))
     rate = times(Equation(whole).shape[1], truncated.displacement) + truncated.velocity
     lost = scene.damping.material * np.sum(rate * (system.link_stiffness @ rate.T).T, axis=1)

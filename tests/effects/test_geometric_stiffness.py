@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from fenics_mech.analysis import analyse
-from fenics_mech.building import mechanism, settle
+from fenics_mech.building import mechanism, scene_modes, settle
+from fenics_mech.recovery.joints import nodal_forces
 from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import solve_static
+from fenics_mech.steady import by_collocation
 from fenics_mech.studies.effect_costs import difference
 
 
@@ -30,3 +32,18 @@ def test_settled_axial_forces_are_those_of_the_response(seed):
     assert tension == pytest.approx(settled.terms.tension, abs=1e-7 * np.abs(tension).max())
     # the bent members hang on their pins at another angle than the straight ones: that is felt, if hardly here
     assert np.abs(tension - system.terms.tension).max() > 1e-6 * np.abs(tension).max()
+
+
+def test_recovered_forces_with_settled_axial_forces_are_in_equilibrium(seed):
+    scene = seed.changed(
+        effects=("coupling", "geometric-stiffness"),
+        drive__speed=15.0,
+        analysis__sub_intervals=60,
+        analysis__tension="settled",
+        analysis__stability=False,
+    )
+    system = mechanism(scene)
+    system, history = by_collocation(scene, system, scene_modes(scene, system))
+    forces = nodal_forces(system, history)
+    lack = system.transformation.backward(system.values, forces)  # P^T of all forces on the nodes
+    assert np.abs(lack).max() < 1e-9 * np.abs(forces).max()
