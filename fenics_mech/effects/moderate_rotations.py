@@ -12,6 +12,8 @@ from fenics_mech.beams.stretching import Stretching
 from fenics_mech.effects.effect import Effect, Survey
 from fenics_mech.effects.terms import Array, Index, Situation, Terms
 
+NEAR_BUCKLING = 0.8  # of a mode's stiffness, that axial forces take
+
 
 @dataclass(frozen=True)
 class VonKarman:
@@ -97,10 +99,12 @@ def size(survey: Survey) -> float:
     """Estimate what the elastic motion adds to axial forces, and how far bending shortens members.
 
     An arc of height a over a chord L is longer by ``(pi a)^2/(4 L)`` if it is a half-wave of a sine: over a itself, a
-    share of ``pi^2 a/(4 L)`` of the deflection.
+    share of ``pi^2 a/(4 L)`` of the deflection. Where axial forces come near to buckling, only the shortening holds the
+    members.
     """
+    near = survey.tension if survey.tension > NEAR_BUCKLING else 0.0
     bow = survey.bow * (1 + survey.vibration)
-    return max(survey.tension * survey.vibration, math.pi**2 / 4 * bow) * survey.sensitivity
+    return max(survey.tension * survey.vibration, math.pi**2 / 4 * bow, near) * survey.sensitivity
 
 
 EFFECT = Effect(

@@ -135,8 +135,11 @@ def floquet(
     kept = kept[np.argsort(-np.abs(values[kept]), kind="stable")][:FEW]
     period = float(np.mean(step)) * len(transitions)
     mode, share = _carriers(start, q[kept], rate[kept], modes)
-    turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as its speed tells
-    frequency = np.abs(np.round(turned[kept] - turns) + turns) / period
+    turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as its speed, or else its mode's, tells
+    natural = modes.frequency.mean(axis=0)[mode] * period
+    own = np.abs(turned[kept]) / natural
+    turned = np.where((own > 0.6) & (own < 1.6), turned[kept], np.sign(turned[kept]) * natural)
+    frequency = np.abs(np.round(turned - turns) + turns) / period
     return Stability(values[kept], frequency, mode, share, period, limit / (2 * np.pi))
 
 

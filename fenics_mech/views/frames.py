@@ -78,6 +78,8 @@ def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
 
 def cycle(result: Result, count: int) -> Array:
     """Drive angles (rad) of `count` frames over one turn, in the order of time."""
+    if not result.scene.drives:
+        return np.zeros(count)
     return result.scene.drive_angles(count)
 
 

@@ -148,8 +148,8 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
     Returns
     -------
     list of Path
-        One strain plot per member at mid-span, one more per other place that was measured, then deflections, joint
-        forces and, when modes were solved, frequencies.
+        None where there is but one position. One strain plot per member at mid-span, one more per other place that
+        was measured, then deflections, joint forces and, when modes were solved, frequencies.
 
     Raises
     ------
@@ -163,6 +163,8 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
+    if result.data.sizes["theta"] == 1:
+        return []
     paths = [plot_strain(result, m, folder / f"strain_{m}.png", rigid=rigid.get(m)) for m in scene.members()]
     elsewhere = {(m.member, m.s, m.fibre) for m in scene.measurements} - {(m, 0.5, "+") for m in scene.members()}
     for member, s, fibre in sorted(elsewhere):

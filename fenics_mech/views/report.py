@@ -33,10 +33,16 @@ def summary(result: Result) -> Group:
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance))
+        if _acts(result, "moderate-rotations"):
+            parts.append(Text("(of the links without their axial forces)"))
     if "stability_limit" in result.data.attrs:
         parts.append(_stability(result))
     parts.append(_validity(result))
     return Group(*parts)
+
+
+def _acts(result: Result, name: str) -> bool:
+    return any(effect["acts"] for effect in json.loads(result.data.attrs["effects"]) if effect["name"] == name)
 
 
 def _validity(result: Result) -> Text:
@@ -46,18 +52,19 @@ def _validity(result: Result) -> Text:
     worst = f"{members[euler.argmax()]!r}: axial force up to {euler.max():.3g} of its Euler load"
     bent = f"{members[bow.argmax()]!r}: bow up to {bow.max():.3g} of its length"
     turned = f"{members[turn.argmax()]!r}: axis turns by up to {turn.max():.3g} rad"
-    acting = {effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]}
-    if "moderate-rotations" in acting:
+    if _acts(result, "moderate-rotations"):
         if turn.max() <= LARGEST_ROTATION:
             return Text(f"Within the theory of moderate rotations: {turned}; {worst}.")
         text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, expect wrong strains: {turned} (limit {LARGEST_ROTATION})."
         return Text(text, style="bold red")
-    carried = "geometric-stiffness" in acting
+    carried = _acts(result, "geometric-stiffness")
     if (carried or euler.max() <= LARGEST_EULER_RATIO) and bow.max() <= LARGEST_BOW:
         return Text(f"Within the linear theory: {worst}; {bent}.")
+    beyond = [f"{bent} (limit {LARGEST_BOW})"] if bow.max() > LARGEST_BOW else []
+    if not carried and euler.max() > LARGEST_EULER_RATIO:
+        beyond.insert(0, f"{worst} (limit {LARGEST_EULER_RATIO})")
     return Text(
-        f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {worst} (limit {LARGEST_EULER_RATIO}); {bent} "
-        f"(limit {LARGEST_BOW}). effects = 'auto' takes what is needed.",
+        f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {'; '.join(beyond)}. effects = 'auto' takes what is needed.",
         style="bold red",
     )
 
@@ -89,6 +96,12 @@ def _decisions(result: Result) -> Table:
         rest = "the others answer statically" if analysis.static_correction else "the others are left out"
         rows["joining"] = f"{analysis.join}, load {analysis.load} inside each sub-interval"
         rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
+    for name, text in (
+        ("error_estimate", "error estimate"),
+        ("cycle_change", "last cycle differs from the one before by"),
+    ):
+        if name in result.data.attrs:
+            rows[text] = f"{result.data.attrs[name]:.2g}"
     rows["damping"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"

@@ -48,7 +48,13 @@ def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, 
 
 def effects_table(choices: Sequence[Choice], tolerance: float) -> Table:
     """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of."""
-    table = table_of(f"Effects (those above {tolerance / 2:g} act)", "effect", "size", "acts", "estimate or meaning")
+    table = table_of(
+        f"Effects under effects = 'auto' (those above {tolerance / 2:g} act)",
+        "effect",
+        "size",
+        "acts",
+        "estimate or meaning",
+    )
     for choice in choices:
         if choice.size is None and not choice.acts:
             continue
@@ -56,6 +62,8 @@ def effects_table(choices: Sequence[Choice], tolerance: float) -> Table:
         acts = Text("yes", style="bold green") if choice.acts else Text("no")
         if choice.lacking:
             acts = Text("lacks data", style="bold red")
+        if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
+            acts = Text(f"in {holder}")
         effect = choice.effect
         about = effect.meaning if choice.size is None else effect.estimate
         table.add_row(effect.name, size, acts, Text(about))
@@ -87,6 +95,8 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     counts = f"{len(scene.links)} links, {len(scene.joints)} joints, {len(scene.masses)} point masses"
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
+    if not scene.drives:
+        turns = "Nothing drives it."
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
     lines.append(Text(turns))
     for critical in reach.critical:
