@@ -106,8 +106,8 @@ def _pictures(
     from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
     scene, shown = result.scene, frames_at(result, theta, magnify)
-    several = f"{len(scene.drives)} drives; period {scene.period:.4g} s"
-    title = f"{scene.name}, {drive_of(scene) if len(scene.drives) == 1 else several}"
+    driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
+    title = f"{scene.name}, {driven}"
     caption = (
         f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, coloured by the strain of the + fibre; grey: rigid bodies"
     )

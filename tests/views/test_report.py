@@ -10,9 +10,18 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.scene import load
+from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies import Finding
-from fenics_mech.views import check_table, frequency_table, scene_overview, summary, write_frequencies
+from fenics_mech.views import (
+    animate,
+    check_table,
+    frequency_table,
+    plot_all,
+    scene_overview,
+    summary,
+    write_frequencies,
+)
 
 
 def printed(renderable, width=80):
@@ -96,3 +105,25 @@ def test_overview_of_scene_files(tmp_path, demo_text):
     assert "dead centre" in printed(scene_overview(scene, reachable_range(scene)))
     with pytest.raises(SceneError):
         load(tmp_path / "lost.toml")
+
+
+def test_a_structure_that_nothing_drives_is_summarised_and_drawn(tmp_path):
+    half = {"section": "strip", "material": "metal"}
+    scene = build(
+        {
+            "materials": {"metal": {"modulus": 70e9, "density": 2700.0}},
+            "sections": {"strip": {"shape": "rectangle", "width": 0.02, "height": 0.002}},
+            "ground": {"points": {"A": [0, 0]}},
+            "links": {"beam": {"points": {"A": [0, 0], "B": [1, 0]}, "members": {"AB": {"ends": ["A", "B"], **half}}}},
+            "joints": {"A": {"kind": "weld", "connect": ["ground.A", "beam.A"]}},
+            "loads": {"push": {"at": "beam.B", "force": [0, 0.1]}},
+            "effects": "auto",
+            "analysis": {"method": "static"},
+        }
+    )
+    result = analyse(scene)
+    text = printed(summary(result))
+    assert "no drive" in text
+    assert "input torque" not in text
+    assert plot_all(result, tmp_path) == []
+    assert animate(result, tmp_path / "beam.png").stat().st_size > 1000
