@@ -100,7 +100,12 @@ def _at_load(
         if not changes or changes[-1] > FAR:
             tension = guess(tension)
         tangents = equation.linearised(*old, tension)
-        orbit = solve(replace(tangents, load=tangents.load + lowered))
+        try:
+            orbit = solve(replace(tangents, load=tangents.load + lowered))
+        except np.linalg.LinAlgError as error:
+            raise SolverError(
+                f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling load"
+            ) from error
         new = (orbit.displacement, orbit.velocity)
         tension = equation.predicted_tension(*old, *new)
         change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
