@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
+from fenics_mech._arrays import each
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, work_equivalent
@@ -144,3 +145,8 @@ def member_rotation(mesh: BeamMesh) -> Array:
 def element_dofs(mesh: BeamMesh) -> NDArray[np.int64]:
     """Nodal dofs of each element, ``(elements, 6)``."""
     return (3 * mesh.cell_nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
+
+
+def in_member_axes(mesh: BeamMesh, nodal: Array) -> Array:
+    """Nodal values in link axes as those of each element in its member's axes, ``(angles, elements, 6)``."""
+    return each(member_rotation(mesh), nodal[:, element_dofs(mesh)])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_mech._arrays import each, times
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.beams.stretching import Stretching
 from fenics_mech.effects.effect import Effect, Survey
@@ -53,12 +54,12 @@ class VonKarman:
         v, rate = v[:, self.dofs], rate[:, self.dofs]
         found, turned = self._forces(v, rate)
         line, bow, rigidity = self.stretching.line, self.stretching.bow, self.rigidity[:, None, None]
-        swing = self.material * _times(bow, rate)  # change of the strain's rate with v
+        swing = self.material * each(bow, rate)  # change of the strain's rate with v
         lift = turned[..., :, None]
         by_v = rigidity * lift * (turned + swing)[..., None, :]
         by_rate = self.material * rigidity * lift * turned[..., None, :]
-        constant = found[..., None] * turned - _apply(by_v, v) - _apply(by_rate, rate)
-        constant -= tension[..., None] * _times(bow, v)
+        constant = found[..., None] * turned - times(by_v, v) - times(by_rate, rate)
+        constant -= tension[..., None] * each(bow, v)
         straight = rigidity * line[:, :, None] * line[:, None, :]
         return constant, by_v + tension[..., None, None] * bow - straight, by_rate - self.material * straight
 
@@ -66,25 +67,16 @@ class VonKarman:
         """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
         v, rate, new_v, new_rate = (array[:, self.dofs] for array in (v, rate, new_v, new_rate))
         found, turned = self._forces(v, rate)
-        swing = self.material * _times(self.stretching.bow, rate)
+        swing = self.material * each(self.stretching.bow, rate)
         change = np.sum((turned + swing) * (new_v - v), -1) + self.material * np.sum(turned * (new_rate - rate), -1)
         return found + self.rigidity * change
 
     def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Tension, and the change of the element's elongation with its dofs, ``line + bow v``."""
-        bent = _times(self.stretching.bow, v)
+        bent = each(self.stretching.bow, v)
         turned = self.stretching.line + bent
         elongation = np.sum((self.stretching.line + bent / 2) * v, -1)
         return self.rigidity * (elongation + self.material * np.sum(turned * rate, -1)), turned
-
-
-def _times(matrices: Array, vectors: Array) -> Array:
-    """One matrix per element times ``(angles, elements, 6)``."""
-    return np.einsum("eij,tej->tei", matrices, vectors)
-
-
-def _apply(blocks: Array, vectors: Array) -> Array:
-    return (blocks @ vectors[..., None])[..., 0]
 
 
 def terms(situation: Situation) -> Terms:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import summed
 from fenics_mech.beams import BeamMesh, Beams
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.kinematics import Motion
@@ -84,12 +84,6 @@ class Entries:
     def dense(self, size: int) -> Array:
         """The matrix at all angles, ``(angles or 1, size, size)``."""
         return summed(self.values, self.rows * size + self.columns, size**2).reshape(-1, size, size)
-
-
-def summed(values: Array, place: Index, size: int) -> Array:
-    """Sum values ``(angles, entries)`` that share a place, ``(angles, size)``."""
-    collect = sp.csr_matrix((np.ones(len(place)), (place, np.arange(len(place)))), shape=(size, len(place)))
-    return np.ascontiguousarray((collect @ values.T).T)
 
 
 class Law(Protocol):

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import times
 from fenics_mech.effects import Entries
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.system import System
@@ -179,8 +180,3 @@ def _product(matrix: sp.csr_matrix | Array, columns: Array) -> Array:
     angles, rows, size = columns.shape
     flat = columns.transpose(1, 0, 2).reshape(rows, -1)
     return np.asarray(matrix @ flat).reshape(-1, angles, size).transpose(1, 0, 2)
-
-
-def times(matrices: Array, vectors: Array) -> Array:
-    """One matrix at each angle times one vector, ``(angles, rows)``."""
-    return (matrices @ vectors[..., None])[..., 0]

@@ -11,11 +11,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fenics_mech._arrays import summed
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.effects import NOTHING, Entries, Terms
-from fenics_mech.effects.terms import summed
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.inextensible import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation

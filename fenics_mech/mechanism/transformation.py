@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import summed
 from fenics_mech.beams import BeamMesh
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
@@ -120,22 +121,15 @@ class Transformation:
 
     def forward(self, values: Array, q: Array) -> Array:
         """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., nodal dofs)``."""
-        return _summed(values * q[..., self.columns], self.rows, self.height)
+        return summed(values * q[..., self.columns], self.rows, self.height)
 
     def backward(self, values: Array, force: Array) -> Array:
         """``P^T force`` at all angles: ``(angles, ..., nodal dofs)`` to ``(angles, ..., coordinates)``."""
-        return _summed(values * force[..., self.rows], self.columns, len(self.names))
+        return summed(values * force[..., self.rows], self.columns, len(self.names))
 
     def on_unknowns(self, force: Array) -> Array:
         """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(angles, nodal dofs)``."""
         return force if self.base is None else force @ self.base[: self.height, : self.height]
-
-
-def _summed(terms: Array, target: Index, size: int) -> Array:
-    """Sum the last axis of `terms` over the entries that share a target."""
-    collect = sp.csr_matrix((np.ones(len(target)), (target, np.arange(len(target)))), shape=(size, len(target)))
-    flat = terms.reshape(-1, terms.shape[-1])
-    return np.asarray(collect @ flat.T).T.reshape(*terms.shape[:-1], size)
 
 
 def build_transformation(

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import each, times
 from fenics_mech.beams import Beams
 from fenics_mech.beams.assembly import means
-from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.shapes import (
     AXIAL,
     CUBIC,
@@ -117,22 +118,22 @@ def element_forces(system: System, history: History) -> Array:
     """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
     beams, terms = system.beams, system.terms
     v = system.to_links(history.displacement)
-    ends = _each(beams.element_stiffness, _in_member_axes(system, v))
-    ends += _each(beams.element_mass, _in_member_axes(system, history.inertia))
+    ends = each(beams.element_stiffness, in_member_axes(system.beams.mesh, v))
+    ends += each(beams.element_mass, in_member_axes(system.beams.mesh, history.inertia))
     if history.turning is not None and history.centripetal is not None:
-        ends += _each(beams.element_gyroscopic, _in_member_axes(system, history.turning))
+        ends += each(beams.element_gyroscopic, in_member_axes(system.beams.mesh, history.turning))
         if beams.rotary is not None:
-            ends -= _each(beams.element_rotary_mass, _in_member_axes(system, history.centripetal))
+            ends -= each(beams.element_rotary_mass, in_member_axes(system.beams.mesh, history.centripetal))
     if history.velocity is not None and terms.material:
-        ends += terms.material * _each(beams.element_stiffness, _in_member_axes(system, history.velocity))
+        ends += terms.material * each(beams.element_stiffness, in_member_axes(system.beams.mesh, history.velocity))
     rotation = member_rotation(beams.mesh)
     if terms.element_stiffness is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
-        ends += _each(rotation, (terms.element_stiffness @ of_elements[..., None])[..., 0])
+        ends += each(rotation, times(terms.element_stiffness, of_elements))
     if terms.line is not None:
         ends -= beams.layout.work_equivalent(terms.line)
     if terms.law is not None and history.velocity is not None:
-        ends += _each(rotation, terms.law.force(v, history.velocity))
+        ends += each(rotation, terms.law.force(v, history.velocity))
     held = system.transformation.held
     if held is not None:
         ends[..., [0, 3]] += held_tension(system, held, history)[..., None] * [-1.0, 1.0]
@@ -153,21 +154,10 @@ def mean_tension(system: System, history: History) -> Array:
     return (ends[..., 3] - ends[..., 0]) / 2
 
 
-def _each(matrices: Array, vectors: Array) -> Array:
-    """One matrix per element times ``(angles, elements, 6)``."""
-    return np.einsum("eij,tej->tei", matrices, vectors)
-
-
-def _in_member_axes(system: System, nodal: Array) -> Array:
-    """Nodal values in link axes as those of each element in its member's axes, ``(angles, elements, 6)``."""
-    mesh = system.beams.mesh
-    return _each(member_rotation(mesh), nodal[:, element_dofs(mesh)])
-
-
 def _hermite(system: System, nodal: Array) -> Array:
     """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``."""
-    values, layout = _in_member_axes(system, nodal), system.beams.layout
-    return values if layout.shear_angle is None else _each(layout.tie, values)
+    values, layout = in_member_axes(system.beams.mesh, nodal), system.beams.layout
+    return values if layout.shear_angle is None else each(layout.tie, values)
 
 
 def _rotary(
@@ -180,7 +170,7 @@ def _rotary(
     beams = system.beams
     h = beams.mesh.cell_length[element]
     turning = history.inertia if history.centripetal is None else history.inertia - history.centripetal
-    slopes, nodal = _hermite(system, turning)[:, element], _in_member_axes(system, turning)[:, element]
+    slopes, nodal = _hermite(system, turning)[:, element], in_member_axes(system.beams.mesh, turning)[:, element]
     rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # of the sections' rotation: slope of w less angle of shear
     rate[..., :4], rate[..., 4] = _scaled(slopes[..., NORMAL], h) / h[:, None], nodal[..., 2] - slopes[..., 2]
     terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fenics_mech._arrays import times
 from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
@@ -39,18 +40,14 @@ def solve_cycle(transitions: Array, right: Array, options: Mapping[str, Any]) ->
         return _solve(transitions, right, options)
     first, second = slice(0, len(transitions) - 1, 2), slice(1, None, 2)
     pairs = transitions[second] @ transitions[first]
-    over_pairs = right[second] + _times(transitions[second], right[first])
+    over_pairs = right[second] + times(transitions[second], right[first])
     if odd := len(transitions) % 2:
         pairs, over_pairs = np.append(pairs, transitions[-1:], axis=0), np.append(over_pairs, right[-1:], axis=0)
     states = np.empty_like(right)
     states[::2] = solve_cycle(pairs, over_pairs, options)
     starts = states[::2][:-1] if odd else states[::2]
-    states[1::2] = right[first] + _times(transitions[first], starts)
+    states[1::2] = right[first] + times(transitions[first], starts)
     return states
-
-
-def _times(matrices: Array, vectors: Array) -> Array:
-    return np.einsum("kij,kj->ki", matrices, vectors)
 
 
 def _solve(blocks: Array, right: Array, options: Mapping[str, Any]) -> Array:

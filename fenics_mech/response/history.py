@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.mechanism.equation import Equation, times
+from fenics_mech._arrays import times
+from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import times
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
@@ -55,7 +56,7 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     carry = _carry_over(scene, modes, step)
     states = solve_cycle(
         carry @ _block_diagonal(oscillators.transition(step)),
-        np.einsum("kij,kj->ki", carry, _flat(oscillators.forced(start, slope, step))),
+        times(carry, _flat(oscillators.forced(start, slope, step))),
         scene.petsc,
     )
     half = oscillators.transition(step / 2)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.effects import Entries, Terms
 from fenics_mech.effects.effect import Survey
 from fenics_mech.mechanism import System
@@ -118,6 +118,6 @@ def _member_energy(system: System, q: Array) -> Array:
 def _energies(system: System, q: Array) -> Array:
     """Strain energy of each member, ``(angles, members)``."""
     mesh = system.beams.mesh
-    v = np.einsum("eij,tej->tei", member_rotation(mesh), system.to_links(q)[:, element_dofs(mesh)])
+    v = in_member_axes(mesh, system.to_links(q))
     by_element = np.einsum("tei,eij,tej->te", v, system.beams.element_stiffness, v)
     return np.stack([by_element[:, mesh.cell_member == i].sum(axis=1) for i in range(len(mesh.members))], axis=1)

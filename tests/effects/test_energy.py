@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from fenics_mech._arrays import times
 from fenics_mech.analysis import analyse
 from fenics_mech.building import mechanism, scene_modes
-from fenics_mech.mechanism.equation import Equation, times
+from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.joints import drive_efforts, nodal_forces, reactions
 from fenics_mech.steady import by_collocation
 

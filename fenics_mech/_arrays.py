@@ -1,0 +1,26 @@
+"""Products and sums of whole arrays over the drive angles."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def times(matrices: Array, vectors: Array) -> Array:
+    """One matrix times one vector at each place of the leading axes: ``(..., i, j)`` by ``(..., j)``."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def each(matrices: Array, vectors: Array) -> Array:
+    """One matrix per element times its vector at each angle: ``(elements, i, j)`` by ``(angles, elements, j)``."""
+    return np.einsum("eij,tej->tei", matrices, vectors)
+
+
+def summed(values: Array, place: NDArray[np.int64], size: int) -> Array:
+    """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
+    collect = sp.csr_matrix((np.ones(len(place)), (place, np.arange(len(place)))), shape=(size, len(place)))
+    flat = values.reshape(-1, values.shape[-1])
+    return np.ascontiguousarray((collect @ flat.T).T).reshape(*values.shape[:-1], size)
