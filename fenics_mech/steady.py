@@ -66,7 +66,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
 def _settled(
     scene: Scene, start: Equation, inside: Equation, tableau: Tableau, steps: Steps
 ) -> tuple[Equation, Equation, Equation]:
-    """Give the equations with axial forces of the response: at the starts of the steps, inside, at Gauss points."""
+    """Give the equations with axial forces of the response: at the starts of the steps, inside, and for stability."""
     orbit: Orbit | None = None
 
     def respond(system: System) -> History:
@@ -83,13 +83,13 @@ def _settled(
         tension = mean_tension(equation.system, history_of(equation, q, rate))
         return Equation(with_tension(equation.system, tension), equation.extra_damping)
 
+    at_starts = stiffened(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular])
+    equation = Equation(settled, inside.extra_damping)
+    if scene.analysis.scheme == "gauss" or not scene.analysis.stability:
+        return at_starts, equation, equation
     gauss = Tableau.of("gauss", scene.analysis.stages)
-    between_points = between(orbit, tableau, steps.duration, gauss.points)
-    return (
-        stiffened(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular]),
-        Equation(settled, inside.extra_damping),
-        stiffened(_equation_inside(scene, start.system, steps, gauss), *between_points),
-    )
+    at_gauss = between(orbit, tableau, steps.duration, gauss.points)
+    return at_starts, equation, stiffened(_equation_inside(scene, start.system, steps, gauss), *at_gauss)
 
 
 def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-GROUND = -1
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
 
 

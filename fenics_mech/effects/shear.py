@@ -29,13 +29,12 @@ def beams(scene: Scene, links: Beams) -> Beams:
     SceneError
         When a material or a section does not say what is needed, or a pin travels along a member that bends.
     """
-    for name, joint in scene.joints.items():
-        if getattr(joint, "member", None) is not None:
-            raise SceneError(
-                "shear does not know pins that travel along members",
-                place=f"joints.{name}.member",
-                hint="Leave 'shear' out of the effects",
-            )
+    for name in _travelling(scene):
+        raise SceneError(
+            "shear does not know pins that travel along members",
+            place=f"joints.{name}.member",
+            hint="Leave 'shear' out of the effects",
+        )
     (stiffness,), powers = along_elements(scene, links.layout, _shear_stiffness)
     rigidity = means(powers[:, 0])
     return replace(
@@ -66,7 +65,12 @@ def possible(scene: Scene) -> bool:
             scene.shear_stiffness(label, np.zeros(1))
     except SceneError:
         return False
-    return not any(getattr(joint, "member", None) for joint in scene.joints.values())
+    return not _travelling(scene)
+
+
+def _travelling(scene: Scene) -> list[str]:
+    """Joints whose pin travels along a member."""
+    return [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None]
 
 
 EFFECT = Effect(

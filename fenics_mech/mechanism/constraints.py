@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams import BeamMesh
-from fenics_mech.beams.attachment import GROUND, QUARTER, Attachment
+from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.contact import Contact, travelled
 from fenics_mech.mechanism.jets import Array, Jets, constant, product, rotation
 from fenics_mech.scene import Prismatic, Scene, Slot

@@ -10,11 +10,11 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech.beams import BeamMesh
-from fenics_mech.beams.attachment import GROUND
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation
 from fenics_mech.scene import Scene
 

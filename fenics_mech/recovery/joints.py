@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensible import Inextensible
@@ -15,7 +16,6 @@ from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-GROUND = -1
 
 
 def nodal_forces(system: System, history: History) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,14 +57,7 @@ class Result:
         ResultError
             When the file cannot be read or is not a result of this program.
         """
-        try:
-            with xr.open_dataset(path, engine="h5netcdf") as data:
-                loaded = data.load()
-        except Exception as error:  # h5py, h5netcdf and xarray raise many types for a file that is not theirs
-            raise ResultError(f"{path}: cannot be read as a result: {error}") from error
-        if "fenics_mech" not in loaded.attrs:
-            raise ResultError(f"{path}: this NetCDF file is not a result of fenics_mech")
-        return cls(loaded)
+        return cls(read_dataset(path, "h5netcdf", "result", ("fenics_mech",)))
 
     def to_csv(self, folder: str | Path) -> list[Path]:
         """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value."""
@@ -86,6 +79,24 @@ class Result:
     def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> np.ndarray:
         """Strain over the drive angles at a place of a member, interpolated between stations, ``(angles,)``."""
         return self.data["strain"].sel(member=member, fibre=fibre).interp(s=s).to_numpy()
+
+
+def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[str]) -> xr.Dataset:
+    """Read a dataset of some kind, which has certain attributes.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be read or is not of that kind.
+    """
+    try:
+        with xr.open_dataset(path, engine=engine) as data:
+            loaded = data.load()
+    except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
+        raise ResultError(f"{path}: cannot be read as a {kind}: {error}") from error
+    if not set(attributes) <= set(loaded.attrs):
+        raise ResultError(f"{path}: this NetCDF file is not a {kind} of fenics_mech")
+    return loaded
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

@@ -129,14 +129,15 @@ def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Arr
     theta = np.degrees(equation.system.motion.theta[worst])
     left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
     if np.any(equation.system.motion.omega):
-        hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
+        sought, hint = "motion", "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
     else:
+        sought = "equilibrium"
         hint = (
             "Lower the load: in this theory a member that nothing holds against shortening carries no more than its "
             "buckling load"
         )
     return SolverError(
-        f"no {'motion' if 'Give' in hint else 'equilibrium'} found: Newton's method stopped after {iterations} "
+        f"no {sought} found: Newton's method stopped after {iterations} "
         f"iterations at {factor:.3g} of the load, with a relative residual of {left:.1e}, largest at drive angle "
         f"{theta:.6g} deg. {hint}"
     )

@@ -20,7 +20,7 @@ from mpi4py import MPI
 
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
-from fenics_mech.recovery.result import write_whole
+from fenics_mech.recovery.result import read_dataset, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
@@ -76,14 +76,7 @@ class Sweep:
         ResultError
             When the file cannot be read or is not a sweep of this program.
         """
-        try:
-            with xr.open_dataset(path, engine="scipy") as data:
-                loaded = data.load()
-        except Exception as error:  # SciPy and xarray raise many types for a file that is not theirs
-            raise ResultError(f"{path}: cannot be read as a sweep: {error}") from error
-        if "fenics_mech" not in loaded.attrs or "paths" not in loaded.attrs:
-            raise ResultError(f"{path}: this NetCDF file is not a sweep of fenics_mech")
-        return cls(loaded)
+        return cls(read_dataset(path, "scipy", "sweep", ("fenics_mech", "paths")))
 
 
 def run_sweep(

@@ -266,12 +266,17 @@ def _check_place(result: Result, member: str, fibre: str) -> None:
             raise ViewError(f"the result has no {dimension} {name!r}; it has {', '.join(known)}")
 
 
-def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
-    """Make a figure with axes over the drive angle, on a canvas that needs no display."""
+def empty_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
+    """Make a figure with axes below one another, on a canvas that needs no display."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained")
         FigureCanvasAgg(figure)
-        axes = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+        return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+
+
+def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
+    """Make a figure with axes over the drive angle."""
+    figure, axes = empty_figure(rows, height)
     axes[-1].set_xlabel("drive angle (deg)")
     axes[-1].set_xlim(0, 360)
     axes[-1].set_xticks(range(0, 361, 45))

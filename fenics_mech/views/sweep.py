@@ -11,7 +11,6 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
@@ -21,7 +20,7 @@ from rich.text import Text
 
 from fenics_mech.errors import ViewError
 from fenics_mech.views.geometry import Array
-from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, finish, save
+from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, empty_figure, finish, save
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -116,7 +115,7 @@ def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
 
 def response_figure(sweep: Sweep) -> Figure:
     """Peak strain of every member, and below it the peak deflection, over the swept field."""
-    figure, (upper, lower) = _figure(rows=2, height=6.4)
+    figure, (upper, lower) = empty_figure(rows=2, height=6.4)
     x, data = _along(sweep), sweep.data
     for i, member in enumerate(data["member"].to_numpy()):
         look = _look(i, len(x))
@@ -131,7 +130,7 @@ def force_figure(sweep: Sweep) -> Figure:
     """Peak joint forces over the swept field, and below them the peak input torque where there is one."""
     x, data = _along(sweep), sweep.data
     torque = "peak_input_torque" in data
-    figure, panels = _figure(rows=1 + torque, height=6.4 if torque else SIZE[1])
+    figure, panels = empty_figure(rows=1 + torque, height=6.4 if torque else SIZE[1])
     for i, joint in enumerate(data["joint"].to_numpy()):
         panels[0].plot(x, data["peak_joint_force"].sel(joint=joint), label=f"joint {joint}", **_look(i, len(x)))
     _settle(panels[0], sweep, "Joint forces: largest over the cycle", "force (N)", last=not torque)
@@ -143,7 +142,7 @@ def force_figure(sweep: Sweep) -> Figure:
 
 def campbell_figure(sweep: Sweep) -> Figure:
     """Campbell diagram: each mode's range of frequencies, and multiples of the drive's rate as lines from below."""
-    figure, (axes,) = _figure(height=5.2)
+    figure, (axes,) = empty_figure(height=5.2)
     x, data = _along(sweep), sweep.data
     low, high = data["frequency_lowest"].to_numpy(), data["frequency_highest"].to_numpy()
     top = 1.08 * float(np.nanmax(high))
@@ -185,7 +184,7 @@ def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     x, data, gauge = _along(sweep), sweep.data, json.loads(sweep.data.attrs["gauge"])
     amplitude = MICRO * data["strain_harmonic"].sel(member=member).transpose("harmonic", ...).to_numpy()[1:]
     largest = float(np.nanmax(amplitude)) or 1.0
-    figure, (axes,) = _figure(height=max(4.0, 1.6 + 0.24 * len(amplitude)))
+    figure, (axes,) = empty_figure(height=max(4.0, 1.6 + 0.24 * len(amplitude)))
     waves = np.arange(1, len(amplitude) + 1)[:, None] + OVERLAP * amplitude / largest
     for order, wave in enumerate(waves, 1):
         axes.fill_between(x, order, wave, color=COLOURS[5], alpha=0.6, linewidth=0, zorder=3 - order / 100)
@@ -214,7 +213,7 @@ def _scale_bar(axes: Axes, height: float, largest: float) -> None:
 
 def stability_figure(sweep: Sweep) -> Figure:
     """Largest Floquet multiplier over the swept field."""
-    figure, (axes,) = _figure()
+    figure, (axes,) = empty_figure()
     x, largest = _along(sweep), sweep.data["multiplier"].max("disturbance")
     axes.plot(x, largest, **_look(0, len(x)))
     axes.axhline(1, color=COLOURS[1], linewidth=1, linestyle="--", zorder=1.5)
@@ -247,7 +246,7 @@ def stability_map(sweep: Sweep) -> Figure:
 
 def _map(sweep: Sweep, values: xr.DataArray, norm: Normalize, colours: str, title: str, label: str) -> Figure:
     """Colour the cells about the points of a grid, those that failed grey."""
-    figure, (axes,) = _figure(height=4.8)
+    figure, (axes,) = empty_figure(height=4.8)
     across, up = sweep.paths
     with mpl.rc_context(STYLE):
         grid = values.transpose(up, across)
@@ -260,14 +259,6 @@ def _map(sweep: Sweep, values: xr.DataArray, norm: Normalize, colours: str, titl
     axes.set_xlabel(_label(sweep.data, across))
     finish(axes, title, _label(sweep.data, up))
     return figure
-
-
-def _figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
-    """Make a figure with axes over one field, on a canvas that needs no display."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(SIZE[0], height), layout="constrained")
-        FigureCanvasAgg(figure)
-        return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
 
 
 def _settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = False) -> None:
