@@ -19,9 +19,10 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.motor import MotorEquation, at_rate, load_with_torque
 from fenics_mech.modes import Modes
 from fenics_mech.response import History
-from fenics_mech.response.collocation import between, solve_collocation
+from fenics_mech.response.collocation import between, corrected, solve_collocation
 from fenics_mech.response.damping import modal_damping
-from fenics_mech.response.floquet import Stability, floquet
+from fenics_mech.response.floquet import floquet
+from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import history_of
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
@@ -69,41 +70,35 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
 def _at_starts(
     scene: Scene, system: System, modes: Modes, orbit: Orbit, cut: tuple[Tableau, Steps]
 ) -> tuple[System, History]:
-    """Give mechanism and history at the starts of the sub-intervals, and judge the motion's stability."""
+    """Give mechanism and history at the starts of the sub-intervals, and judge the motion's accuracy and stability."""
     tableau, steps = cut
     damping = modal_damping(scene, system)
     start, twist = _accelerated(scene, system, steps.start, orbit.start, orbit.start_velocity, damping)
+    gauss = Tableau.of("gauss", scene.analysis.stages)
+    flow = _flow(scene, system, gauss, steps, between(orbit, tableau, steps.duration, gauss.points))
     stability = None
     if scene.analysis.stability:
-        gauss = Tableau.of("gauss", scene.analysis.stages)
-        q, rate = between(orbit, tableau, steps.duration, gauss.points)
-        theta = steps.angles(gauss.points, scene.cycle_rate)
-        inside = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
-        equation, _ = _accelerated(scene, system, theta, q, rate, inside)
-        stability = _judged(scene, equation, start, modes, (gauss, steps), (q, rate))
-    crank = _turned(scene, system, system.motion.theta, twist)
-    history = history_of(Equation(crank, damping), orbit.start[:, :-1], orbit.start_velocity[:, :-1])
-    return crank, replace(history, twist=twist, stability=stability)
+        shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))  # without twist
+        stability = floquet(flow, start.linear, replace(modes, shapes=shapes), scene.petsc)
+        if not scene.analysis.allow_unstable:
+            stability.refuse_unstable()
+    crank = Equation(_turned(scene, system, system.motion.theta, twist), damping)
+    history = history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1])
+    if scene.analysis.scheme == "radau":
+        q, rate = corrected(orbit, flow, scene.petsc)
+        history = replace(history, better=history_of(crank, q[:, :-1], rate[:, :-1]))
+    return crank.system, replace(history, twist=twist, stability=stability)
 
 
-def _judged(
-    scene: Scene,
-    equation: MotorEquation,
-    start: MotorEquation,
-    modes: Modes,
-    cut: tuple[Tableau, Steps],
-    motion: tuple[Array, Array],
-) -> Stability:
-    """Find the Floquet multipliers; the modes' shapes are without twist."""
+def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: tuple[Array, Array]) -> Flow:
+    """Give the steps of the equation linearised about a motion at the tableau's points."""
+    theta = steps.angles(tableau.points, scene.cycle_rate)
+    damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
+    equation, _ = _accelerated(scene, system, theta, *motion, damping)
     law, matrices = equation.system.terms.law, equation.linear
     if law is not None:
         matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
-    tableau, steps = cut
-    shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))
-    found = floquet(matrices, tableau, steps.duration, start.linear, replace(modes, shapes=shapes), scene.petsc)
-    if not scene.analysis.allow_unstable:
-        found.refuse_unstable()
-    return found
+    return Flow(matrices, tableau, steps.duration)
 
 
 def _accelerated(

@@ -1,9 +1,10 @@
-"""Periodic response of the whole equation of motion, and whether it is stable."""
+"""Periodic response of the whole equation of motion, how accurate it is, and whether it is stable."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,10 @@ from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import History
-from fenics_mech.response.collocation import between, solve_collocation
+from fenics_mech.response.collocation import between, corrected, solve_collocation
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.floquet import Stability, floquet
+from fenics_mech.response.flow import Flow
 from fenics_mech.response.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.history import history_of
 from fenics_mech.response.impulses import velocity_jumps
@@ -29,6 +31,100 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 States = Callable[[Array], tuple[Array, Array]]  # q and q' at places 0..1 in every step of the cycle
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """The equation of motion of a scene at the collocation points of the steps of its cycle.
+
+    Parameters
+    ----------
+    scene, system
+        The scene, and its mechanism at the starts of the sub-intervals.
+    """
+
+    scene: Scene
+    system: System
+    _equations: dict[tuple[str, int], Equation] = field(default_factory=dict)
+    _flows: dict[tuple[str, int], Flow] = field(default_factory=dict)
+
+    @cached_property
+    def steps(self) -> Steps:
+        """The sub-intervals, cut where something jumps."""
+        return Steps.of(self.scene)
+
+    @cached_property
+    def start(self) -> Equation:
+        """The equation at the starts of the sub-intervals."""
+        return Equation(self.system, modal_damping(self.scene, self.system))
+
+    @property
+    def settling(self) -> bool:
+        """Whether axial forces of the response act on it."""
+        return self.scene.analysis.tension == "settled" and self.system.terms.tension is not None
+
+    @property
+    def linear(self) -> bool:
+        """Whether the equation does not depend on the motion."""
+        return self.system.terms.law is None and not self.settling
+
+    @property
+    def tension(self) -> Array | None:
+        """Rough axial force of each element at the starts (N), where the links have a nonlinear law."""
+        return _tension(self.scene, self.system)
+
+    def inside(self, scheme: str, stages: int) -> Equation:
+        """Give the equation at collocation points of all steps."""
+        if (scheme, stages) not in self._equations:
+            theta = self.steps.angles(Tableau.of(scheme, stages).points, self.scene.cycle_rate)
+            inside = system_at(self.scene, self.system.beams, solve_motion(self.scene, theta, near=self.system.motion))
+            if inside.transformation.names != self.system.transformation.names:  # both choose them by their angles
+                raise SolverError(
+                    "the linkage has no coordinates that are good all over the cycle. Take other sub_intervals"
+                )
+            self._equations[scheme, stages] = Equation(inside, modal_damping(self.scene, inside))
+        return self._equations[scheme, stages]
+
+    def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
+        """Give the steps of the equation linearised about the motion (a linear one needs none)."""
+        if (scheme, stages) not in self._flows:
+            tableau, equation = Tableau.of(scheme, stages), self.inside(scheme, stages)
+            matrices = (
+                equation.linear if self.linear or motion is None else self._about(equation, *motion(tableau.points))
+            )
+            self._flows[scheme, stages] = Flow(matrices, tableau, self.steps.duration)
+        return self._flows[scheme, stages]
+
+    def _about(self, equation: Equation, q: Array, rate: Array) -> Matrices:
+        """Linearise about a motion."""
+        law = equation.system.terms.law
+        if law is None:
+            return self.stiffened(equation, q, rate).linear
+        return equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
+
+    @staticmethod
+    def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
+        """Give the equation with the axial forces of a motion."""
+        tension = mean_tension(equation.system, history_of(equation, q, rate))
+        return Equation(with_tension(equation.system, tension), equation.extra_damping)
+
+    def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
+        """Judge a motion, if the scene wants it.
+
+        Raises
+        ------
+        SolverError
+            When it is unstable, or an equation that is the same for all motions has a resonance.
+        """
+        analysis = self.scene.analysis
+        if not analysis.stability:
+            return None
+        found = floquet(self.flow("gauss", analysis.stages, motion), self.start.linear, modes, self.scene.petsc)
+        if not analysis.allow_unstable:
+            found.refuse_unstable()
+        if self.linear:
+            found.refuse_resonance()
+        return found
 
 
 def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
@@ -44,52 +140,58 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
     SolverError
         When the cycle cannot be closed, Newton's method or the axial forces do not settle, or the motion is unstable.
     """
-    tableau = Tableau.of(scene.analysis.scheme, scene.analysis.stages)
-    steps = Steps.of(scene)
-    equation = _equation_inside(scene, system, steps, tableau)
-    start = Equation(system, modal_damping(scene, system))
-    known = equation if scene.analysis.scheme == "gauss" else None
-    if scene.analysis.tension == "settled" and system.terms.tension is not None:
-        start, equation, known = _settled(scene, start, equation, tableau, steps)
-    jump = velocity_jumps(scene, equation.system, steps)
+    cycle, analysis = Cycle(scene, system), scene.analysis
+    stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
+    tableau, steps = Tableau.of(analysis.scheme, analysis.stages), cycle.steps
+    inside = cycle.inside(analysis.scheme, analysis.stages)
+    if cycle.settling:
+        inside = _settled(cycle, inside, tableau)
+    orbit = _orbit(scene, inside, tableau, steps)
 
-    def solve() -> tuple[History, States]:
-        orbit = solve_collocation(
-            equation, tableau, steps.duration, scene.petsc, _tension(scene, equation.system), jump
-        )
-        history = history_of(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular])
-        return history, lambda places: between(orbit, tableau, steps.duration, places)
+    def motion(places: Array) -> tuple[Array, Array]:
+        return between(orbit, tableau, steps.duration, places)
 
-    return start.system, _judged(scene, start, modes, steps, known, solve)
+    if not cycle.linear:
+        stability = cycle.stability(modes, motion)
+    better = ("gauss", analysis.stages) if analysis.scheme == "radau" else ("radau", analysis.stages + 1)
+    q, rate = corrected(orbit, cycle.flow(*better, motion), scene.petsc)
+    at, start = steps.regular, cycle.start
+    if cycle.settling:
+        start = cycle.stiffened(start, orbit.start[at], orbit.start_velocity[at])
+    history = history_of(start, orbit.start[at], orbit.start_velocity[at])
+    return start.system, replace(history, stability=stability, better=history_of(start, q[at], rate[at]))
 
 
-def _settled(
-    scene: Scene, start: Equation, inside: Equation, tableau: Tableau, steps: Steps
-) -> tuple[Equation, Equation, Equation]:
-    """Give the equations with axial forces of the response: at the starts of the steps, inside, and for stability."""
-    orbit: Orbit | None = None
+def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:
+    jump, tension = velocity_jumps(scene, inside.system, steps), _tension(scene, inside.system)
+    try:
+        return solve_collocation(inside, tableau, steps.duration, scene.petsc, tension, jump)
+    except SolverError as error:
+        straight = inside.linear if tension is None else _straight(inside, tension)
+        if straight.weakest is None:
+            raise
+        theta = np.degrees(inside.system.motion.theta[straight.weakest])
+        raise SolverError(
+            f"{error}. A member buckles: under the axial forces of loads and rigid motion the stiffness of the "
+            f"straight links is not positive at drive angle {theta:.6g} deg"
+        ) from error
+
+
+def _straight(inside: Equation, tension: Array) -> Matrices:
+    """Linearise about straight links under axial forces."""
+    still = np.zeros((len(tension), inside.system.size))
+    return inside.linearised(still, still, tension)
+
+
+def _settled(cycle: Cycle, inside: Equation, tableau: Tableau) -> Equation:
+    """Give the equation with the axial forces of the response."""
 
     def respond(system: System) -> History:
-        nonlocal orbit
         equation = Equation(system, inside.extra_damping)
-        jump = velocity_jumps(scene, system, steps)
-        orbit = solve_collocation(equation, tableau, steps.duration, scene.petsc, None, jump)
+        orbit = _orbit(cycle.scene, equation, tableau, cycle.steps)
         return history_of(equation, orbit.displacement, orbit.velocity)
 
-    settled = settle(inside.system, respond)
-    assert orbit is not None
-
-    def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
-        tension = mean_tension(equation.system, history_of(equation, q, rate))
-        return Equation(with_tension(equation.system, tension), equation.extra_damping)
-
-    at_starts = stiffened(start, orbit.start[steps.regular], orbit.start_velocity[steps.regular])
-    equation = Equation(settled, inside.extra_damping)
-    if scene.analysis.scheme == "gauss" or not scene.analysis.stability:
-        return at_starts, equation, equation
-    gauss = Tableau.of("gauss", scene.analysis.stages)
-    at_gauss = between(orbit, tableau, steps.duration, gauss.points)
-    return at_starts, equation, stiffened(_equation_inside(scene, start.system, steps, gauss), *at_gauss)
+    return Equation(settle(inside.system, respond), inside.extra_damping)
 
 
 def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
@@ -112,68 +214,17 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
             place="analysis.solver",
             hint="Write solver = 'collocation'",
         )
-    start, steps = Equation(system, modal_damping(scene, system)), Steps.of(scene)
+    cycle, analysis = Cycle(scene, system), scene.analysis
+    stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
+    series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, cycle.tension)
 
-    def solve() -> tuple[History, States]:
-        series = solve_harmonic_balance(
-            start, scene.analysis.harmonics, scene.period, scene.petsc, _tension(scene, system)
-        )
-        history = history_of(start, *series.at(np.abs(system.motion.theta)))
-        at = lambda places: series.at(np.abs(steps.angles(places, scene.cycle_rate)))  # noqa: E731
-        return replace(history, error_estimate=series.error), at
+    def motion(places: Array) -> tuple[Array, Array]:
+        return series.at(np.abs(cycle.steps.angles(places, scene.cycle_rate)))
 
-    return system, _judged(scene, start, modes, steps, None, solve)
-
-
-def _judged(
-    scene: Scene,
-    start: Equation,
-    modes: Modes,
-    steps: Steps,
-    known: Equation | None,
-    solve: Callable[[], tuple[History, States]],
-) -> History:
-    """Solve, and judge the stability: before if the equation is linear, as then it tells of a resonance too.
-
-    Parameters
-    ----------
-    start
-        The equation at the starts of the sub-intervals.
-    known
-        The equation at Gauss points, if there is one already.
-    solve
-        Gives the history, and the motion between.
-    """
-    analysis, law = scene.analysis, start.system.terms.law
-    if not analysis.stability:
-        return solve()[0]
-    tableau = Tableau.of("gauss", analysis.stages)
-    equation = known or _equation_inside(scene, start.system, steps, tableau)
-
-    def judge(matrices: Matrices) -> Stability:
-        found = floquet(matrices, tableau, steps.duration, start.linear, modes, scene.petsc)
-        if not analysis.allow_unstable:
-            found.refuse_unstable()
-        return found
-
-    if law is None:
-        stability = judge(equation.linear)
-        stability.refuse_resonance()
-        return replace(solve()[0], stability=stability)
-    history, at = solve()
-    q, rate = at(tableau.points)
-    assert equation.system.terms.law is not None
-    tension = equation.system.terms.law.tension(*equation.in_links(q, rate))
-    return replace(history, stability=judge(equation.linearised(q, rate, tension)))
-
-
-def _equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
-    """Give the equation at collocation points of all steps."""
-    theta = steps.angles(tableau.points, scene.cycle_rate)
-    inside = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
-    if inside.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
-        raise SolverError("the linkage has no coordinates that are good all over the cycle. Take other sub_intervals")
-    return Equation(inside, modal_damping(scene, inside))
+    if not cycle.linear:
+        stability = cycle.stability(modes, motion)
+    history = history_of(cycle.start, *series.at(np.abs(system.motion.theta)))
+    return system, replace(history, stability=stability, error_estimate=series.error)
 
 
 def _tension(scene: Scene, system: System) -> Array | None:

@@ -32,6 +32,16 @@ class Matrices:
     stiffness: Array
     load: Array
 
+    @property
+    def weakest(self) -> int | None:
+        """Angle with the smallest eigenvalue of the stiffness' symmetric part, if it is not positive."""
+        symmetric = self.stiffness + self.stiffness.transpose(0, 2, 1)
+        try:
+            np.linalg.cholesky(symmetric)
+        except np.linalg.LinAlgError:
+            return int(np.linalg.eigvalsh(symmetric)[:, 0].argmin())
+        return None
+
 
 @dataclass(frozen=True)
 class Equation:

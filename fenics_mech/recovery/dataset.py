@@ -13,6 +13,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
+from fenics_mech.recovery.accuracy import strain_error
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members
@@ -26,6 +27,7 @@ from fenics_mech.scene import Scene
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
+    "strain_error": ("1", "error of the member's strain by the steps in time, estimated"),
     "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
     "stress": ("Pa", "stress of the outer fibre"),
@@ -63,6 +65,10 @@ def collect(
     by_joint = joint_forces(scene, found)
     variables = _of_members(scene, members) | _of_springs(scene, system, history)
     variables["joint_force"] = (("theta", "joint", "component"), np.stack(list(by_joint.values()), axis=1))
+    estimate = history.error_estimate
+    if history.better is not None:
+        error, estimate = strain_error(scene, system, history)
+        variables["strain_error"] = (("member",), error)
     coordinates: dict[str, object] = {
         "theta": system.motion.theta,
         "time": ("theta", system.motion.time),
@@ -85,8 +91,8 @@ def collect(
     data = xr.Dataset(variables, coordinates, stamp(scene) | _decisions(system, choices))
     parts = _of_modes(modes), _of_stability(history.stability), _of_course(history.course)
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
-    if history.error_estimate is not None:
-        data.attrs["error_estimate"] = history.error_estimate
+    if estimate is not None:
+        data.attrs["error_estimate"] = estimate
     for name, (units, meaning) in ATTRIBUTES.items():
         if name in data:
             data[name].attrs.update(units=units, long_name=meaning)

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.flow import Flow
 from fenics_mech.response.newton import Orbit, solve_nonlinear
 from fenics_mech.response.tableau import Tableau
 
@@ -62,14 +64,15 @@ def _solve_linear(
 ) -> Orbit:
     """Solve ``M q'' + C q' + K q = f``, given at the collocation points."""
     n = matrices.load.shape[1]
-    response, transitions = linear_steps(matrices, tableau, step)
-    added = transitions[..., -1]
+    flow = Flow(matrices, tableau, step)
+    added = flow.added
     if jump is not None:
-        added[:, n:] += np.mean(step) * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
-    states = solve_cycle(transitions[..., :-1], added, options)
-    q, rate = states[:, :n], states[:, n:] / np.mean(step)
-    h = np.broadcast_to(step, len(q))[:, None, None]
-    acceleration = np.einsum("kinm,km->kin", response[..., :-1], states) + response[..., -1]
+        added = added.copy()
+        added[:, n:] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
+    states = solve_cycle(flow.transitions, added, options)
+    q, rate = states[:, :n], states[:, n:] / flow.pace
+    h = flow.duration[:, None, None]
+    acceleration = flow.accelerations(states)
     velocity = rate[:, None] + h * (tableau.inner @ acceleration)
     displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
     displacement += h**2 * (tableau.inner @ tableau.inner @ acceleration)
@@ -79,40 +82,42 @@ def _solve_linear(
         acceleration=acceleration.reshape(-1, n),
         start=q,
         start_velocity=rate,
+        flow=flow,
     )
 
 
-def linear_steps(matrices: Matrices, tableau: Tableau, step: float | Array) -> tuple[Array, Array]:
-    """Solve for the accelerations inside every step, and how its end follows from its start.
+def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
 
-    The state at a start is ``(q, step q')``, with the mean of the steps where they differ.
+    Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
+    by the steps of the two that have Radau points, which damp what is too fast for them. If these are the orbit's own,
+    a change counts from one step later on: what Gauss points make of the fastest vibrations is gone by then.
 
-    Returns
-    -------
-    tuple
-        q'' at the points, ``(steps, s, n, 2n + 1)``, and the state at the end, ``(steps, 2n, 2n + 1)``: the columns are
-        for a state at the start, the last one for the load.
+    Parameters
+    ----------
+    orbit
+        A motion by collocation.
+    better
+        The same steps with other points, in the equation linearised about the orbit.
+    options
+        PETSc options with the prefix "periodic_".
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
     """
-    s, n = len(tableau.points), matrices.load.shape[1]
-    mass, damping, stiffness = (m.reshape(-1, s, n, n) for m in (matrices.mass, matrices.damping, matrices.stiffness))
-    load = matrices.load.reshape(-1, s, n)
-    pace = np.mean(step)
-    h = np.broadcast_to(step, len(load))[:, None, None]
-    first, second = (part[..., None, None] for part in (h * tableau.inner, h**2 * (tableau.inner @ tableau.inner)))
-    lead = np.zeros((len(load), s, n, s, n))
-    for i in range(s):
-        for j in range(s):
-            lead[:, i, :, j] = first[:, i, j] * damping[:, i] + second[:, i, j] * stiffness[:, i]
-        lead[:, i, :, i] += mass[:, i]
-    by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / pace
-    right = np.concatenate([-stiffness, by_velocity, load[..., None]], axis=-1).reshape(-1, s * n, 2 * n + 1)
-    response = np.linalg.solve(lead.reshape(-1, s * n, s * n), right).reshape(-1, s, n, 2 * n + 1)
-    to_ends = h * (tableau.weights @ tableau.inner), np.full_like(h, pace) * tableau.weights
-    ends = h * np.concatenate(to_ends, axis=1)
-    transitions = np.einsum("kri,kinm->krnm", ends, response).reshape(-1, 2 * n, 2 * n + 1)
-    transitions[..., : 2 * n] += np.eye(2 * n)
-    transitions[:, :n, n : 2 * n] += h / pace * np.eye(n)
-    return response, transitions
+    assert orbit.flow is not None
+    n, pace = orbit.start.shape[1], orbit.flow.pace
+    states = np.concatenate([orbit.start, pace * orbit.start_velocity], axis=1)
+    defect = better.ends(states) - orbit.flow.ends(states)
+    carrier = orbit.flow if orbit.flow.tableau.damps else better
+    right = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
+    error = solve_cycle(carrier.transitions, right + defect, options) - states
+    if carrier is orbit.flow:
+        error = np.roll(times(carrier.transitions, error), 1, axis=0)
+    states = states + error
+    return states[:, :n], states[:, n:] / pace
 
 
 def between(orbit: Orbit, tableau: Tableau, step: float | Array, places: Array) -> tuple[Array, Array]:

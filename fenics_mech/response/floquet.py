@@ -5,7 +5,8 @@ steps' transitions. Its eigenvalues are the multipliers: the motion is stable wh
 
 Gauss points are taken. On an undamped oscillator they keep the magnitude of a multiplier exactly, and its angle to
 order 2s; Radau points would damp it by ``N (omega h)^(2s) (s!/(2s)!)^2/2`` in a cycle of N steps. Gauss points
-hardly damp what is too fast for the steps, so that such disturbances are left out.
+hardly damp what is too fast for the steps, so that such disturbances are left out: but not where the stiffness is not
+positive somewhere in the cycle and they grow without turning, as a buckled strut diverges.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics, ch. 3; Hairer and Wanner, Solving Ordinary Differential
 Equations II, section IV.5.
@@ -26,8 +27,7 @@ from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.modes import Modes
-from fenics_mech.response.collocation import linear_steps
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.flow import Flow
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
@@ -82,8 +82,8 @@ class Stability:
             raise SolverError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
                 f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) at {self.frequency[0]:.4g} Hz; mode "
-                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping; "
-                "analysis.allow_unstable lets it pass"
+                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping, or more "
+                f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
             )
 
     def refuse_resonance(self) -> None:
@@ -98,22 +98,13 @@ class Stability:
             )
 
 
-def floquet(
-    matrices: Matrices,
-    tableau: Tableau,
-    step: float | Array,
-    start: Matrices,
-    modes: Modes,
-    options: Mapping[str, Any] | None = None,
-) -> Stability:
+def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any] | None = None) -> Stability:
     """Find the multipliers that decide on stability.
 
     Parameters
     ----------
-    matrices
-        The equation linearised about the motion, at the collocation points of all steps of a cycle.
-    tableau, step
-        The points, and the duration of the steps, of all or of each (s).
+    flow
+        The steps of a cycle at Gauss points, of the equation linearised about the motion.
     start, modes
         The equation and the modes, with the start of the cycle first, to tell which mode a disturbance belongs to.
     options
@@ -124,16 +115,15 @@ def floquet(
     SolverError
         When SLEPc does not converge.
     """
-    _, transitions = linear_steps(matrices, tableau, step)
-    transitions = transitions[..., :-1]
-    values, states = _eigenpairs(transitions, options or {})
-    n = matrices.load.shape[1]
-    q, rate = states[:, :n], states[:, n:] / np.mean(step)
-    limit = LONGEST_STEP * len(tableau.points) / float(np.max(step))
-    resolved, turned = _followed(transitions, states, start, limit * float(np.mean(step)))
-    kept = np.flatnonzero(resolved)
-    kept = kept[np.argsort(-np.abs(values[kept]), kind="stable")][:FEW]
-    period = float(np.mean(step)) * len(transitions)
+    values, states = _eigenpairs(flow.transitions, options or {})
+    n = flow.matrices.load.shape[1]
+    q, rate = states[:, :n], states[:, n:] / flow.pace
+    limit = LONGEST_STEP * len(flow.tableau.points) / float(np.max(flow.step))
+    judged, turned = _followed(flow.transitions, states, start, limit * flow.pace)
+    if flow.matrices.weakest is not None:  # what grows so fast without turning is a divergence, and no vibration
+        judged |= (np.abs(values) > 1 + TOLERANCE) & (np.abs(values.imag) < TOLERANCE * np.abs(values))
+    kept = _leading(values, np.flatnonzero(judged))
+    period = float(np.sum(flow.duration))
     mode, share = _carriers(start, q[kept], rate[kept], modes)
     turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as its speed, or else its mode's, tells
     natural = modes.frequency.mean(axis=0)[mode] * period
@@ -141,6 +131,13 @@ def floquet(
     turned = np.where((own > 0.6) & (own < 1.6), turned[kept], np.sign(turned[kept]) * natural)
     frequency = np.abs(np.round(turned - turns) + turns) / period
     return Stability(values[kept], frequency, mode, share, period, limit / (2 * np.pi))
+
+
+def _leading(values: Complex, judged: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Few of those that count, largest magnitude first, and the one next to 1, which tells of a resonance."""
+    kept = judged[np.argsort(-np.abs(values[judged]), kind="stable")]
+    nearest = kept[np.abs(values[kept] - 1).argsort(kind="stable")][:1]
+    return np.concatenate([kept[:FEW], nearest[~np.isin(nearest, kept[:FEW])]])
 
 
 def _followed(transitions: Array, states: Complex, start: Matrices, limit: float) -> tuple[NDArray[np.bool_], Array]:

@@ -40,6 +40,8 @@ class History:
         all the rest then belongs to the crank's own motion.
     error_estimate
         Error of the displacement, relative to its largest value, where a solver estimates it.
+    better
+        The same motion more accurately, where a solver gives it: the difference is the error of the steps in time.
     course
         How a motion in time came about.
     """
@@ -52,6 +54,7 @@ class History:
     stability: Stability | None = None
     twist: Array | None = None
     error_estimate: float | None = None
+    better: History | None = None
     course: Course | None = None
 
 

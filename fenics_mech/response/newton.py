@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.response.flow import Flow
 
 MOST_ITERATIONS = 30
 SMALLEST_RISE = 1 / 256  # of the load, before it is given up
@@ -27,6 +28,8 @@ class Orbit:
         q, q' and q'' at the points.
     start, start_velocity
         q and q' at the starts, ``(steps, coordinates)``.
+    flow
+        The steps of the linear equation that was solved last, where there are some.
     """
 
     displacement: Array
@@ -34,6 +37,7 @@ class Orbit:
     acceleration: Array
     start: Array
     start_velocity: Array
+    flow: Flow | None = None
 
 
 def solve_nonlinear(

@@ -1,4 +1,4 @@
-"""Steps of a cycle: equal ones, cut in two where an impulse acts inside."""
+"""Steps of a cycle: equal ones, cut in two where an impulse acts or a load jumps inside."""
 
 from __future__ import annotations
 
@@ -29,30 +29,45 @@ class Steps:
         Whether it begins where one of the equal steps does.
     struck
         The step at whose start each impulse of the scene acts, ``(impulses,)``.
+    jumps
+        Whether a load jumps at the end of a step.
     """
 
     start: Array
     duration: Array
     regular: NDArray[np.bool_]
     struck: NDArray[np.int64]
+    jumps: NDArray[np.bool_]
 
     @classmethod
     def of(cls, scene: Scene) -> Steps:
         """Cut the cycle of a scene."""
         rate = scene.cycle_rate
         equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
-        blows = np.mod(math.copysign(1, rate) * np.array([i.angle for i in scene.impulses.values()]), CYCLE)
-        turned = np.unique(np.concatenate([equal, blows[_apart(blows, equal).min(axis=1) > SAME]]))
+        sense = math.copysign(1, rate)
+        blows = np.mod(sense * np.array([i.angle for i in scene.impulses.values()]), CYCLE)
+        jumps = np.mod(sense * np.array([angle for load in scene.loads.values() for angle in load.jumps]), CYCLE)
+        turned = equal
+        for angle in (*blows, *jumps):
+            if _apart(np.array([angle]), turned).min() > SAME:
+                turned = np.sort(np.append(turned, angle))
+        jumping = _apart(turned, jumps).min(axis=1, initial=CYCLE) < SAME
         return cls(
-            start=math.copysign(1, rate) * turned,
+            start=sense * turned,
             duration=np.diff(turned, append=CYCLE) / abs(rate),
             regular=np.isin(turned, equal),
             struck=_apart(blows, turned).argmin(axis=1),
+            jumps=np.roll(jumping, -1),
         )
 
     def angles(self, places: Array, rate: float) -> Array:
-        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``; rate is the drive's (rad/s)."""
-        return (self.start[:, None] + rate * self.duration[:, None] * places).ravel()
+        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``; rate is the drive's (rad/s).
+
+        The end of a step at which a load jumps is taken just before the jump.
+        """
+        angles = self.start[:, None] + rate * self.duration[:, None] * places
+        before = math.copysign(2 * SAME, rate) * (self.jumps[:, None] & (places > 1 - SAME))
+        return (angles - before).ravel()
 
 
 def _apart(turned: Array, others: Array) -> Array:

@@ -43,6 +43,11 @@ class Tableau:
         inner = np.stack([integral(points) for integral in lagrange], axis=-1)
         return cls(points, inner, np.array([integral(1) for integral in lagrange]))
 
+    @property
+    def damps(self) -> bool:
+        """Whether what is much too fast for the steps dies out in one: Radau points do that, the last at the end."""
+        return bool(self.points[-1] > 1 - 1e-12)
+
     def integrals(self, places: Array) -> Array:
         """Give the Lagrange polynomials' integrals from 0 to other places, ``(places, s)``."""
         return np.stack([part.integ()(places) for part in _lagrange(self.points)], axis=-1)

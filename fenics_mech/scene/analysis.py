@@ -57,6 +57,8 @@ class Analysis(Part):
         The modal load in a sub-interval is "constant", that of its middle, or "linear" in time through it.
     allow_ringing
         Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
+    allow_coarse
+        Accept sub-intervals so long that collocation is uncertain by more than 2 % of the largest strain.
     tension
         Axial force of the effect 'geometric-stiffness': "rigid", that of loads and rigid motion, or "settled", updated
         with the elastic response until it changes no more (collocation, quasi-static and static).
@@ -84,6 +86,7 @@ class Analysis(Part):
     join: Literal["physical", "projected", "modal"] = "physical"
     load: Literal["constant", "linear"] = "linear"
     allow_ringing: bool = False
+    allow_coarse: bool = False
     tension: Literal["rigid", "settled"] = "rigid"
     stations: Annotated[int, Field(ge=2, le=10_001)] = 21
     tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01

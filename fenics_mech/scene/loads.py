@@ -20,6 +20,7 @@ from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum
 
 Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
+SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
 Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
@@ -31,6 +32,11 @@ class FactorHarmonics(Harmonics):
     mean: float = 0.0
     cosine: tuple[float, ...] = ()
     sine: tuple[float, ...] = ()
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps: none."""
+        return ()
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
@@ -55,6 +61,12 @@ class FactorTable(Part):
             raise ValueError("the angles must increase, over at most one cycle")
         return self
 
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps."""
+        points = [*zip(self.angles, self.values), (self.angles[0] + CYCLE, self.values[0])]
+        return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAME and value != other)
+
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
         turned = self.angles[0] + np.mod(theta - self.angles[0], CYCLE)
@@ -78,6 +90,12 @@ class FactorExpression(Part):
         if not np.isfinite(values).all():
             raise ValueError(f"the formula {text!r} is not finite over the cycle")
         return text
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
+        begin, end = _evaluated(self.formula, np.array([0.0, CYCLE]))
+        return () if math.isclose(begin, end, rel_tol=SAME, abs_tol=SAME) else (0.0,)
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
@@ -117,6 +135,11 @@ class Pulse(Part):
         """Part of the cycle in which the pulse acts (rad)."""
         return (self.end - self.start) % CYCLE or CYCLE
 
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps."""
+        return () if self.ramp else (self.start, self.end)
+
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
         from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, CYCLE) - math.pi
@@ -134,6 +157,11 @@ class Varying(Part):
     """What a factor multiplies; without one it is constant over the cycle."""
 
     factor: Factor | None = None
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which it jumps."""
+        return () if self.factor is None else self.factor.jumps
 
     def factor_at(self, theta: Array) -> Array:
         """Factor at drive angles, ``(angles,)``."""

@@ -8,8 +8,11 @@ from synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, p
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
-from fenics_mech.response.collocation import between, solve_collocation
+from fenics_mech.response.collocation import between, corrected, solve_collocation
+from fenics_mech.response.flow import Flow
+from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau
+from fenics_mech.scene.factories import seed_four_bar
 
 
 def solved(scheme, stages, count):
@@ -81,3 +84,53 @@ def test_undamped_resonance_is_named(solver, harmonic, mode):
     assert (int(text[1]), int(text[3])) == (mode, harmonic)
     assert float(text[2]) == pytest.approx(frequency, rel=1e-5)  # six digits are printed
     assert analyse(scene.changed(drive__speed=1.01 * scene.drives[0].speed)).data["deflection"].notnull().all()
+
+
+@pytest.mark.parametrize(
+    ("scheme", "stages", "count"),
+    [("gauss", 2, 40), ("gauss", 3, 24), ("radau", 1, 80), ("radau", 2, 40), ("radau", 3, 24)],
+)
+def test_better_steps_tell_the_error(scheme, stages, count):
+    """The other scheme is one order better: the difference is the error, but for the first order of one Radau point."""
+    orbit, _ = solved(scheme, stages, count)
+    better = Tableau.of(*(("gauss", stages) if scheme == "radau" else ("radau", stages + 1)))
+    flow = Flow(Manufactured().matrices(places(better.points, count)), better, PERIOD / count)
+    exact = Manufactured().motion(places(np.zeros(1), count))[0]
+    error, estimate = (np.abs(orbit.start - other).max() for other in (exact, corrected(orbit, flow, {})[0]))
+    assert estimate == pytest.approx(error, rel=0.6 if stages == 1 else 0.25)
+
+
+def test_error_estimate_of_the_seed_four_bar():
+    """Within a factor of 3 of the true one, which spans four powers of ten; too long steps are refused."""
+    scene = seed_four_bar(effects=("coupling",), analysis={"solver": "collocation", "stability": False})
+    fine = analyse(scene.changed(analysis__sub_intervals=1080)).data["strain"]
+    peak = np.abs(fine).max(dim=("theta", "s", "fibre"))
+    for scheme, stages, count in (("radau", 2, 120), ("radau", 3, 72), ("radau", 3, 360), ("gauss", 3, 120)):
+        steps = {"sub_intervals": count, "stages": stages, "scheme": scheme, "allow_coarse": True}
+        data = analyse(scene.changed(analysis=scene.analysis.model_copy(update=steps))).data
+        error = np.abs(data["strain"] - fine[:: 1080 // count].to_numpy()).max(dim=("theta", "s", "fibre"))
+        assert (data["strain_error"] < 3 * error).all()
+        assert (data["strain_error"] > error / 3).all()
+        assert data.attrs["error_estimate"] == pytest.approx(float((data["strain_error"] / peak).max()), rel=0.05)
+    with pytest.raises(SolverError, match=r"sub-intervals are too long: .* Take at least \d+ sub_intervals"):
+        analyse(scene.changed(analysis__sub_intervals=24))
+
+
+@pytest.mark.parametrize("scheme", ["radau", "gauss"])
+@pytest.mark.parametrize("speed", [3.0, -3.0])
+def test_steps_are_cut_where_a_load_jumps(scheme, speed):
+    """So that the impulse of a load over a cycle is right to rounding, although it jumps inside sub-intervals."""
+    pulse = {"kind": "pulse", "start": 0.5, "end": 2.3}
+    table = {"kind": "table", "angles": [0.0, 1.0, 1.0, 2 * np.pi], "values": [0.0, 1.0, 3.0, 5.0]}
+    scene = arm(
+        speed, loads={name: {"at": "arm.A", "force": (0, 1), "factor": f} for name, f in (("p", pulse), ("t", table))}
+    )
+    scene = scene.changed(analysis__sub_intervals=7)
+    steps, tableau = Steps.of(scene), Tableau.of(scheme, 3)
+    assert steps.regular.sum() == 7
+    assert len(steps.start) == 10
+    assert steps.duration.sum() == pytest.approx(scene.period)
+    angles = steps.angles(tableau.points, scene.cycle_rate)
+    for name, mean in (("p", 1.8 / (2 * np.pi)), ("t", (0.5 + 4 * (2 * np.pi - 1)) / (2 * np.pi))):
+        values = scene.loads[name].factor_at(angles).reshape(-1, 3) @ tableau.weights
+        assert values @ steps.duration / scene.period == pytest.approx(mean, rel=1e-8)

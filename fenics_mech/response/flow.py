@@ -1,0 +1,92 @@
+"""How a linear equation of motion carries the state through the steps of a cycle, by collocation in each step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech._arrays import times
+from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.response.tableau import Tableau
+
+
+@dataclass(frozen=True)
+class Flow:
+    """The steps of a cycle. The state at a start is ``(q, pace q')``.
+
+    Parameters
+    ----------
+    matrices
+        ``M q'' + C q' + K q = f`` at the collocation points of all steps.
+    tableau
+        The points.
+    step
+        Duration of all steps, or of each of them (s).
+    """
+
+    matrices: Matrices
+    tableau: Tableau
+    step: float | Array
+
+    @property
+    def pace(self) -> float:
+        """Mean duration of the steps (s)."""
+        return float(np.mean(self.step))
+
+    @property
+    def duration(self) -> Array:
+        """Duration of each step (s), ``(steps,)``."""
+        return np.broadcast_to(self.step, len(self.matrices.load) // len(self.tableau.points))
+
+    @property
+    def transitions(self) -> Array:
+        """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
+        return self._ends[..., :-1]
+
+    @property
+    def added(self) -> Array:
+        """What the load adds to the state in each step, ``(steps, 2n)``."""
+        return self._ends[..., -1]
+
+    def ends(self, starts: Array) -> Array:
+        """Give the states at the ends of the steps from those at their starts, ``(steps, 2n)`` each."""
+        return times(self.transitions, starts) + self.added
+
+    def accelerations(self, starts: Array) -> Array:
+        """Give q'' at the points from the states at the starts, ``(steps, s, n)``."""
+        return np.einsum("kinm,km->kin", self._response[..., :-1], starts) + self._response[..., -1]
+
+    @cached_property
+    def _response(self) -> Array:
+        """Accelerations at the points by a state at the start, and in the last column by the load.
+
+        They are ``(steps, s, n, 2n + 1)``. Source: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8.
+        """
+        tableau = self.tableau
+        s, n = len(tableau.points), self.matrices.load.shape[1]
+        parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
+        mass, damping, stiffness = (m.reshape(-1, s, n, n) for m in parts)
+        load = self.matrices.load.reshape(-1, s, n)
+        h = self.duration[:, None, None]
+        first, second = (part[..., None, None] for part in (h * tableau.inner, h**2 * (tableau.inner @ tableau.inner)))
+        lead = np.zeros((len(load), s, n, s, n))
+        for i in range(s):
+            for j in range(s):
+                lead[:, i, :, j] = first[:, i, j] * damping[:, i] + second[:, i, j] * stiffness[:, i]
+            lead[:, i, :, i] += mass[:, i]
+        by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
+        right = np.concatenate([-stiffness, by_velocity, load[..., None]], axis=-1).reshape(-1, s * n, 2 * n + 1)
+        return np.linalg.solve(lead.reshape(-1, s * n, s * n), right).reshape(-1, s, n, 2 * n + 1)
+
+    @cached_property
+    def _ends(self) -> Array:
+        """State at the ends by that at the start, and by the load, ``(steps, 2n, 2n + 1)``."""
+        n, tableau, h = self.matrices.load.shape[1], self.tableau, self.duration[:, None, None]
+        to_ends = h * (tableau.weights @ tableau.inner), np.full_like(h, self.pace) * tableau.weights
+        ends = h * np.concatenate(to_ends, axis=1)
+        found = np.einsum("kri,kinm->krnm", ends, self._response).reshape(-1, 2 * n, 2 * n + 1)
+        found[..., : 2 * n] += np.eye(2 * n)
+        found[:, :n, n : 2 * n] += h / self.pace * np.eye(n)
+        return found
