@@ -15,6 +15,7 @@ from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
 Array = NDArray[np.float64]
+ITERATIVE = {"ksp_rtol": 1e-12, "ksp_max_it": 1000, "ksp_gmres_restart": 200}
 LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
 MOST_BLOCKS = 24  # that PETSc gets: beyond it, two steps of the cycle are made one, in products of whole arrays
 
@@ -29,13 +30,16 @@ def solve_cycle(transitions: Array, right: Array, options: Mapping[str, Any]) ->
     right
         What the load adds to the state in each step, ``(steps, state)``.
     options
-        PETSc options with the prefix "periodic_".
+        PETSc options with the prefix "periodic_". With an iterative periodic_ksp_type, and no periodic_pc_type, nothing
+        is factorised: `_March` is the preconditioner.
 
     Raises
     ------
     SolverError
         When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
     """
+    if options.get("periodic_ksp_type", "preonly") != "preonly" and "periodic_pc_type" not in options:
+        return _solve(transitions, right, options, _March(transitions))
     if len(transitions) <= MOST_BLOCKS:
         return _solve(transitions, right, options)
     first, second = slice(0, len(transitions) - 1, 2), slice(1, None, 2)
@@ -50,29 +54,59 @@ def solve_cycle(transitions: Array, right: Array, options: Mapping[str, Any]) ->
     return states
 
 
-def _solve(blocks: Array, right: Array, options: Mapping[str, Any]) -> Array:
-    """Solve by a KSP."""
-    count, size, _ = blocks.shape
-    block_rows = np.roll(np.arange(count), -1)  # row k + 1 holds the block of k, row 0 that of the last
-    behind = sp.bsr_matrix((np.roll(blocks, 1, axis=0), np.roll(np.arange(count), 1), np.arange(count + 1)))
-    cyclic = (sp.identity(count * size, format="csr") - behind.tocsr()).sorted_indices()
-    matrix = to_petsc(cyclic)
-    b, x = matrix.createVecs()
-    b.array.reshape(count, size)[block_rows] = right
+class _March:
+    """The system as an operator, and as its preconditioner the march through the cycle from a state that is known.
+
+    The march solves all of the system but that the last state is the first one again. Preconditioned so, the
+    eigenvalues are 1 and, for each Floquet multiplier mu, ``1 - mu``: what dies out in a cycle costs no iteration.
+    """
+
+    def __init__(self, transitions: Array) -> None:
+        self.transitions = transitions
+
+    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        states = x.array_r.reshape(len(self.transitions), -1)
+        y.array[:] = (states - np.roll(times(self.transitions, states), 1, axis=0)).ravel()
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        states = x.array_r.reshape(len(self.transitions), -1).copy()
+        for k, transition in enumerate(self.transitions[:-1]):
+            states[k + 1] += transition @ states[k]
+        y.array[:] = states.ravel()
+
+
+def _solve(blocks: Array, right: Array, options: Mapping[str, Any], march: _March | None = None) -> Array:
+    """Solve by a KSP; row k + 1 of the system has the transition of k, row 0 that of the last."""
+    b = np.roll(right, 1, axis=0).ravel()
+    matrix, defaults = (_assembled(blocks), DIRECT) if march is None else (PETSc.Mat(), ITERATIVE)
+    if march is not None:
+        matrix.createPython((len(b), len(b)), context=march, comm=PETSc.COMM_SELF).setUp()
+    known, x = matrix.createVecs()
+    known.array[:] = b
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    with configured(ksp, "periodic_", DIRECT, options):
+    with configured(ksp, "periodic_", defaults, options):
         ksp.setOperators(matrix)
-        ksp.solve(b, x)
+        if march is not None:
+            ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+            ksp.getPC().setPythonContext(march)
+        ksp.solve(known, x)
         found = ksp.getConvergedReason()
-    answer = x.array_r.copy()
-    size_of_right = max(float(np.linalg.norm(right)), float(np.finfo(float).tiny))
-    residual = float(np.linalg.norm(cyclic @ answer - b.array_r)) / size_of_right
-    for thing in (matrix, b, x):
+    answer = x.array_r.copy().reshape(right.shape)
+    for thing in (matrix, known, x):
         thing.destroy()
+    lack = answer - np.roll(times(blocks, answer), 1, axis=0) - b.reshape(right.shape)
+    residual = float(np.linalg.norm(lack)) / max(float(np.linalg.norm(b)), float(np.finfo(float).tiny))
     if found <= 0 or not residual < LARGEST_RESIDUAL:
         raise SolverError(
             f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, found)}, "
             f"relative residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, "
             "or other solver options"
         )
-    return answer.reshape(count, size)
+    return answer
+
+
+def _assembled(blocks: Array) -> PETSc.Mat:
+    """Put the blocks of the system into a sparse matrix."""
+    count, size, _ = blocks.shape
+    behind = sp.bsr_matrix((np.roll(blocks, 1, axis=0), np.roll(np.arange(count), 1), np.arange(count + 1)))
+    return to_petsc((sp.identity(count * size, format="csr") - behind.tocsr()).sorted_indices())

@@ -1,0 +1,47 @@
+"""The block-cyclic system: direct and iterative answers, and how many iterations the preconditioner leaves."""
+
+import numpy as np
+import pytest
+from petsc4py import PETSc
+
+from fenics_mech.errors import SolverError
+from fenics_mech.response import cyclic
+from fenics_mech.response.cyclic import solve_cycle
+
+
+def system(multipliers, count=90, size=8):
+    """Random transitions whose product has the given eigenvalues; the others are 0."""
+    chance = np.random.default_rng(3)
+    turned = [np.linalg.qr(chance.normal(size=(size, size)))[0] for _ in range(count)]
+    step = np.diag(np.pad(np.asarray(multipliers, float), (0, size - len(multipliers))) ** (1 / count))
+    transitions = np.stack([turned[(k + 1) % count] @ step @ turned[k].T for k in range(count)])
+    return transitions, chance.normal(size=(count, size))
+
+
+@pytest.mark.parametrize("options", [{}, {"periodic_ksp_type": "gmres"}, {"periodic_ksp_type": "bcgs"}])
+@pytest.mark.parametrize("count", [1, 2, 24, 25, 90])
+def test_states_follow_each_other_round_the_cycle(options, count):
+    transitions, right = system([0.9, 0.5, 0.1], count)
+    states = solve_cycle(transitions, right, options)
+    ends = (transitions @ states[..., None])[..., 0] + right
+    assert np.abs(np.roll(states, -1, axis=0) - ends).max() < 1e-10 * np.abs(states).max()
+
+
+def test_the_march_leaves_one_iteration_for_each_multiplier(monkeypatch):
+    """Its preconditioned matrix has the eigenvalues 1 and 1 - mu: GMRES ends after as many steps as differ, and one."""
+    counts = []
+
+    class Counted(cyclic._March):
+        def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+            counts.append(1)
+            super().apply(pc, x, y)
+
+    monkeypatch.setattr(cyclic, "_March", Counted)
+    solve_cycle(*system([0.9, 0.5, 0.1]), {"periodic_ksp_type": "gmres"})
+    assert len(counts) <= 3 + 3  # the start, and the check of convergence
+
+
+def test_an_iteration_that_ends_too_early_is_refused():
+    options = {"periodic_ksp_type": "gmres", "periodic_ksp_max_it": 1}
+    with pytest.raises(SolverError, match=r"no reliable answer .*DIVERGED"):
+        solve_cycle(*system([0.9, 0.5, 0.1]), options)
