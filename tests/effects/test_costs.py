@@ -20,7 +20,13 @@ def test_a_scene_without_effects_compiles_two_forms(seed):
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_an_effect_compiles_its_own_forms_once(seed, name):
-    scene = seed.changed(analysis__sub_intervals=24, analysis__allow_ringing=True, effects=(name,), damping__ratio=0.1)
+    scene = seed.changed(
+        analysis__sub_intervals=24,
+        analysis__allow_ringing=True,
+        analysis__allow_coarse=True,
+        effects=(name,),
+        damping__ratio=0.1,
+    )
     assert forms_of(scene) == 2 + EFFECTS[name]
 
 

@@ -92,7 +92,9 @@ class Rigid:
 
 
 def test_crank_turns_as_that_of_the_rigid_linkage():
-    scene = with_motor(SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False}, **ACTING)
+    scene = with_motor(
+        SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False, "allow_coarse": True}, **ACTING
+    )
     data = analyse(scene).data
     twist, rate = Rigid(scene).orbit(SHAFT, scene.drive.speed, 60)
     assert np.ptp(rate) > 0.3 * scene.drive.speed  # far from a small ripple
@@ -134,7 +136,7 @@ def test_equation_is_lagranges():
 
 
 def test_stiff_shaft_is_an_ideal_drive():
-    analysis = {"sub_intervals": 60, "stability": False}
+    analysis = {"sub_intervals": 60, "stability": False, "allow_coarse": True}
     ideal = analyse(seed_four_bar(effects=("coupling",), analysis=analysis)).data["strain"]
     errors = []
     for stiffness in (1e5, 1e6):
@@ -146,7 +148,7 @@ def test_stiff_shaft_is_an_ideal_drive():
 
 
 def test_mirrored_linkage_twists_the_other_way():
-    scene = with_motor(SHAFT, analysis={"sub_intervals": 36, "stability": False})
+    scene = with_motor(SHAFT, analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True})
     data = scene.model_dump()
     data["drive"]["speed"] *= -1
     for link in data["links"].values():
@@ -158,7 +160,9 @@ def test_mirrored_linkage_twists_the_other_way():
 
 def test_shaft_and_rotor_balance_the_torque_of_the_crank():
     # the torque on the crank is found from the links' forces on the undeformed shape: equal as the links get stiff
-    scene = with_motor(SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False})
+    scene = with_motor(
+        SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False, "allow_coarse": True}
+    )
     data = analyse(scene).data
     ripple = np.fft.rfft(data["drive_rate"].to_numpy())
     change = np.fft.irfft(1j * np.arange(len(ripple)) * scene.drive.speed * ripple, 60)
@@ -168,7 +172,7 @@ def test_shaft_and_rotor_balance_the_torque_of_the_crank():
 
 
 def test_motor_works_with_moderate_rotations_and_tells_stability():
-    scene = with_motor(SHAFT, effects=("moderate-rotations",), analysis={"sub_intervals": 60})
+    scene = with_motor(SHAFT, effects=("moderate-rotations",), analysis={"sub_intervals": 60, "allow_coarse": True})
     data = analyse(scene).data
     assert np.isfinite(data["strain"]).all()
     assert np.abs(data["multiplier"].to_numpy()).max() < 1

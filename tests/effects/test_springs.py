@@ -212,7 +212,7 @@ def test_turning_and_mirroring(change):
         },
         ground={"points": {"O": (0, 0), "C": (0.254, 0), "P": (0.05, 0.4)}},
         effects=("coupling",),
-        analysis={"sub_intervals": 24, "modes": 3, "stability": False},
+        analysis={"sub_intervals": 24, "modes": 3, "stability": False, "allow_coarse": True},
     )
     data, sign = scene.model_dump(), 1.0
     if change == "mirrored":
