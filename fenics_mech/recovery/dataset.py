@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -18,9 +19,10 @@ from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members
 from fenics_mech.recovery.result import Result, stamp
+from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.validity import bow, euler_ratio, rotation
 from fenics_mech.recovery.viscous import elastic_strain
-from fenics_mech.response import History
+from fenics_mech.response import History, solve_static
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
 from fenics_mech.scene import Scene
@@ -52,6 +54,19 @@ ATTRIBUTES = {
     "multiplier_mode": ("1", "mode that has the largest part of the disturbance"),
     "state": ("1", "displacement (m, rad) and velocity of the coordinates at the end, from which to go on"),
     "assurance": ("1", "MAC of each mode with itself at the next position"),
+    "harmonic_frequency": ("Hz", "frequency of the harmonic"),
+    "gauge_s": ("1", "place of the gauge along the member"),
+    "gauge_fibre": ("1", "fibre of the gauge"),
+    "strain_amplitude": ("1", "amplitude of the strain's harmonic; order 0 is its mean"),
+    "strain_phase": ("rad", "phase of the strain's harmonic, a cosine of the time since drive angle 0"),
+    "joint_force_amplitude": ("N", "amplitude of the joint force's harmonic; order 0 is its mean"),
+    "joint_force_phase": ("rad", "phase of the joint force's harmonic, a cosine of the time since drive angle 0"),
+    "input_torque_amplitude": ("N m", "amplitude of the input torque's harmonic; order 0 is its mean"),
+    "input_torque_phase": ("rad", "phase of the input torque's harmonic, a cosine of the time since drive angle 0"),
+    "vibration_amplitude": ("1", "half of the range of the strain at mid-span about its quasi-static curve"),
+    "vibration_frequency": ("Hz", "ripples about the quasi-static curve in a cycle, over its duration"),
+    "vibration_harmonic": ("1", "largest harmonic of the strain's distance from its quasi-static curve"),
+    "vibration_mode": ("1", "mode whose natural frequency is nearest to the vibration's"),
 }
 
 
@@ -91,6 +106,8 @@ def collect(
     data = xr.Dataset(variables, coordinates, stamp(scene) | _decisions(system, choices))
     parts = _of_modes(modes), _of_stability(history.stability), _of_course(history.course)
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
+    still = _quasi_static(scene, system) if modes is not None else None
+    data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
     if estimate is not None:
         data.attrs["error_estimate"] = estimate
     for name, (units, meaning) in ATTRIBUTES.items():
@@ -146,6 +163,16 @@ def _of_course(course: Course | None) -> xr.Dataset:
             "interpolation_error": course.interpolation,
         },
     )
+
+
+def _quasi_static(scene: Scene, system: System) -> np.ndarray:
+    """Quasi-static strain of the + fibre at mid-span in linear theory, ``(angles, members)``."""
+    terms = replace(system.terms, law=None, tension=None, element_stiffness=None, coupled=False)
+    linear = replace(system, terms=terms)
+    history = solve_static(linear, scene.petsc)
+    found = reactions(linear, nodal_forces(linear, history))
+    members = recover_members(linear, history, np.array([0.5]), point_loads(linear, found))
+    return _of_members(scene, members)["strain"][1][:, :, 0, 0]
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:

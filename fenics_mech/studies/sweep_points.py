@@ -17,6 +17,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import write_whole
+from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene.build import build
 
 Array = NDArray[np.float64]
@@ -140,12 +141,9 @@ def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
         "peak_strain_s": strain["s"].to_numpy()[s],
         "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
     }
-    angles, scene = strain["theta"].to_numpy(), result.scene
-    if scene.drives and np.allclose(angles, scene.drive_angles(len(angles))):  # a whole cycle
-        wave = strain.sel(fibre=gauge.fibre).interp(s=gauge.s).to_numpy()
-        amplitude = np.abs(np.fft.rfft(wave, axis=1)) / len(angles)
-        amplitude[:, 1:] *= 2
-        found["strain_harmonic"] = amplitude[:, : 1 + min(gauge.harmonics, (len(angles) - 1) // 2)]
+    if (cycle := last_cycle(result.scene, result.data)) is not None:
+        wave = strain.sel(fibre=gauge.fibre).interp(s=gauge.s).isel(theta=cycle).to_numpy().T
+        found["strain_harmonic"] = np.abs(harmonics(wave)).T[:, : 1 + gauge.harmonics]
     return found
 
 

@@ -18,6 +18,7 @@ from fenics_mech.errors import ViewError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import write_whole
+from fenics_mech.recovery.signal import MID_SPAN
 from fenics_mech.views.geometry import Array, member_ends, member_normals, one_turn
 from fenics_mech.views.measured import read_measurement
 
@@ -61,6 +62,9 @@ MEASURED: dict[str, Any] = {
     "markerfacecolor": "white",
     "color": COLOURS[1],
 }
+MOST_SPECTRA = 3  # members in the plot of harmonics
+LEAST_BAR = 0.01  # of the largest harmonic, up to the last of which harmonics are drawn
+FEWEST_BARS = 12
 MICRO = 1e6
 MILLI = 1e3
 
@@ -133,6 +137,11 @@ def plot_deflection(result: Result, path: str | Path) -> Path:
     return save(deflection_figure(result), path)
 
 
+def plot_spectrum(result: Result, path: str | Path) -> Path:
+    """Plot the harmonics of the mid-span strain of the members that bend most; errors as `plot_frequencies`."""
+    return save(spectrum_figure(result), path)
+
+
 def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | None = None) -> list[Path]:
     """Make all plots of a result as PNG files in `folder`, which is made when it is not there.
 
@@ -149,7 +158,8 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
     -------
     list of Path
         None where there is but one position. One strain plot per member at mid-span, one more per other place that
-        was measured, then deflections, joint forces and, when modes were solved, frequencies.
+        was measured, then deflections, joint forces, of a periodic motion the spectrum of the strains and, when modes
+        were solved, frequencies.
 
     Raises
     ------
@@ -172,6 +182,8 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
         paths.append(plot_strain(result, member, folder / name, s=s, fibre=fibre))
     paths.append(plot_deflection(result, folder / "deflection.png"))
     paths.append(plot_joint_forces(result, folder / "joint_forces.png"))
+    if "strain_amplitude" in result.data:
+        paths.append(plot_spectrum(result, folder / "spectrum.png"))
     if "frequency" in result.data:
         supported = {member: float(found[0]) for member, found in simply_supported_frequencies(scene).items()}
         frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
@@ -251,6 +263,36 @@ def deflection_figure(result: Result) -> Figure:
         axes.plot(*curve(theta, MILLI * values), label=member)
     finish(axes, "Transverse deflection at mid-span, from the rigid position", "deflection (mm)")
     return figure
+
+
+def spectrum_figure(result: Result) -> Figure:
+    """Build the figure of `plot_spectrum`: bars over the harmonics, and the range of every natural frequency."""
+    amplitude = MICRO * result.data["strain_amplitude"].sel(gauge=MID_SPAN).transpose("member", "harmonic").to_numpy()
+    largest = amplitude[:, 1:].max(axis=1, initial=0.0)
+    shown = np.sort(np.argsort(-largest, kind="stable")[:MOST_SPECTRA])
+    heard = np.flatnonzero((amplitude[shown] > LEAST_BAR * largest.max()).any(axis=0))
+    last = min(max(int(heard.max(initial=0)) + 1, FEWEST_BARS), amplitude.shape[1] - 1)
+    figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))
+    for axes, i in zip(panels, shown):
+        axes.bar(np.arange(1, last + 1), amplitude[i, 1 : last + 1], width=0.7, color=COLOURS[0], zorder=2)
+        finish(axes, f"Harmonics of the strain of {result.data['member'].to_numpy()[i]}", "strain (\N{MICRO SIGN}m/m)")
+        axes.set_ylim(0, 1.2 * max(amplitude[i, 1 : last + 1].max(initial=0.0), np.finfo(float).tiny))
+        _mark_modes(axes, result, last + 0.6)
+    panels[-1].set_xlim(0.4, last + 0.6)
+    panels[-1].set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz); bands: natural frequencies")
+    return figure
+
+
+def _mark_modes(axes: Axes, result: Result, limit: float) -> None:
+    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top."""
+    if "frequency" not in result.data:
+        return
+    frequency = result.data["frequency"].transpose("theta", "mode").to_numpy() * result.scene.period
+    for mode, (low, high) in enumerate(zip(frequency.min(axis=0), frequency.max(axis=0))):
+        if low < limit:
+            axes.axvspan(low, high, color=COLOURS[1 + mode % 6], alpha=0.3, zorder=1, linewidth=1)
+            at: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "top", "fontsize": 8}
+            axes.text((low + min(high, limit)) / 2, 0.98 - 0.08 * (mode % 2), str(mode + 1), **at)
 
 
 def transverse_deflection(result: Result, s: float = 0.5) -> Array:

@@ -19,6 +19,7 @@ from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
+LARGEST_HARMONICS = 4  # that the summary names
 MINUS = "\N{MINUS SIGN}"
 
 
@@ -29,7 +30,7 @@ def summary(result: Result) -> Group:
     and deflection per member, force per joint, input torque, and the range of each mode's frequency.
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
-    parts += [_members(result), _joints(result)]
+    parts += [_members(result), _joints(result), *_signal(result)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance))
@@ -173,6 +174,31 @@ def _joints(result: Result) -> Table:
     (k,) = _peak(torque)
     table.add_row("input torque", f"{number(torque[k])} N m", f"{theta[k]:.4g}\N{DEGREE SIGN}")
     return table
+
+
+def _signal(result: Result) -> list[RenderableType]:
+    """Tabulate the largest harmonics of each member's strain at mid-span, and how it vibrates."""
+    data = result.data
+    if "strain_amplitude" not in data:
+        if result.scene.analysis.method != "transient":
+            return []
+        change = data.attrs["cycle_change"]
+        why = f"the last cycle differs by {change:.2g} from the one before" if np.isfinite(change) else "too few cycles"
+        return [Text(f"No harmonics, as the motion is not periodic: {why}.")]
+    vibrates = "vibration_frequency" in data
+    head = ["vibration\n(\N{MICRO SIGN}m/m)", "frequency\n(Hz)", "mode"] if vibrates else []
+    table = table_of(
+        "Strain at mid-span, + fibre", "member", "largest harmonics\nof the drive: \N{MICRO SIGN}m/m", *head
+    )
+    amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
+    for i, member in enumerate(data["member"].to_numpy()):
+        largest = np.argsort(-amplitude[i])[:LARGEST_HARMONICS]
+        cells = [", ".join(f"{n + 1}: {amplitude[i, n]:.3g}" for n in largest)]
+        if vibrates:
+            size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))
+            cells += [number(MICRO * size), *("-" if np.isnan(value) else number(value) for value in (rate, mode))]
+        table.add_row(escape(str(member)), *cells)
+    return [table]
 
 
 def _of(result: Result, name: str, *dimensions: str) -> Array:

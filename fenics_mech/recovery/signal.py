@@ -1,0 +1,154 @@
+"""What a periodic result is made of: harmonics of strains, joint forces and torque, and the vibration in the strains.
+
+Section 7.4 of the dissertation reads a vibration frequency off each measured strain curve (figures 7.7 and 7.8) and
+compares it with the member's natural frequency: its 274.7 and 307.0 rad/s are 8.5 and 9.5 times the drive's 32.3. Here
+too ripples are counted, in what the strain has beside its quasi-static curve; a periodic strain has a whole number of
+them, so that the frequency is right to about that of the drive.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+MID_SPAN, PEAK = "mid-span", "peak"
+SAME = 0.01  # difference of the last two cycles of a motion in time, up to which the last one counts as periodic
+LEAST_VIBRATION = 1e-3  # of the strain's peak, below which nothing vibrates
+LEAST_RIPPLE = 0.05  # height over the higher of the valleys beside it, of the vibration from top to bottom
+
+
+def harmonics(values: Array, phase: float = 0.0) -> NDArray[np.complex128]:
+    """Fourier coefficients of a periodic quantity, ``values(t) = Re sum_n c_n exp(i n phase(t))``.
+
+    Parameters
+    ----------
+    values
+        At N equal steps of time over one cycle, ``(steps, ...)``.
+    phase
+        Phase of the cycle at the first step (rad).
+
+    Returns
+    -------
+    array
+        ``c_n`` for n from 0 to below N/2, ``(harmonics, ...)``: of harmonic n the amplitude is ``|c_n|``, and its
+        phase, ``angle(c_n)``, that of a cosine.
+    """
+    steps = len(values)
+    found = np.fft.rfft(values, axis=0)[: 1 + (steps - 1) // 2] * (2 / steps)
+    found[0] /= 2
+    return found * np.exp(-1j * phase * np.arange(len(found))).reshape(-1, *(1,) * (values.ndim - 1))
+
+
+def last_cycle(scene: Scene, data: xr.Dataset) -> slice | None:
+    """Positions of a result that are one cycle of a periodic motion, or None where it has none."""
+    count, analysis = data.sizes["theta"], scene.analysis
+    if not scene.drives or analysis.method == "static" or count < 3:
+        return None
+    if analysis.method != "transient":
+        return slice(0, count)
+    periodic = count >= analysis.sub_intervals and data.attrs["cycle_change"] <= SAME
+    return slice(count - analysis.sub_intervals, count) if periodic else None
+
+
+def of_cycle(scene: Scene, data: xr.Dataset, still: Array | None = None) -> xr.Dataset:
+    """Harmonics of strains, joint forces and torque, and the vibration of each member's strain.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        The result.
+    still
+        Quasi-static strain of the + fibre at mid-span, ``(angles, members)``, where the response is more than that.
+
+    Returns
+    -------
+    Dataset
+        Empty where the result is no periodic motion. Amplitudes and phases (of a cosine, over the time since drive
+        angle 0) by "harmonic" of the drive, 0 being the mean. Strains have the "gauge" "mid-span", on the + fibre, and
+        "peak", where the member's strain is largest: "gauge_s" and "gauge_fibre" say where. Vibrations are those of the
+        strain at mid-span about its quasi-static curve.
+    """
+    part = last_cycle(scene, data)
+    if part is None:
+        return xr.Dataset()
+    cycle = data.isel(theta=part)
+    phase = abs(float(cycle["theta"][0]))
+    waves, place = _gauged(cycle["strain"])
+    found = {"strain": (("member", "gauge"), waves)}
+    found["joint_force"] = (("joint", "component"), cycle["joint_force"].transpose("theta", ...).to_numpy())
+    found["input_torque"] = ((), cycle["input_torque"].to_numpy())
+    variables: dict[str, tuple[tuple[str, ...], Array]] = {}
+    for name, (dims, values) in found.items():
+        series = harmonics(values, phase)
+        variables[f"{name}_amplitude"] = (("harmonic", *dims), np.abs(series))
+        variables[f"{name}_phase"] = (("harmonic", *dims), np.angle(series))
+    order = np.arange(len(series))
+    coordinates = {"harmonic": order, "harmonic_frequency": ("harmonic", order / scene.period)} | place
+    if still is not None and "frequency" in data:
+        frequency = data["frequency"].transpose("theta", "mode").to_numpy()
+        variables |= _vibration(waves[..., 0], still, frequency, scene.period)
+    return xr.Dataset(variables, coordinates)
+
+
+def _gauged(strain: xr.DataArray) -> tuple[Array, dict[str, object]]:
+    """Strains at mid-span and where they are largest, ``(angles, members, 2)``, and the coordinates of those places."""
+    strain = strain.transpose("theta", "member", "s", "fibre")
+    largest = np.abs(strain.to_numpy()).max(axis=0)
+    flat = largest.reshape(len(largest), -1).argmax(axis=1)
+    s, fibre = np.unravel_index(flat, largest.shape[1:])
+    middle = strain.sel(fibre="+").interp(s=0.5).to_numpy()
+    peak = strain.to_numpy()[:, np.arange(len(largest)), s, fibre]
+    where = np.stack([np.full(len(s), 0.5), strain["s"].to_numpy()[s]], axis=1)
+    sides = np.stack([np.full(len(s), "+"), strain["fibre"].to_numpy()[fibre]], axis=1)
+    along = ("member", "gauge")
+    places = {"gauge": [MID_SPAN, PEAK], "gauge_s": (along, where), "gauge_fibre": (along, sides.astype(object))}
+    return np.stack([middle, peak], axis=-1), places
+
+
+def _vibration(strain: Array, still: Array, frequency: Array, period: float) -> dict[str, tuple[tuple[str, ...], Array]]:
+    """Count the ripples of the strain about its quasi-static curve, and find their mode and their largest harmonic."""
+    vibration = strain - still
+    size = np.ptp(vibration, axis=0) / 2
+    vibrates = size > LEAST_VIBRATION * np.abs(strain).max(axis=0)
+    rate = np.array([ripples(wave) for wave in vibration.T]) / period
+    values = {
+        "vibration_amplitude": size,
+        "vibration_frequency": np.where(vibrates, rate, np.nan),
+        "vibration_harmonic": np.where(vibrates, 1 + np.abs(harmonics(vibration)[1:]).argmax(axis=0), np.nan),
+        "vibration_mode": np.where(vibrates, 1 + nearest_mode(rate, frequency, 1 / period), np.nan),
+    }
+    return {name: (("member",), value) for name, value in values.items()}
+
+
+def ripples(wave: Array) -> int:
+    """Maxima of a periodic curve that stand out by `LEAST_RIPPLE`; `wave` is one cycle of it, ``(steps,)``."""
+    start = int(wave.argmin())
+    once = np.append(np.roll(wave, -start), wave[start])  # from the lowest point to itself, so that no maximum is cut
+    return len(find_peaks(once, prominence=LEAST_RIPPLE * max(float(np.ptp(wave)), np.finfo(float).tiny))[0])
+
+
+def nearest_mode(rate: Array, frequency: Array, resolution: float) -> Array:
+    """Number, from 0, of the mode whose range over the cycle is nearest to each rate; of several the nearest mean.
+
+    It is NaN where none is as near as the resolution: a motion that is driven, and not a vibration of the links.
+
+    Parameters
+    ----------
+    rate
+        Frequencies (Hz), ``(members,)``.
+    frequency
+        Natural frequencies (Hz), ``(angles, modes)``.
+    resolution
+        Of the rates (Hz).
+    """
+    rate = rate[:, None]
+    outside = np.maximum(np.maximum(frequency.min(axis=0) - rate, rate - frequency.max(axis=0)), 0)
+    nearest = np.lexsort((np.abs(rate - frequency.mean(axis=0)), outside), axis=1)[:, 0]
+    return np.where(outside.min(axis=1) <= resolution, nearest, np.nan)
