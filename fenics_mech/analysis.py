@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fenics_mech.building import boundary_load, mechanism, scene_modes, settle
+from fenics_mech.building import boundary_load, mechanism, scene_modes, settle, static_response
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
 from fenics_mech.errors import SceneError
+from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
-from fenics_mech.response import History, solve_periodic, solve_static
+from fenics_mech.response import History, solve_periodic
 from fenics_mech.scene import Scene
 from fenics_mech.steady import by_collocation, by_harmonic_balance
 from fenics_mech.unsteady import by_time
@@ -41,8 +42,9 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
         When a periodic response is asked for and nothing is driven.
     """
     if scene.analysis.method == "periodic" and not scene.drives:
+        free = "".join(f"; {freedom}" for freedom in reachable_range(scene).free)
         raise SceneError(
-            "a periodic response needs a drive, and the scene has none: there is no period",
+            f"a periodic response needs a drive, and the scene has none: there is no period{free}",
             place="analysis.method",
             hint="Add a [drive], or write method = 'quasi-static'",
         )
@@ -62,8 +64,8 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
             system, history = by_time(scene, system)
         else:
             if scene.analysis.tension == "settled" and system.terms.tension is not None:
-                system = settle(system, lambda changed: solve_static(changed, scene.petsc))
-            history = solve_static(system, scene.petsc)
+                system = settle(system, lambda changed: static_response(scene, changed))
+            history = static_response(scene, system)
     progress("recovery")
     result = collect(scene, system, history, modes, choices)
     result.data.attrs["solver"] = solver

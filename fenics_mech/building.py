@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,15 +11,17 @@ from numpy.typing import NDArray
 
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.effects import Situation, build_terms, shaped
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import Motion, solve_motion
-from fenics_mech.mechanism import System, build_system
+from fenics_mech.kinematics.freedom import describe
+from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import History, solve_static
 from fenics_mech.scene import Scene
 
 MOST_UPDATES = 60  # of the axial forces by the response
+LARGEST_TURN = 0.1  # rad, of a whole link on springs; there the small motions of linear statics are 0.5 % off
 SETTLED = 1e-7  # change of the axial forces, of the largest
 
 
@@ -46,7 +48,54 @@ def rigid_tension(scene: Scene, bare: System) -> NDArray[np.float64]:
     linear = tuple(name for name in scene.named_effects if name not in ("geometric-stiffness", "moderate-rotations"))
     situation = Situation(scene.changed(effects=linear), bare.beams, bare.motion)
     system = replace(bare, terms=build_terms(situation))
-    return mean_tension(system, solve_static(system, scene.petsc))
+    return mean_tension(system, static_response(scene, system))
+
+
+def static_response(scene: Scene, system: System) -> History:
+    """Solve for the static or quasi-static response, as far as something holds the mechanism.
+
+    Raises
+    ------
+    SceneError
+        When nothing is driven, and loads move a rigid-body mode that is to stay at rest, or moderate rotations are
+        asked for where there is one.
+    SolverError
+        When there is no answer, or springs let a whole link turn too far for small motions.
+    """
+    if not len(system.motion.free):
+        return solve_static(system, scene.petsc)
+    rigid = RigidModes.of(system)
+    if moved := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
+        raise SceneError(
+            f"nothing holds the mechanism against its loads: {'; '.join(names_of(scene, system, rigid, moved))}",
+            place="analysis.method",
+            hint="Add a drive, a spring or a support, or write method = 'quasi-static' for links that give way to the "
+            "loads and carry their own inertia",
+        )
+    if len(rigid) and system.terms.law is not None:
+        raise SceneError(
+            f"the effect 'moderate-rotations' needs a mechanism that is held: {'; '.join(names_of(scene, system, rigid))}",
+            place="effects",
+            hint="Add a drive, a spring or a support, or leave the effect out",
+        )
+    history = solve_static(system, scene.petsc)
+    turned = np.abs(system.to_links(history.displacement)[:, 2::3])
+    whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in range(len(scene.links))])
+    if whole.max() > LARGEST_TURN:
+        raise SolverError(
+            f"what holds the mechanism lets link {list(scene.links)[int(whole.argmax())]} turn by {whole.max():.3g} rad "
+            f"from where its rough angles put it, and small motions end at {LARGEST_TURN} rad. Give angles near to the "
+            "equilibrium, or stiffer springs"
+        )
+    return history
+
+
+def names_of(scene: Scene, system: System, rigid: RigidModes, which: Sequence[int] | None = None) -> list[str]:
+    """Say of freedoms that nothing holds what moves in them."""
+    motion = system.motion
+    motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)
+    q = np.concatenate([motion.position[0], motion.angle[0][:, None]], axis=1)
+    return describe(scene, q, motions if which is None else motions[list(which)])
 
 
 def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:

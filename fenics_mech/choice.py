@@ -37,7 +37,7 @@ def examine(scene: Scene) -> Survey:
     """
     plain = scene.changed(effects=(), analysis__sub_intervals=POSITIONS, analysis__modes=MODES)
     system = mechanism(plain)
-    modes = scene_modes(plain, system)
+    modes = scene_modes(plain, system).elastic
     if scene.drives:
         wanted = int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate))
         if wanted > POSITIONS:

@@ -75,8 +75,9 @@ def run(
 def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
     """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
     from fenics_mech import views  # noqa: PLC0415
-    from fenics_mech.building import mechanism, scene_modes  # noqa: PLC0415
+    from fenics_mech.building import mechanism, names_of, scene_modes  # noqa: PLC0415
     from fenics_mech.choice import choose  # noqa: PLC0415
+    from fenics_mech.mechanism import RigidModes  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
@@ -91,6 +92,8 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0)
         table = views.write_frequencies(found.theta, found.frequency, folder / "frequencies.csv")
         plot = views.plot_frequencies(found.frequency, found.theta, folder / "frequencies.png", supported)
     out.print(views.frequency_table(found.frequency, found.assurance, supported))
+    for freedom in names_of(loaded, system, RigidModes.of(system)):
+        out.print(f"Rigid body: {freedom}", highlight=False, markup=False, soft_wrap=True)
     out.print(f"Wrote {table.name}, {plot.name} to {folder}", highlight=False, soft_wrap=True)
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech.errors import AssemblyError
+from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.expressions import Jet
+from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import GROUND, Array, Loops
 from fenics_mech.scene import Scene
 
@@ -139,9 +140,11 @@ def newton(
 def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_the_end: bool = False) -> Branch:
     """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
 
-    Where the drive locks it raises `AssemblyError`, or stops there when it is told to go `to_the_end`.
+    Where the drive locks it raises `AssemblyError`, or stops there when it is told to go `to_the_end`. A linkage with
+    fewer drives than freedoms is a `SceneError`.
     """
     start = assemble(scene, loops, law)
+    _refuse_free(scene, loops, start)
     points = [(0.0, start, *_derivatives_at(loops, law, start, 0.0))]
     ours = float(side(loops, start[None])[0])
     for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
@@ -167,6 +170,20 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
     points.sort(key=lambda point: point[0])
     knots, poses, rates, curvatures = (np.array(part) for part in zip(*points))
     return Branch(knots, poses, rates, curvatures, ours)
+
+
+def _refuse_free(scene: Scene, loops: Loops, q: Array) -> None:
+    """Raise where there are fewer equations than coordinates, and name what can move while the drives stand still."""
+    if len(loops.names) >= len(q):
+        return
+    left = describe(scene, q, free_motions(scene, loops, q))
+    many = f"{len(left)} freedom{'s' if len(left) > 1 else ''}"
+    raise SceneError(
+        f"the linkage is under-driven: with its {loops.drives} drive{'s' if loops.drives > 1 else ''} held it has {many} "
+        f"left: {'; '.join(left)}",
+        place="drive",
+        hint="Add a drive or a joint. A spring does not say where a driven linkage is",
+    )
 
 
 def derivatives(loops: Loops, law: DriveLaw, q: Array, theta: Array) -> tuple[Array, Array]:
@@ -213,7 +230,9 @@ def _place_links(scene: Scene, loops: Loops, drive: Array) -> Array:
                 placed.add(int(new))
                 break
         else:
-            return q[:-1].reshape(-1)
+            if not (afloat := set(range(len(scene.links))) - placed):
+                return q[:-1].reshape(-1)
+            placed.add(min(afloat))  # nothing leads from the ground to it
 
 
 def _turned(point: Array, angle: float) -> Array:

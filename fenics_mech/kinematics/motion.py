@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, derivatives, follow, follow_branch, side
+from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
 
@@ -28,6 +28,9 @@ class Motion:
         Of the frames' origins (m, m/s, m/s^2), shape ``(angles, links, 2)``.
     angle, omega, alpha
         Angle, angular velocity and acceleration (rad, rad/s, rad/s^2); angles are continuous, not wrapped.
+    free
+        Small motions of the frames (m, m, rad) that the joints of a linkage at rest leave, ``(motions, links, 3)``; see
+        `free_motions`. With drives there are none.
     """
 
     theta: Array
@@ -39,11 +42,12 @@ class Motion:
     angle: Array
     omega: Array
     alpha: Array
+    free: Array = field(default_factory=lambda: np.zeros((0, 0, 3)))
 
     def part(self, angles: slice) -> Motion:
         """Give the motion at some of the angles."""
-        arrays = {field.name: getattr(self, field.name)[angles] for field in fields(self) if field.name != "links"}
-        return Motion(links=self.links, **arrays)
+        arrays = {f.name: getattr(self, f.name)[angles] for f in fields(self) if f.name not in ("links", "free")}
+        return replace(self, **arrays)
 
     def held(self) -> Motion:
         """Give the same positions at rest."""
@@ -112,19 +116,13 @@ def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array
 
 
 def _at_rest(scene: Scene, loops: Loops, theta: Array) -> Motion:
-    """Give the motion of a structure that nothing drives; it may be held more often than it needs."""
+    """Give the motion of a linkage that nothing drives; it may be held more often than it needs, or less."""
     law = DriveLaw(scene)
     q = assemble(scene, loops, law)
-    size = np.abs([point for link in scene.links.values() for point in link.points.values()]).max()
-    jacobian = loops.jacobian(q[None])[0].reshape(-1, len(loops.links), 3)
-    jacobian[: 2 * len(loops.points) + len(loops.lines)] /= size
-    jacobian[..., :2] *= size
-    rank = np.linalg.matrix_rank(jacobian.reshape(-1, len(q)))
-    if rank < len(q):
-        raise AssemblyError(f"nothing drives the linkage, and its joints leave it {len(q) - rank} small motions")
     pose = np.broadcast_to(q, (len(theta), len(q)))
     still = np.zeros_like(pose)
-    return as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
+    motion = as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
+    return replace(motion, free=free_motions(scene, loops, q))
 
 
 def _branch(loops: Loops, motion: Motion, rate: float) -> Branch:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar, root
 
-from fenics_mech.kinematics.assembly import Branch, DriveLaw, follow, follow_branch
+from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch
+from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
 
@@ -53,12 +54,15 @@ class Range:
         Whether the drive can run through a whole cycle.
     critical
         Singular positions, and the minima of the smallest singular value, by theta.
+    free
+        What can move where nothing is driven, in words.
     """
 
     low: float
     high: float
     turns: bool
     critical: tuple[Critical, ...]
+    free: tuple[str, ...] = ()
 
 
 def reachable_range(scene: Scene) -> Range:
@@ -70,8 +74,13 @@ def reachable_range(scene: Scene) -> Range:
     ------
     AssemblyError
         When the links cannot be assembled at theta = 0.
+    SceneError
+        When there are fewer drives than freedoms, but at least one.
     """
     loops, law = Loops.of(scene), DriveLaw(scene)
+    if not scene.drives:
+        q = assemble(scene, loops, law)
+        return Range(0.0, 0.0, False, (), tuple(describe(scene, q, free_motions(scene, loops, q))))
     whole = np.array([-2 * np.pi, 2 * np.pi])
     branch = follow_branch(scene, loops, law, whole, to_the_end=True)
     limits = [

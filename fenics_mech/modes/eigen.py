@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism import System
+from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.modes.tracking import Modes, track
 
 Array = NDArray[np.float64]
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
+NOUGHT = 1e-6  # of the shift, up to which an eigenvalue counts as 0
 FEW = {
     "eps_type": "krylovschur",
     "eps_target": 0.0,
@@ -35,7 +36,8 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     system
         The mechanism; its angles are taken as one closed cycle.
     count
-        Number of modes; more than there are coordinates means all.
+        Number of modes that bend the links; more than there are means all. Rigid-body modes come before them, with the
+        frequency 0.
     options
         PETSc options with the prefix "modes_".
 
@@ -44,19 +46,24 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     SolverError
         When SLEPc does not converge, or an eigenvalue is not positive.
     """
-    count = min(count, system.size)
-    squares = np.empty((len(system.motion.theta), count))
-    shapes = np.empty((len(squares), count, system.size))
+    rigid = RigidModes.of(system)
+    count, first = min(count, system.size - len(rigid)), len(rigid)
+    squares = np.zeros((len(system.motion.theta), first + count))
+    shapes = np.empty((*squares.shape, system.size))
+    shapes[:, :first] = rigid.shapes
     subspace = 2 * count + 4  # large enough for the lowest modes to converge without a restart, nearly always
-    defaults = FEW | {"eps_ncv": subspace} if subspace < system.size else DENSE
+    defaults = FEW | {"eps_ncv": subspace} if subspace + first < system.size else DENSE
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
     vector = PETSc.Vec().createSeq(system.size)
     with configured(eps, "modes_", defaults, options or {}):
-        for k, mass, stiffness in system.positions(symmetric=True):
-            eps.setOperators(stiffness, mass)
-            squares[k], shapes[k] = _solve_position(eps, vector, count, system.motion.theta[k])
+        if len(rigid):
+            squares[:, first:], shapes[:, first:] = _solve_beside(rigid, eps, vector, count, system.motion.theta[0])
+        else:
+            for k, mass, stiffness in system.positions(symmetric=True):
+                eps.setOperators(stiffness, mass)
+                squares[k], shapes[k] = _solve_position(eps, vector, count, system.motion.theta[k])
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
     shapes /= norms  # (E.7)
@@ -69,16 +76,33 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
 
 
-def _solve_position(eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float) -> tuple[Array, Array]:
-    """Lowest eigenvalues (rad^2/s^2) and eigenvectors at one position, ascending."""
+def _solve_beside(
+    rigid: RigidModes, eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float
+) -> tuple[Array, Array]:
+    """Lowest eigenvalues and eigenvectors beside rigid-body modes, by K + shift M, which is not singular."""
+    shift = rigid.lowest_elastic()
+    eps.setOperators(to_petsc((rigid.stiffness + shift * rigid.mass).tocsr()), to_petsc(rigid.mass))
+    dense = eps.getType() == SLEPc.EPS.Type.LAPACK  # it finds them all, and knows no deflation
+    if dense:
+        eps.setDimensions(count + len(rigid))
+    else:
+        eps.setDeflationSpace([PETSc.Vec().createWithArray(shape, comm=PETSc.COMM_SELF) for shape in rigid.shapes])
+    squares, shapes = _solve_position(eps, vector, count + dense * len(rigid), theta, shift)
+    return squares[-count:], shapes[-count:]
+
+
+def _solve_position(
+    eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float, shift: float = 0.0
+) -> tuple[Array, Array]:
+    """Lowest eigenvalues (rad^2/s^2), less a shift, and eigenvectors at one position, ascending."""
     eps.solve()
     where = f"at drive angle {np.degrees(theta):.6g} deg"
     if eps.getConvergedReason() <= 0 or eps.getConverged() < count:
         found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
         raise SolverError(f"{eps.getConverged()} of {count} modes converged {where} (SLEPc says {found})")
-    values = np.array([eps.getEigenvalue(i).real for i in range(count)])
+    values = np.array([eps.getEigenvalue(i).real for i in range(count)]) - shift
     order = np.argsort(values)
-    if values[order[0]] <= 0:
+    if values[order[0]] <= -NOUGHT * shift:
         raise SolverError(
             f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive there"
         )

@@ -49,6 +49,19 @@ class Modes:
         return self.omega / (2 * np.pi)
 
     @property
+    def elastic(self) -> Modes:
+        """Those modes that are not of a rigid body."""
+        first = int((self.omega == 0).all(axis=0).sum())
+        return Modes(
+            self.theta,
+            self.omega[:, first:],
+            self.shapes[:, first:],
+            self.transfer[:, first:, first:],
+            self.back[:, first:, first:],
+            self.size[:, first:],
+        )
+
+    @property
     def assurance(self) -> Array:
         """MAC of each mode with itself at the next position, ``(angles, modes)``; the last row is the best match."""
         mac = self.transfer**2 / self.size[:, None, :]

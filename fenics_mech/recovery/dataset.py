@@ -79,7 +79,8 @@ def collect(
     members = recover_members(system, history, s, point_loads(system, found))
     by_joint = joint_forces(scene, found)
     variables = _of_members(scene, members) | _of_springs(scene, system, history)
-    variables["joint_force"] = (("theta", "joint", "component"), np.stack(list(by_joint.values()), axis=1))
+    forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
+    variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     estimate = history.error_estimate
     if history.better is not None:
         error, estimate = strain_error(scene, system, history)

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 
 from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism import System
+from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.history import History
 from fenics_mech.response.newton import Orbit, solve_nonlinear
@@ -23,7 +23,8 @@ SMALLER = 0.95  # of a tension that buckles, until it does not
 def solve_static(system: System, options: Mapping[str, Any] | None = None) -> History:
     """Solve ``K q = f`` at every angle.
 
-    A nonlinear law is solved for by Newton's method.
+    A nonlinear law is solved for by Newton's method. Where rigid-body modes are left, the links accelerate by what of
+    the load is not in equilibrium, and q is what their own inertia leaves (inertia relief).
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
     """
     if system.terms.law is not None:
         return _solve_nonlinear(system, options)
+    if len(rigid := RigidModes.of(system, symmetric=False)):
+        return _relieved(system, rigid)
     answer = np.empty_like(system.load)
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
     force = PETSc.Vec().createSeq(system.size)
@@ -57,6 +60,16 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
                 )
             answer[k] = displacement.array_r
     return History(displacement=answer, inertia=system.rigid_acceleration)
+
+
+def _relieved(system: System, rigid: RigidModes) -> History:
+    """Solve beside rigid-body modes, which are the same at all positions as nothing is driven."""
+    if system.terms.tension is not None:
+        momenta = rigid.mass @ rigid.shapes.T
+        held = rigid.stiffness + rigid.lowest_elastic() * momenta @ momenta.T
+        _refuse_buckled(np.asarray(held), system.motion.theta[0])
+    q, acceleration = (np.array(parts) for parts in zip(*map(rigid.relieved, system.load)))
+    return History(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))
 
 
 def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> History:

@@ -200,7 +200,7 @@ def _check_joints(scene: Scene) -> None:
         if len(set(bodies)) < len(bodies):
             raise SceneError("the joint connects a link with itself", place=place, hint="Connect different links")
     jointed = {point.split(".")[0] for joint in scene.joints.values() for point in joint.connect}
-    for body in ("ground", *scene.links):
+    for body in ("ground", *scene.links) if scene.drives else ():  # at rest they may be afloat
         if body not in jointed:
             place = "ground" if body == "ground" else f"links.{body}"
             raise SceneError("no joint connects it with the rest", place=place, hint="Add it to a joint")
@@ -273,12 +273,12 @@ def freedoms(scene: Scene) -> int:
 
 
 def _check_mobility(scene: Scene) -> None:
-    """Raise unless there are as many drives as freedoms; what nothing drives may be held more often than it needs."""
+    """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled."""
     left, drives = freedoms(scene), len(scene.drives)
-    if left > drives or (drives and left != drives):
+    if drives > left:
         raise SceneError(
-            f"the linkage is {'under' if left > drives else 'over'}-driven: {len(scene.links)} links and "
-            f"{len(scene.joints)} joints leave {left} freedoms, and {drives} are driven",
+            f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "
+            f"freedoms, and {drives} are driven",
             place="joints",
             hint="A link has 3 freedoms; a pin of two bodies takes 2, a weld 3, a slot 1, a prismatic joint 2",
         )

@@ -226,9 +226,9 @@ class Scene(Part):
     name: str = "scene"
     materials: dict[Name, Material]
     sections: dict[Name, AnySection]
-    ground: Ground
+    ground: Ground = Field(default_factory=lambda: Ground(points={}))
     links: Annotated[dict[Name, Link], Field(min_length=1)]
-    joints: Annotated[dict[Name, Joint], Field(min_length=1)]
+    joints: dict[Name, Joint] = Field(default_factory=dict)
     masses: dict[Name, PointMass] = Field(default_factory=dict)
     gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)  # along X and Y (m/s^2)
     loads: dict[Name, AnyLoad] = Field(default_factory=dict)

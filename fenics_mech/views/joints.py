@@ -36,7 +36,7 @@ def pin_places(scene: Scene, motion: Motion, path: Array) -> Array:
         points = joint.connect[1:] if isinstance(joint, Slot | Prismatic) else joint.connect
         drawn = [path[:, *ends[point]] for point in points if point in ends]
         places.append(drawn[0] if drawn else motion.of_point(*scene.point(points[0]))[0])
-    return np.stack(places, axis=1)
+    return np.stack(places, axis=1) if places else np.zeros((len(motion.theta), 0, 2))
 
 
 def rigid_bars(scene: Scene, motion: Motion, pins: Array) -> Array:

@@ -225,8 +225,10 @@ def strain_figure(
 def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, float]) -> Figure:
     """Build the figure of `plot_frequencies`: a log axis that holds the modes' range."""
     figure, (axes,) = new_figure(height=4.8)
-    for mode, values in enumerate(frequency.T, 1):
-        axes.plot(*curve(theta, values), label=f"mode {mode}")
+    bends = frequency.max(axis=0) > 0  # others are of a rigid body
+    for mode in np.flatnonzero(bends):
+        axes.plot(*curve(theta, frequency[:, mode]), label=f"mode {mode + 1}")
+    frequency = frequency[:, bends]
     low, high = frequency.min() / 1.1, frequency.max() * 1.1
     axes.set_yscale("log")
     axes.set_ylim(low, high)

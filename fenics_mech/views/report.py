@@ -30,7 +30,10 @@ def summary(result: Result) -> Group:
     and deflection per member, force per joint, input torque, and the range of each mode's frequency.
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
-    parts += [_members(result), _joints(result), *_signal(result)]
+    parts.append(_members(result))
+    if result.data.sizes["joint"]:
+        parts.append(_joints(result))
+    parts += _signal(result)
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance))

@@ -154,7 +154,8 @@ class Stage:
         meshes["ribbon"]["strain"] = np.zeros(len(blank))
         meshes |= self._add_rigid_parts()
         for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white")):
-            self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
+            if meshes[name].n_points:
+                self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
         self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
         return meshes
 

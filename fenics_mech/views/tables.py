@@ -38,7 +38,8 @@ def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, 
     """
     table = table_of("Natural frequencies over the cycle", "mode", "lowest (Hz)", "highest (Hz)", "lowest MAC")
     for mode, (curve, mac) in enumerate(zip(frequency.T, assurance.T), 1):
-        table.add_row(str(mode), number(curve.min()), number(curve.max()), f"{mac.min():.3f}")
+        name = str(mode) if curve.max() > 0 else f"{mode}, rigid body"
+        table.add_row(name, number(curve.min()), number(curve.max()), f"{mac.min():.3f}")
     if supported:
         table.add_section()
         for member, value in supported.items():
@@ -96,7 +97,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
-        turns = "Nothing drives it."
+        turns = "Nothing drives it" + (", and joints leave it free: " + "; ".join(reach.free) if reach.free else "") + "."
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
     lines.append(Text(turns))
     for critical in reach.critical:

@@ -1,0 +1,115 @@
+"""Motions that joints and drives leave to a linkage: null vectors of the loop Jacobian, and words for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.scene import Scene
+
+NULL = 1e-9  # singular value of the Jacobian without units, up to which a motion is free
+SEEN = 1e-6  # of the largest motion, above which a link moves
+MOST_NAMED = 4  # links that one freedom names
+
+
+def free_motions(scene: Scene, loops: Loops, q: Array) -> Array:
+    """Small motions of the links at one position that no joint and no drive prevents.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    loops
+        Its equations.
+    q
+        Coordinates, ``(3 links,)``.
+
+    Returns
+    -------
+    array
+        x, y of the links' origins (m) and their rotations (rad), ``(motions, links, 3)``. Each motion has a link of its
+        own that it turns, or where none turns shifts, and that the other motions leave.
+    """
+    size = _size(scene)
+    unit = np.tile([size, size, 1.0], len(loops.links))
+    lengths = 2 * len(loops.points) + len(loops.lines)
+    rows = np.ones(len(loops.names))
+    rows[:lengths] = size
+    if len(loops.driven_strokes):
+        rows[-len(loops.driven_strokes) :] = size
+    jacobian = loops.jacobian(q[None])[0] * unit / rows[:, None]
+    _, values, right = np.linalg.svd(jacobian)
+    null = right[int((values > NULL).sum()) :]
+    return (apart(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), -1, 3)
+
+
+def apart(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
+    """Combine vectors, one a row, such that each alone has one coordinate, a preferred one if it can (Gauss, Jordan)."""
+    left = vectors.copy()
+    for k in range(len(left)):
+        size = np.abs(left[k:])
+        first = np.where(preferred, size, 0.0)
+        row, column = np.unravel_index(int((first if first.max() > SEEN else size).argmax()), size.shape)
+        left[[k, k + row]] = left[[k + row, k]]
+        left[k] /= left[k, column]
+        others = np.arange(len(left)) != k
+        left[others] -= np.outer(left[others, column], left[k])
+    return left
+
+
+def describe(scene: Scene, q: Array, motions: Array) -> list[str]:
+    """Say of each motion which link it moves most, about or along which joint, and which links go with it.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    q
+        Coordinates, ``(3 links,)``.
+    motions
+        From `free_motions`, ``(motions, links, 3)``.
+    """
+    return [_described(scene, q.reshape(-1, 3), motion) for motion in motions]
+
+
+def _described(scene: Scene, poses: Array, motion: Array) -> str:
+    links, size = list(scene.links), _size(scene)
+    moves = np.maximum(np.linalg.norm(motion[:, :2], axis=1) / size, np.abs(motion[:, 2]))
+    turns = np.abs(motion[:, 2])
+    leads = turns if turns.max() > SEEN * moves.max() else moves
+    first = int(leads.argmax())
+    joints = [name for name, joint in scene.joints.items() if _takes_part(joint.connect, links[first])]
+    if leads is turns:
+        still = [name for name in joints if _speed(scene, poses, motion, name, first) < SEEN * size * turns[first]]
+        text = f"link {links[first]} can turn freely" + (f" about joint {still[0]}" if still else "")
+    else:
+        sliding = [name for name in joints if scene.joints[name].kind in ("slot", "prismatic")]
+        angle = np.degrees(np.arctan2(motion[first, 1], motion[first, 0])) % 180
+        text = f"link {links[first]} can move freely along {angle:.4g} deg"
+        text += f", in joint {sliding[0]}" if sliding else ""
+    others = [links[i] for i in np.argsort(-moves, kind="stable") if i != first and moves[i] > SEEN * moves.max()]
+    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
+    return text + (f" and moves {', '.join(others[:MOST_NAMED])}{more} with it" if others else "")
+
+
+def _takes_part(points: Sequence[str], link: str) -> bool:
+    return any(point.split(".")[0] == link for point in points)
+
+
+def _speed(scene: Scene, poses: Array, motion: Array, joint: str, link: int) -> float:
+    """How far a small motion shifts a link where a joint holds it (m)."""
+    name = list(scene.links)[link]
+    at = next(point for point in scene.joints[joint].connect if point.split(".")[0] == name)
+    x, y = scene.point(at)[1]
+    c, s = np.cos(poses[link, 2]), np.sin(poses[link, 2])
+    arm = np.array([-(s * x + c * y), c * x - s * y])
+    return float(np.linalg.norm(motion[link, :2] + motion[link, 2] * arm))
+
+
+def _size(scene: Scene) -> float:
+    """Largest coordinate of a link's point in its frame (m)."""
+    points = [abs(value) for link in scene.links.values() for point in link.points.values() for value in point]
+    return max([*points, float(np.finfo(float).tiny)])
