@@ -66,15 +66,17 @@ def static_response(scene: Scene, system: System) -> History:
         return solve_static(system, scene.petsc)
     rigid = RigidModes.of(system)
     if moved := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
+        free = "; ".join(names_of(scene, system, rigid, moved))
         raise SceneError(
-            f"nothing holds the mechanism against its loads: {'; '.join(names_of(scene, system, rigid, moved))}",
+            f"nothing holds the mechanism against its loads: {free}",
             place="analysis.method",
             hint="Add a drive, a spring or a support, or write method = 'quasi-static' for links that give way to the "
             "loads and carry their own inertia",
         )
     if len(rigid) and system.terms.law is not None:
+        free = "; ".join(names_of(scene, system, rigid))
         raise SceneError(
-            f"the effect 'moderate-rotations' needs a mechanism that is held: {'; '.join(names_of(scene, system, rigid))}",
+            f"the effect 'moderate-rotations' needs a mechanism that is held: {free}",
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )
@@ -82,10 +84,10 @@ def static_response(scene: Scene, system: System) -> History:
     turned = np.abs(system.to_links(history.displacement)[:, 2::3])
     whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in range(len(scene.links))])
     if whole.max() > LARGEST_TURN:
+        farthest = list(scene.links)[int(whole.argmax())]
         raise SolverError(
-            f"what holds the mechanism lets link {list(scene.links)[int(whole.argmax())]} turn by {whole.max():.3g} rad "
-            f"from where its rough angles put it, and small motions end at {LARGEST_TURN} rad. Give angles near to the "
-            "equilibrium, or stiffer springs"
+            f"what holds the mechanism lets link {farthest} turn by {whole.max():.3g} rad from its rough angle, "
+            f"and small motions end at {LARGEST_TURN} rad. Give angles near to the equilibrium, or stiffer springs"
         )
     return history
 

@@ -177,10 +177,9 @@ def _refuse_free(scene: Scene, loops: Loops, q: Array) -> None:
     if len(loops.names) >= len(q):
         return
     left = describe(scene, q, free_motions(scene, loops, q))
-    many = f"{len(left)} freedom{'s' if len(left) > 1 else ''}"
+    drives, freedoms = ("1 drive" if loops.drives == 1 else f"{loops.drives} drives"), "freedom" + "s" * (len(left) > 1)
     raise SceneError(
-        f"the linkage is under-driven: with its {loops.drives} drive{'s' if loops.drives > 1 else ''} held it has {many} "
-        f"left: {'; '.join(left)}",
+        f"the linkage is under-driven: with its {drives} held it has {len(left)} {freedoms} left: {'; '.join(left)}",
         place="drive",
         hint="Add a drive or a joint. A spring does not say where a driven linkage is",
     )

@@ -43,17 +43,17 @@ def free_motions(scene: Scene, loops: Loops, q: Array) -> Array:
     jacobian = loops.jacobian(q[None])[0] * unit / rows[:, None]
     _, values, right = np.linalg.svd(jacobian)
     null = right[int((values > NULL).sum()) :]
-    return (apart(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), -1, 3)
+    return (apart(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
 
 
 def apart(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
-    """Combine vectors, one a row, such that each alone has one coordinate, a preferred one if it can (Gauss, Jordan)."""
+    """Combine vectors, one a row, so that each alone has one coordinate, rather a preferred one (Gauss and Jordan)."""
     left = vectors.copy()
     for k in range(len(left)):
         size = np.abs(left[k:])
         first = np.where(preferred, size, 0.0)
         row, column = np.unravel_index(int((first if first.max() > SEEN else size).argmax()), size.shape)
-        left[[k, k + row]] = left[[k + row, k]]
+        left[np.array([k, k + row])] = left[np.array([k + row, k])]
         left[k] /= left[k, column]
         others = np.arange(len(left)) != k
         left[others] -= np.outer(left[others, column], left[k])

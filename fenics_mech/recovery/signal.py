@@ -81,7 +81,7 @@ def of_cycle(scene: Scene, data: xr.Dataset, still: Array | None = None) -> xr.D
     cycle = data.isel(theta=part)
     phase = abs(float(cycle["theta"][0]))
     waves, place = _gauged(cycle["strain"])
-    found = {"strain": (("member", "gauge"), waves)}
+    found: dict[str, tuple[tuple[str, ...], Array]] = {"strain": (("member", "gauge"), waves)}
     found["joint_force"] = (("joint", "component"), cycle["joint_force"].transpose("theta", ...).to_numpy())
     found["input_torque"] = ((), cycle["input_torque"].to_numpy())
     variables: dict[str, tuple[tuple[str, ...], Array]] = {}
@@ -108,11 +108,17 @@ def _gauged(strain: xr.DataArray) -> tuple[Array, dict[str, object]]:
     where = np.stack([np.full(len(s), 0.5), strain["s"].to_numpy()[s]], axis=1)
     sides = np.stack([np.full(len(s), "+"), strain["fibre"].to_numpy()[fibre]], axis=1)
     along = ("member", "gauge")
-    places = {"gauge": [MID_SPAN, PEAK], "gauge_s": (along, where), "gauge_fibre": (along, sides.astype(object))}
+    places: dict[str, object] = {
+        "gauge": [MID_SPAN, PEAK],
+        "gauge_s": (along, where),
+        "gauge_fibre": (along, sides.astype(object)),
+    }
     return np.stack([middle, peak], axis=-1), places
 
 
-def _vibration(strain: Array, still: Array, frequency: Array, period: float) -> dict[str, tuple[tuple[str, ...], Array]]:
+def _vibration(
+    strain: Array, still: Array, frequency: Array, period: float
+) -> dict[str, tuple[tuple[str, ...], Array]]:
     """Count the ripples of the strain about its quasi-static curve, and find their mode and their largest harmonic."""
     vibration = strain - still
     size = np.ptp(vibration, axis=0) / 2
@@ -131,7 +137,7 @@ def ripples(wave: Array) -> int:
     """Maxima of a periodic curve that stand out by `LEAST_RIPPLE`; `wave` is one cycle of it, ``(steps,)``."""
     start = int(wave.argmin())
     once = np.append(np.roll(wave, -start), wave[start])  # from the lowest point to itself, so that no maximum is cut
-    return len(find_peaks(once, prominence=LEAST_RIPPLE * max(float(np.ptp(wave)), np.finfo(float).tiny))[0])
+    return len(find_peaks(once, prominence=LEAST_RIPPLE * float(max(np.ptp(wave), np.finfo(float).tiny)))[0])
 
 
 def nearest_mode(rate: Array, frequency: Array, resolution: float) -> Array:

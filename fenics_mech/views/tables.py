@@ -97,7 +97,9 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
-        turns = "Nothing drives it" + (", and joints leave it free: " + "; ".join(reach.free) if reach.free else "") + "."
+        turns = (
+            "Nothing drives it" + (", and joints leave it free: " + "; ".join(reach.free) if reach.free else "") + "."
+        )
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
     lines.append(Text(turns))
     for critical in reach.critical:

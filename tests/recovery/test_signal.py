@@ -68,7 +68,9 @@ def test_harmonics_of_a_result_give_its_curves_again(speed):
     place = {"s": float(peak["gauge_s"]), "fibre": str(peak["gauge_fibre"].values)}
     strain = data["strain"].sel(member="follower").sel(place)
     assert np.abs(strain).max() == np.abs(data["strain"].sel(member="follower")).max()
-    assert float(peak[2]) == pytest.approx(2 * abs(np.mean(strain.to_numpy() * np.exp(-2j * data["theta"].to_numpy()))), rel=1e-9)
+    assert float(peak[2]) == pytest.approx(
+        2 * abs(np.mean(strain.to_numpy() * np.exp(-2j * data["theta"].to_numpy()))), rel=1e-9
+    )
 
 
 def test_ripples_are_counted_on_their_hill():
