@@ -8,7 +8,13 @@ from fenics_mech.errors import SceneError, ViewError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
 from fenics_mech.views import plot_all, plot_strain, read_measurement
-from fenics_mech.views.plots import deflection_figure, frequency_figure, joint_force_figure, strain_figure
+from fenics_mech.views.plots import (
+    deflection_figure,
+    frequency_figure,
+    joint_force_figure,
+    spectrum_figure,
+    strain_figure,
+)
 
 MICRO = 1e6
 
@@ -38,6 +44,18 @@ def test_strain_curve_is_the_result_in_microstrain_over_degrees(result):
     assert strain == pytest.approx(MICRO * result.strain_at("coupler", 0.25, "-"), rel=1e-12)
     assert found["by hand"][1].max() == pytest.approx(MICRO, rel=1e-2)
     assert "coupler" in figure.axes[0].get_title("left")
+
+
+def test_spectrum_has_a_bar_for_every_harmonic_and_a_band_for_every_mode(result):
+    figure = spectrum_figure(result)
+    amplitude = result.data["strain_amplitude"].sel(gauge="mid-span")
+    assert [axes.get_title("left").split()[-1] for axes in figure.axes] == ["crank", "coupler", "follower"]
+    heights = [bar.get_height() for bar in figure.axes[1].containers[0]]
+    assert heights == pytest.approx(MICRO * amplitude.sel(member="coupler").to_numpy()[1:])
+    marked = [text.get_text() for text in figure.axes[0].texts]
+    assert marked == ["1", "2"]
+    first = float(result.data["frequency"].sel(mode=1).mean()) * result.scene.period
+    assert figure.axes[0].texts[0].get_position()[0] == pytest.approx(first, abs=0.5)
 
 
 def test_curves_close_at_a_full_turn(result):
@@ -139,7 +157,7 @@ def test_deflection_of_the_crank_is_along_its_normal(result):
 def test_all_plots_are_written_and_none_is_blank(result, tmp_path):
     paths = plot_all(result, tmp_path / "new" / "folder")
     assert [path.stem for path in paths] == [
-        "strain_crank", "strain_coupler", "strain_follower", "deflection", "joint_forces", "frequencies",
+        "strain_crank", "strain_coupler", "strain_follower", "deflection", "joint_forces", "spectrum", "frequencies",
     ]  # fmt: skip
     for path in paths:
         picture = imread(path)

@@ -53,6 +53,18 @@ def test_peaks_of_the_members(result):
     assert float(cells[6]) == pytest.approx(1e3 * bent, rel=1e-3)
 
 
+def test_harmonics_and_vibration_of_the_members(result):
+    text = printed(summary(result))
+    table = text[text.index("Strain at mid-span") :]
+    amplitude = result.data["strain_amplitude"].sel(member="coupler", gauge="mid-span").to_numpy()[1:]
+    cells = row(table, "coupler")
+    assert cells[1] == f"{1 + amplitude.argmax()}:"
+    assert float(cells[2].rstrip(",")) == pytest.approx(1e6 * amplitude.max(), rel=1e-2)
+    frequency = float(result.data["vibration_frequency"].sel(member="coupler"))
+    assert float(cells[-2]) == pytest.approx(frequency, rel=1e-3)
+    assert float(cells[-1]) == float(result.data["vibration_mode"].sel(member="coupler"))
+
+
 def test_joints_torque_frequencies_and_decisions(result):
     text = printed(summary(result))
     force = np.linalg.norm(result.data["joint_force"].sel(joint="O"), axis=-1)
