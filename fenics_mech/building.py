@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
-from fenics_mech.effects import Situation, build_terms, shaped
+from fenics_mech.effects import NOTHING, Situation, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.kinematics.freedom import describe
@@ -38,8 +38,16 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
 
 def system_at(scene: Scene, beams: Beams, motion: Motion) -> System:
     """Build the mechanism at the angles of a motion, with its effects."""
-    bare = build_system(scene, beams, motion)
-    situation = Situation(scene, beams, motion, tension=lambda: rigid_tension(scene, bare))
+    return _with_effects(scene, build_system(scene, beams, motion))
+
+
+def moved(scene: Scene, system: System, motion: Motion) -> System:
+    """Take a mechanism to another motion with the same coordinates, which `system_at` may choose anew."""
+    return _with_effects(scene, replace(system, motion=motion, terms=NOTHING))
+
+
+def _with_effects(scene: Scene, bare: System) -> System:
+    situation = Situation(scene, bare.beams, bare.motion, tension=lambda: rigid_tension(scene, bare))
     return replace(bare, terms=build_terms(situation))
 
 
