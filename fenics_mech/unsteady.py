@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import fields, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.building import system_at
-from fenics_mech.errors import SceneError
+from fenics_mech.building import moved
+from fenics_mech.errors import ResultError, SceneError, SolverError
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
 from fenics_mech.response import History
+from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.history import history_of
-from fenics_mech.response.transient import Coefficients, Span, integrate
+from fenics_mech.response.impulses import blows_between
+from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.transient import Course, Span, integrate
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 MOST_POSITIONS = 100_000  # at which a result is held
+STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
+FINEST = 1e-12  # error of interpolated matrices
+WANTED = "Give the result of a transient analysis of the same scene"
+INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
 
 
 def by_time(scene: Scene, system: System) -> tuple[System, History]:
@@ -47,59 +54,80 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
     SolverError
         When the time steps fail.
     """
-    _check(scene)
-    analysis, run_up = scene.analysis, scene.drives[0].run_up or 0.0
-
-    def equation_at(time: Array) -> Equation:
-        here = system_at(scene, system.beams, solve_motion_in_time(scene, time))
-        return Equation(here, modal_damping(scene, here))
-
-    coefficients = Coefficients(equation_at, scene.period, math.ceil(analysis.sub_intervals / 4), run_up)
-    span = Span(
-        scene.period, analysis.sub_intervals, analysis.cycles, analysis.settled, run_up, analysis.time_tolerance
-    )
-    course = integrate(coefficients, span, *_start(scene, system, equation_at), scene.petsc)
-    parts = []
-    for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
-        part = slice(k, k + analysis.sub_intervals)
-        parts.append(history_of(equation_at(course.time[part]), course.displacement[part], course.velocity[part]))
-    whole = system_at(scene, system.beams, solve_motion_in_time(scene, course.time))
+    analysis = scene.analysis
+    if not scene.drives:
+        raise SceneError("a motion in time needs a drive, and the scene has none", place="analysis.method")
+    try:
+        course = _course(scene, system)
+        parts = []
+        for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
+            part = slice(k, k + analysis.sub_intervals)
+            equation = _equation(scene, system, course.time[part])
+            parts.append(history_of(equation, course.displacement[part], course.velocity[part]))
+    except np.linalg.LinAlgError as error:
+        raise SolverError(
+            "the equation of motion is singular: some part has no mass, or springs or dampers are stiffer by so much "
+            f"that the rest is lost in rounding ({error})"
+        ) from error
+    whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     return whole, replace(_joined(parts), course=course)
 
 
-def _check(scene: Scene) -> None:
-    """Refuse what the integration in time does not know."""
-    if not scene.drives:
-        raise SceneError("a motion in time needs a drive, and the scene has none", place="analysis.method")
-    for place, what in (("impulses", scene.impulses), ("drive.motor", any(drive.motor for drive in scene.drives))):
-        if what:
-            raise SceneError(
-                "a solution in time does not know it yet", place=place, hint="Write analysis.method = 'periodic'"
-            )
-    positions = scene.analysis.cycles * scene.analysis.sub_intervals
-    if positions > MOST_POSITIONS:
+def _course(scene: Scene, system: System) -> Course:
+    """Integrate from the start to the end."""
+    analysis, run_up = scene.analysis, scene.drives[0].run_up or 0.0
+    time, displacement, velocity = _start(scene, system)
+    span = Span(
+        cycle=scene.period,
+        samples=analysis.sub_intervals,
+        cycles=analysis.cycles,
+        settled=analysis.settled,
+        steady_after=run_up,
+        tolerance=analysis.time_tolerance,
+        tableau=Tableau.of(analysis.scheme, max(analysis.stages, STAGES)),
+    )
+    if (positions := len(span.times(time))) > MOST_POSITIONS:
         raise SceneError(
             f"{positions} positions are more than a result holds, {MOST_POSITIONS}",
             place="analysis.cycles",
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
+    tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
+    coefficients = Coefficients(partial(_equation, scene, system), scene.period, time, run_up, tolerance)
+    blows = blows_between(scene, system, time, float(span.times(time)[-1]))
+    return integrate(coefficients, span, time, displacement, velocity, scene.petsc, blows)
 
 
-def _start(scene: Scene, system: System, equation_at: Callable[[Array], Equation]) -> tuple[float, Array, Array]:
+def _equation(scene: Scene, system: System, time: Array) -> Equation:
+    """Give the equation of motion at ascending times (s)."""
+    here = moved(scene, system, solve_motion_in_time(scene, time))
+    return Equation(here, modal_damping(scene, here))
+
+
+def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
     """Time, displacement and velocity at the start."""
     start, still = scene.analysis.start, np.zeros(system.size)
     if start == "rigid":
         return 0.0, still, still
     if start == "static":
-        linear = equation_at(np.zeros(1)).linear
+        linear = _equation(scene, system, np.zeros(1)).linear
         return 0.0, np.linalg.solve(linear.stiffness[0], linear.load[0]), still
-    data = Result.load(start).data
+    if not Path(start).is_file():
+        raise SceneError(
+            f"there is no file {start!r}",
+            place="analysis.start",
+            hint="Write 'rigid', 'static', or the file of a result of a transient analysis",
+        )
+    try:
+        data = Result.load(start).data
+    except ResultError as error:
+        raise SceneError(f"{start!r} is not a result of this program", place="analysis.start", hint=WANTED) from error
     if "state" not in data or data.sizes["dof"] != system.size:
         held = f"{data.sizes['dof']} degrees of freedom" if "state" in data else "no state"
         raise SceneError(
             f"{start} holds {held}, and the scene has {system.size}: it cannot go on from there",
             place="analysis.start",
-            hint="Give the result of a transient analysis of the same scene",
+            hint=WANTED,
         )
     displacement, velocity = data["state"].transpose("derivative", "dof").to_numpy()
     return float(data["time"][-1]), displacement, velocity

@@ -1,33 +1,35 @@
 """Response in time from a given state, by PETSc's TS: how a motion begins, and whether it becomes periodic.
 
-The equation's matrices are computed at many times at once, a cycle of the drive at a time, and interpolated between:
-polynomials of degree 7 through Chebyshev points in windows of the cycle. TS integrates the second order equation as it
-stands (alpha2, the generalised alpha method) or, of any other type, as one of first order.
+TS integrates the second order equation as it stands, by collocation or with the generalised alpha method (alpha2), or,
+with any other of its types, as one of first order. It stops where loads jump and where impulses strike, and goes on
+from there.
 
 Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371; Balay et al., PETSc Users Manual, ch. 6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from petsc4py import PETSc
-from scipy.interpolate import BPoly
+from scipy.interpolate import CubicHermiteSpline
 
 from fenics_mech._petsc import configured, name_of
-from fenics_mech.beams.layout import element_dofs
-from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array, Equation
+from fenics_mech.mechanism.equation import Array
+from fenics_mech.response.coefficients import NARROWEST, Coefficients
+from fenics_mech.response.instant import Instant
+from fenics_mech.response.stepping import Collocation, Curve, Keep
+from fenics_mech.response.tableau import Tableau
 
-NODES = 8  # of the interpolation in a window
-PROBES = 16  # times in a cycle at which it is checked
-LARGEST_ERROR = 1e-3  # of the matrices, by interpolation
-SECOND_ORDER = "alpha2"
+COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 LONGEST_STEP = 1 / 40  # of a cycle
+Prepared = tuple[float, Callable[[], Any]]  # TS's time over ours, and what gives the state
+SAME = 2 * NARROWEST  # of a cycle, between times that count as one
 
 
 @dataclass(frozen=True)
@@ -41,13 +43,15 @@ class Span:
     samples
         Equal parts of a cycle at whose ends the motion is given.
     cycles
-        Cycles, at most.
+        Cycles after the run-up, at most.
     settled
         Difference of two successive cycles, relative to the largest displacement, at which to stop; 0 never stops.
     steady_after
-        Time from which the drive is at its speed (s): cycles are compared from there on.
+        Time from which the drive is at its speed (s): cycles are counted and compared from there on.
     tolerance
         Relative error of a time step.
+    tableau
+        Collocation points of a time step.
     """
 
     cycle: float
@@ -56,6 +60,39 @@ class Span:
     settled: float
     steady_after: float
     tolerance: float
+    tableau: Tableau
+
+    def lead(self, start: float) -> int:
+        """Number of samples before cycles are counted, from a start (s)."""
+        return max(0, int(np.ceil((self.steady_after - start) / self.cycle * self.samples - 1e-6)))
+
+    def times(self, start: float) -> Array:
+        """Times at which the motion is given (s), with the last of the last cycle."""
+        return start + self.cycle / self.samples * np.arange(self.lead(start) + self.cycles * self.samples + 1)
+
+
+@dataclass(frozen=True)
+class Blows:
+    """Impulses as they strike.
+
+    Parameters
+    ----------
+    time
+        When (s), ascending.
+    which
+        Which jump, of each time.
+    jump
+        Changes of q', ``(impulses, coordinates)``.
+    """
+
+    time: Array
+    which: NDArray[np.int64]
+    jump: Array
+
+    def at(self, time: float, slack: float) -> Array:
+        """Change of q' at a time."""
+        now = self.which[np.searchsorted(self.time, time - slack) : np.searchsorted(self.time, time + slack)]
+        return np.asarray(self.jump[now].sum(axis=0))
 
 
 @dataclass(frozen=True)
@@ -65,13 +102,13 @@ class Course:
     Parameters
     ----------
     time, displacement, velocity
-        Times (s) and the motion there.
+        Times (s) and the motion there, after any impulse.
     change
         Difference of the last two cycles, relative; infinite where there is only one.
     steps
         Time steps that were made.
     interpolation
-        Largest relative error of the interpolated matrices and load, found by trials.
+        Largest relative error of the interpolated matrices and load.
     """
 
     time: Array
@@ -82,184 +119,47 @@ class Course:
     interpolation: float
 
 
-@dataclass
-class Coefficients:
-    """Matrices of the equation at any time, by interpolation.
-
-    Parameters
-    ----------
-    equation_at
-        Gives the equation at many ascending times.
-    cycle, windows
-        Duration of a cycle (s), and the windows in it.
-    repeats_after
-        Time from which the matrices repeat in each cycle (s).
-    """
-
-    equation_at: Callable[[Array], Equation]
-    cycle: float
-    windows: int
-    repeats_after: float
-    error: float = 0.0
-    law: Law | None = None
-    dofs: Any = None
-    weight: Array | None = None
-    _tables: dict[int, Array] = field(default_factory=dict)
-    _latest: tuple[float, list[Array]] = field(default=(-np.inf, []))
-    _cuts: list[tuple[int, tuple[int, ...]]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Place the nodes in a window, 0..1, with their barycentric weights."""
-        odd = np.pi * (2 * np.arange(NODES) + 1) / (2 * NODES)
-        self.nodes = (1 - np.cos(odd)) / 2
-        self.barycentric = (-1.0) ** np.arange(NODES) * np.sin(odd)
-
-    def at(self, time: float) -> list[Array]:
-        """Scaled M, C, K and load, and with a nonlinear law P and P', at a time (s)."""
-        if self._latest[0] != time:  # residual and tangents are asked for one after the other
-            self._latest = time, self._interpolated(time)
-        return self._latest[1]
-
-    def _interpolated(self, time: float) -> list[Array]:
-        cycle = int(time // self.cycle)
-        number = min(cycle, int(np.ceil(self.repeats_after / self.cycle - 1e-9)))
-        if number not in self._tables:
-            self._tables = {old: table for old, table in self._tables.items() if old == number - 1}
-            self._tables[number] = self._table(number)
-        place = (time / self.cycle - cycle) * self.windows
-        window = min(int(place), self.windows - 1)
-        table = self._tables[number]
-        flat = self._weights(place - window) @ table[window]
-        return [flat[end - int(np.prod(shape)) : end].reshape(shape) for end, shape in self._cuts]
-
-    def _weights(self, place: float) -> Array:
-        """Lagrange polynomials at a place 0..1 in a window, by the barycentric formula (Berrut and Trefethen, 2004)."""
-        gap = place - self.nodes
-        if (hit := np.abs(gap).argmin()) is not None and abs(gap[hit]) < 1e-14:
-            return np.eye(NODES)[hit]
-        parts = self.barycentric / gap
-        return parts / parts.sum()
-
-    def _table(self, cycle: int) -> Array:
-        """Everything at the nodes of all windows of a cycle, flat, ``(windows, nodes, entries)``; checks it, too."""
-        step = self.cycle / self.windows
-        start = cycle * self.cycle
-        nodes = (start + step * (np.arange(self.windows)[:, None] + self.nodes)).ravel()
-        probes = start + self.cycle * (np.arange(PROBES) + 0.5 / np.sqrt(2)) / PROBES
-        times = np.concatenate([nodes, probes])
-        order = np.argsort(times)
-        flat = self._flat(self.equation_at(times[order]))[np.argsort(order)]
-        table = flat[: len(nodes)].reshape(self.windows, NODES, -1)
-        places = (probes - start) / step
-        windows = np.minimum(places.astype(int), self.windows - 1)
-        found = np.stack([self._weights(p - w) @ table[w] for p, w in zip(places, windows)])
-        for end, shape in self._cuts[:4]:
-            part = slice(end - int(np.prod(shape)), end)
-            size = max(float(np.abs(flat[:, part]).max()), 1e-300)
-            self.error = max(self.error, float(np.abs(found - flat[len(nodes) :])[:, part].max()) / size)
-        if self.error > LARGEST_ERROR:
-            raise SolverError(
-                f"the matrices change too fast to be interpolated (error {self.error:.1e}): give more sub_intervals"
-            )
-        return table
-
-    def _flat(self, equation: Equation) -> Array:
-        """Scale the coordinates, so that axial and bending ones are alike, and put everything in rows, one per time."""
-        linear = equation.linear
-        if self.weight is None:
-            self.weight = np.sqrt(np.abs(np.einsum("tii->i", linear.stiffness)) / len(linear.load))
-        square = np.outer(self.weight, self.weight)
-        parts = [linear.mass / square, linear.damping / square, linear.stiffness / square, linear.load / self.weight]
-        self.law = equation.system.terms.law
-        if self.law is not None:
-            p, first, _ = equation.shape
-            self.dofs = element_dofs(equation.system.beams.mesh)
-            parts += [p / self.weight, (np.zeros_like(p) if first is None else first) / self.weight]
-        ends = np.cumsum([int(np.prod(part.shape[1:])) for part in parts])
-        self._cuts = [(int(end), part.shape[1:]) for end, part in zip(ends, parts)]
-        return np.concatenate([part.reshape(len(part), -1) for part in parts], axis=1)
-
-
-class _Motion:
-    """Residual and tangents of the scaled equation at a time, as TS asks for them.
-
-    TS measures errors of velocities by the tolerance of displacements. So its time is ``pace`` times ours, a radian of
-    the slowest vibration.
-    """
-
-    def __init__(self, coefficients: Coefficients, time: float) -> None:
-        self.coefficients = coefficients
-        mass, _, stiffness = coefficients.at(time)[:3]
-        self.pace = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness))).min()))
-
-    def residual(self, time: float, z: Array, rate: Array, second: Array) -> Array:
-        """``M z'' + C z' + K z + law - f``."""
-        mass, damping, stiffness, load, *shape = self.coefficients.at(time)
-        lack = mass @ second + damping @ rate + stiffness @ z - load
-        law, dofs = self.coefficients.law, self.coefficients.dofs
-        if law is None:
-            return lack
-        p, first = shape
-        ends = law.force((p @ z)[None], (p @ rate + first @ z)[None])
-        return lack + np.bincount(dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
-
-    def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
-        """M, and the tangents by z' and z."""
-        mass, damping, stiffness, _, *shape = self.coefficients.at(time)
-        law, dofs = self.coefficients.law, self.coefficients.dofs
-        if law is None:
-            return mass, damping, stiffness
-        p, first = shape
-        v, v_rate = (p @ z)[None], (p @ rate + first @ z)[None]
-        _, by_v, by_rate = law.linearised(v, v_rate, law.tension(v, v_rate))
-        here, turning = p[dofs], first[dofs]
-        back = here.reshape(-1, len(z)).T
-        damping = damping + back @ (by_rate[0] @ here).reshape(-1, len(z))
-        stiffness = stiffness + back @ (by_v[0] @ here + by_rate[0] @ turning).reshape(-1, len(z))
-        return mass, damping, stiffness
-
-    def acceleration(self, time: float, z: Array, rate: Array) -> Array:
-        """Give z'' at a state."""
-        lack = self.residual(time, z, rate, np.zeros_like(z))
-        return np.linalg.solve(self.coefficients.at(time)[0], -lack)
-
-
 class _Record:
-    """Keeps the states after all steps, and stops when two cycles are the same."""
+    """Takes samples of the motion step by step, and says when two cycles are the same."""
 
-    def __init__(self, motion: _Motion, span: Span, start: float) -> None:
-        self.motion, self.span, self.first = motion, span, start
-        self.times: list[float] = []
-        self.states: list[Array] = []  # z, z', z''
-        self.cycles, self.change = 0, np.inf
+    def __init__(self, span: Span, start: float, z: Array, rate: Array) -> None:
+        self.span, self.times, self.lead = span, span.times(start), span.lead(start)
+        self.states = np.zeros((len(self.times), 2, len(z)))
+        self.states[0] = z, rate
+        self.known, self.change, self.settled = 1, np.inf, False
 
-    def add(self, time: float, z: Array, rate: Array) -> bool:
-        """Keep a state; tell whether the motion is periodic by now."""
-        self.times.append(time)
-        self.states.append(np.stack([z, rate, self.motion.acceleration(time, z, rate)]))
-        ended = int((time - self.first) / self.span.cycle + 1e-9)
-        if ended == self.cycles:
+    def keep(self, start: float, end: float, curve: Curve) -> bool:
+        """Take the samples inside a step; tell whether the motion is periodic by now."""
+        known = int(np.searchsorted(self.times, end + SAME * self.span.cycle))
+        if known > self.known:
+            self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1)
+        while self.known < known and not self.settled:
+            self.settled = self._is_settled(self.known)
+            self.known += 1
+        return self.settled
+
+    def strike(self, time: float, z: Array, rate: Array) -> None:
+        """Put a state in the place of the one just before an impulse."""
+        if abs(self.times[self.known - 1] - time) <= SAME * self.span.cycle:
+            self.states[self.known - 1] = z, rate
+
+    def _is_settled(self, index: int) -> bool:
+        samples = self.span.samples
+        if (index - self.lead) % samples or index < self.lead + 2 * samples:
             return False
-        self.cycles = ended
-        last = self.first + self.span.cycle * (ended - 1 + np.arange(self.span.samples) / self.span.samples)
-        before = last - self.span.cycle
-        if before[0] < max(self.first, self.span.steady_after) - 1e-9 * self.span.cycle:
-            return False
-        now, then = (self.at(times)[0] for times in (last, before))
+        now, then = self.states[index - samples : index, 0], self.states[index - 2 * samples : index - samples, 0]
         self.change = float(np.abs(now - then).max() / max(np.abs(now).max(), 1e-300))
         return self.change < self.span.settled
 
-    def at(self, times: Array) -> tuple[Array, Array]:
-        """Give z and z' at times, by polynomials of degree 5 through the states of both ends of a step."""
-        known = np.array(self.times)
-        low = max(int(np.searchsorted(known, times[0], side="right")) - 1, 0)
-        high = min(int(np.searchsorted(known, times[-1])) + 1, len(known))
-        curve = BPoly.from_derivatives(known[low:high], np.stack(self.states[low:high]))
-        return curve(times), curve(times, 1)
-
 
 def integrate(
-    coefficients: Coefficients, span: Span, time: float, q: Array, rate: Array, options: Mapping[str, Any]
+    coefficients: Coefficients,
+    span: Span,
+    time: float,
+    q: Array,
+    rate: Array,
+    options: Mapping[str, Any],
+    blows: Blows | None = None,
 ) -> Course:
     """Integrate the equation from a state.
 
@@ -272,107 +172,193 @@ def integrate(
     time, q, rate
         Where the motion starts (s), with its displacement and velocity, ``(coordinates,)`` each.
     options
-        PETSc options with the prefix "transient_"; transient_ts_type chooses the integrator.
+        PETSc options with the prefix "transient_"; transient_ts_type chooses the integrator, by default collocation.
+    blows
+        Impulses.
 
     Raises
     ------
     SolverError
-        When the time steps fail.
+        When the time steps fail, or a mass or a tangent matrix is singular.
     """
-    coefficients.at(time)
-    assert coefficients.weight is not None
-    weight = coefficients.weight
-    motion = _Motion(coefficients, time)
-    pace = motion.pace
-    record = _Record(motion, span, time)
-    record.add(time, q * weight, rate * weight)
-    _, _, stiffness, load = coefficients.at(time)[:4]
-    size = max(float(np.abs(np.linalg.solve(stiffness, load)).max()), float(np.abs(q * weight).max()), 1e-300)
-    kind = str(options.get("transient_ts_type", SECOND_ORDER))
-    defaults: dict[str, Any] = {
-        "ts_type": kind,
-        "ts_adapt_type": "basic",
-        "ts_alpha_radius": 0.5,  # so that what is too fast for the steps dies out
-        "ts_rtol": span.tolerance,
-        "ts_atol": span.tolerance * size,
-        "ts_adapt_dt_max": pace * LONGEST_STEP * span.cycle,
-        "ts_exact_final_time": "matchstep",
-        "ts_max_steps": 10_000_000,
-        "ts_max_snes_failures": -1,
-        "snes_type": "newtonls",  # not ksponly: alpha2 takes velocities from the last evaluation of the residual
-        "snes_rtol": 1e-9,
-        "ksp_type": "preonly",
-        "pc_type": "lu",
-    }
-    ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    ts.setTime(pace * time)
-    ts.setMaxTime(pace * (time + span.cycles * span.cycle))
-    ts.setTimeStep(span.tolerance / 10)  # in rad; alpha2 estimates its first acceleration only to order 1
-    (_second_order if kind == SECOND_ORDER else _first_order)(ts, motion, record, q * weight, rate * weight / pace)
-    with configured(ts, "transient_", defaults, options):
-        ts.solve(ts.getSolution())
-        reason, steps = ts.getConvergedReason(), ts.getStepNumber()
-    if reason not in (PETSc.TS.ConvergedReason.CONVERGED_TIME, PETSc.TS.ConvergedReason.CONVERGED_USER):
-        raise SolverError(
-            f"the time steps failed at {record.times[-1]:.6g} s ({name_of(PETSc.TS.ConvergedReason, reason)})"
-        )
-    times = time + span.cycle / span.samples * np.arange(record.cycles * span.samples + 1)
-    z, z_rate = record.at(times)
-    return Course(times, z / weight, z_rate / weight, record.change, steps, coefficients.error)
+    weight, slack = coefficients.weight, SAME * span.cycle
+    z, z_rate = q * weight, rate * weight
+    record = _Record(span, time, z, z_rate)
+    blows = blows or Blows(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(q))))
+    run = _Run(coefficients, span, options, record.keep, z, weight * np.vstack([rate, blows.jump]))
+    for stop in _stops(coefficients, blows, time, record.times[-1], slack):
+        if stop > time:
+            coefficients.look(time, stop)
+            z, z_rate = run.go_on(time, stop, z, z_rate)
+        if record.settled:
+            break
+        z_rate, time = z_rate + weight * blows.at(stop, slack), stop
+        record.strike(stop, z, z_rate)
+    states = record.states[: record.known] / weight
+    return Course(
+        record.times[: record.known], states[:, 0], states[:, 1], record.change, run.steps, coefficients.error
+    )
 
 
-def _second_order(ts: PETSc.TS, motion: _Motion, record: _Record, z: Array, rate: Array) -> None:
-    """Give TS the equation as it stands."""
-    size, pace = len(z), motion.pace
-    tangent = PETSc.Mat().createDense((size, size), comm=PETSc.COMM_SELF).setUp()
-    u, v, f = (PETSc.Vec().createSeq(size) for _ in range(3))
-    u.array[:], v.array[:] = z, rate
-
-    def function(ts: PETSc.TS, time: float, u: PETSc.Vec, v: PETSc.Vec, a: PETSc.Vec, f: PETSc.Vec) -> None:
-        f.array[:] = motion.residual(time / pace, u.array_r, pace * v.array_r, pace**2 * a.array_r)
-
-    def jacobian(ts: Any, time: float, u: Any, v: Any, a: Any, by_v: float, by_a: float, j: Any, p: Any) -> None:
-        mass, damping, stiffness = motion.tangents(time / pace, u.array_r, pace * v.array_r)
-        p.getDenseArray()[:] = pace**2 * by_a * mass + pace * by_v * damping + stiffness
-        p.assemble()
-
-    def keep(ts: PETSc.TS) -> None:
-        place, speed = ts.getSolution2()
-        if record.add(ts.getTime() / pace, place.array_r.copy(), pace * speed.array_r):
-            ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
-
-    ts.setI2Function(function, f)
-    ts.setI2Jacobian(jacobian, tangent, tangent)
-    ts.setSolution2(u, v)
-    ts.setPostStep(keep)  # a monitor cannot stop the steps
+def _stops(coefficients: Coefficients, blows: Blows, start: float, end: float, slack: float) -> Iterator[float]:
+    """Give the times at which the integration stops: jumps, impulses, cycles of a run-up, and the end."""
+    cycle, last = int(start // coefficients.cycle), start
+    if len(blows.time) and blows.time[0] <= start + slack:
+        yield start
+    while last < end:
+        first, next_cycle = cycle * coefficients.cycle, (cycle + 1) * coefficients.cycle
+        jumps, repeats = coefficients.jumps(cycle), coefficients.repeats(cycle)
+        struck = blows.time[np.searchsorted(blows.time, first - slack) :]
+        if repeats and not len(jumps) and not len(struck):
+            yield end
+            return
+        inside = struck[: np.searchsorted(struck, next_cycle - slack)]
+        for stop in np.sort(np.concatenate([jumps, inside, [] if repeats else [next_cycle]])):
+            if last + slack < stop < end - slack:
+                last = float(stop)
+                yield last
+        if next_cycle >= end - slack:
+            yield end
+            return
+        cycle += 1
 
 
-def _first_order(ts: PETSc.TS, motion: _Motion, record: _Record, z: Array, rate: Array) -> None:
-    """Give TS the state ``(z, z'/pace)``."""
-    n, pace = len(z), motion.pace
-    tangent = PETSc.Mat().createDense((2 * n, 2 * n), comm=PETSc.COMM_SELF).setUp()
-    state, f = (PETSc.Vec().createSeq(2 * n) for _ in range(2))
-    state.array[:] = np.concatenate([z, rate])
+class _Run:
+    """TS with one of its types, from stop to stop."""
 
-    def function(ts: PETSc.TS, time: float, y: PETSc.Vec, slope: PETSc.Vec, f: PETSc.Vec) -> None:
-        (z, rate), (z_slope, rate_slope) = (part.array_r.reshape(2, n) for part in (y, slope))
-        f.array[:n] = z_slope - rate
-        f.array[n:] = motion.residual(time / pace, z, pace * rate, pace**2 * rate_slope)
+    def __init__(
+        self, coefficients: Coefficients, span: Span, options: Mapping[str, Any], keep: Keep, z: Array, rates: Array
+    ) -> None:
+        """Take the size of the motion from the loads, the first displacement, and velocities ``(rates, n)``."""
+        self.span, self.options, self.keep, self.steps = span, options, keep, 0
+        self.instant = Instant(coefficients)
+        self.kind = str(options.get("transient_ts_type", COLLOCATION))
+        self.length = LONGEST_STEP * span.cycle
+        mass, _, stiffness = coefficients.at(coefficients.start)[:3]
+        self.scale = np.sqrt(np.abs(np.diag(mass)))  # of velocities, so that energies count
+        self.pace = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness))).min()))
+        energies = [abs(z @ stiffness @ z), *np.abs(np.einsum("ki,ij,kj->k", rates, mass, rates))]
+        self.energy = max(coefficients.energy, float(np.sqrt(max(energies))))
+        self.size = max(coefficients.largest, np.abs(z).max(), np.abs(rates).max() / self.pace, 1e-300)
 
-    def jacobian(ts: Any, time: float, y: Any, slope: Any, shift: float, j: Any, p: Any) -> None:
-        z, rate = y.array_r.reshape(2, n)
-        mass, damping, stiffness = motion.tangents(time / pace, z, pace * rate)
-        below = [stiffness, pace**2 * shift * mass + pace * damping]
-        p.getDenseArray()[:] = np.block([[shift * np.eye(n), -np.eye(n)], below])
-        p.assemble()
+    def go_on(self, start: float, end: float, z: Array, rate: Array) -> tuple[Array, Array]:
+        """Integrate from a state to a time, or until the motion is settled; gives the state there."""
+        prepare = {COLLOCATION: self._collocation, SECOND_ORDER: self._second_order}.get(self.kind, self._first_order)
+        ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
+        try:
+            ts.setType(self.kind)
+        except PETSc.Error as error:
+            raise SolverError(f"PETSc has no steps of the transient_ts_type {self.kind!r}") from error
+        pace, state = prepare(ts, start, z, rate)
+        ts.setTime(pace * start)
+        ts.setMaxTime(pace * end)
+        defaults = {
+            "ts_type": self.kind,
+            "ts_adapt_type": "basic",
+            "ts_alpha_radius": 0.5,  # so that what is too fast for the steps dies out
+            "ts_rtol": self.span.tolerance,
+            "ts_atol": self.span.tolerance * self.size,
+            "ts_adapt_dt_max": pace * LONGEST_STEP * self.span.cycle,
+            "ts_exact_final_time": "matchstep",
+            "ts_max_steps": 10_000_000,
+            "ts_max_snes_failures": -1,
+            "snes_type": "newtonls",  # not ksponly: alpha2 takes velocities from the last evaluation of the residual
+            "snes_rtol": 1e-9,
+            "ksp_type": "preonly",
+            "pc_type": "lu",
+        }
+        with configured(ts, "transient_", defaults, self.options):
+            ts.solve(ts.getSolution())
+            reason, self.length = ts.getConvergedReason(), ts.getTimeStep()
+            self.steps += ts.getStepNumber()
+            time = ts.getTime() / pace
+            z, rate = state()
+        if reason not in (PETSc.TS.ConvergedReason.CONVERGED_TIME, PETSc.TS.ConvergedReason.CONVERGED_USER):
+            raise SolverError(f"the time steps failed at {time:.6g} s ({name_of(PETSc.TS.ConvergedReason, reason)})")
+        return z, rate
 
-    def keep(ts: PETSc.TS) -> None:
-        z, rate = ts.getSolution().array_r.copy().reshape(2, n)
-        if record.add(ts.getTime() / pace, z, pace * rate):
-            ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
+    def _collocation(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
+        """Steps of our own."""
+        longest = LONGEST_STEP * self.span.cycle
+        context = Collocation(self.instant, self.span.tableau, self.span.tolerance, self.energy, longest, self.keep)
+        ts.setPythonContext(context)
+        y = PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF)
+        ts.setSolution(y)
+        ts.setTimeStep(self.length)
+        return 1.0, lambda: tuple(y.array_r.copy().reshape(2, -1))
 
-    ts.setEquationType(PETSc.TS.EquationType.IMPLICIT)
-    ts.setIFunction(function, f)
-    ts.setIJacobian(jacobian, tangent, tangent)
-    ts.setSolution(state)
-    ts.setPostStep(keep)  # a monitor cannot stop the steps
+    def _second_order(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
+        """Give TS the equation as it stands, in a time in which the slowest vibration has unit pace.
+
+        TS measures errors of velocities by the tolerance of displacements.
+        """
+        size, pace, instant = len(z), self.pace, self.instant
+        tangent = PETSc.Mat().createDense((size, size), comm=PETSc.COMM_SELF).setUp()
+        u, v, f = (PETSc.Vec().createSeq(size) for _ in range(3))
+        u.array[:], v.array[:] = z, rate / pace
+
+        def function(ts: PETSc.TS, time: float, u: PETSc.Vec, v: PETSc.Vec, a: PETSc.Vec, f: PETSc.Vec) -> None:
+            f.array[:] = instant.residual(time / pace, u.array_r, pace * v.array_r, pace**2 * a.array_r)
+
+        def jacobian(ts: Any, time: float, u: Any, v: Any, a: Any, by_v: float, by_a: float, j: Any, p: Any) -> None:
+            mass, damping, stiffness = instant.tangents(time / pace, u.array_r, pace * v.array_r)
+            p.getDenseArray()[:] = pace**2 * by_a * mass + pace * by_v * damping + stiffness
+            p.assemble()
+
+        def state() -> tuple[Array, Array]:
+            place, speed = ts.getSolution2()
+            return place.array_r.copy(), pace * speed.array_r
+
+        ts.setI2Function(function, f)
+        ts.setI2Jacobian(jacobian, tangent, tangent)
+        ts.setSolution2(u, v)
+        ts.setTimeStep(self.span.tolerance / 10)  # in rad; alpha2 estimates its first acceleration only to order 1
+        ts.setPostStep(self._kept(start, z, rate, pace, state))  # a monitor cannot stop the steps
+        return pace, state
+
+    def _first_order(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
+        """Give TS the state ``(z, scale z')``."""
+        n, instant, scale = len(z), self.instant, self.scale
+        tangent = PETSc.Mat().createDense((2 * n, 2 * n), comm=PETSc.COMM_SELF).setUp()
+        y, f = (PETSc.Vec().createSeq(2 * n) for _ in range(2))
+        y.array[:] = np.concatenate([z, scale * rate])
+
+        def function(ts: PETSc.TS, time: float, y: PETSc.Vec, slope: PETSc.Vec, f: PETSc.Vec) -> None:
+            (z, speed), (z_slope, speed_slope) = (part.array_r.reshape(2, n) for part in (y, slope))
+            f.array[:n] = scale * z_slope - speed
+            f.array[n:] = instant.residual(time, z, speed / scale, speed_slope / scale)
+
+        def jacobian(ts: Any, time: float, y: Any, slope: Any, shift: float, j: Any, p: Any) -> None:
+            z, speed = y.array_r.reshape(2, n)
+            mass, damping, stiffness = instant.tangents(time, z, speed / scale)
+            below = [stiffness, (shift * mass + damping) / scale]
+            p.getDenseArray()[:] = np.block([[shift * np.diag(scale), -np.eye(n)], below])
+            p.assemble()
+
+        def state() -> tuple[Array, Array]:
+            z, speed = ts.getSolution().array_r.copy().reshape(2, n)
+            return z, speed / scale
+
+        ts.setEquationType(PETSc.TS.EquationType.IMPLICIT)
+        ts.setIFunction(function, f)
+        ts.setIJacobian(jacobian, tangent, tangent)
+        ts.setSolution(y)
+        ts.setTimeStep(self.span.tolerance / 10 / self.pace)
+        ts.setPostStep(self._kept(start, z, rate, 1.0, state))
+        return 1.0, state
+
+    def _kept(
+        self, start: float, z: Array, rate: Array, pace: float, state: Callable[[], Any]
+    ) -> Callable[[Any], None]:
+        """Keep steps, with cubic polynomials: accelerations of stiff modes are too rough for a higher degree."""
+        latest = start, (z, rate)
+
+        def keep(ts: PETSc.TS) -> None:
+            nonlocal latest
+            now = ts.getTime() / pace, state()
+            curve = CubicHermiteSpline((latest[0], now[0]), *np.stack([latest[1], now[1]], axis=1))
+            if self.keep(latest[0], now[0], lambda times: (curve(times), curve(times, 1))):
+                ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
+            latest = now
+
+        return keep

@@ -23,9 +23,9 @@ class Analysis(Part):
         "collocation", of high order in time, for every effect; "harmonic-balance", a Fourier series, for every effect
         but impulses; "auto" takes the first where it can, then the second.
     stages
-        Collocation points in a sub-interval.
+        Collocation points in a sub-interval; in a time step of "transient" at least 5.
     scheme
-        Where they are: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
+        Where they are, in both: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
         (order 2 stages, damps nothing).
     harmonics
         Harmonics of the Fourier series. They need more than four times as many sub-intervals.
@@ -37,8 +37,9 @@ class Analysis(Part):
         Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
         motion), or the file of a result of "transient", to go on from its end.
     cycles, settled
-        "transient" ends after that many cycles of the drive at full speed, or when two cycles differ by less than
-        `settled` of the largest displacement; 0 never ends it.
+        "transient" ends after that many cycles of the drive at full speed, which follow the run-up, or when two cycles
+        differ by less than `settled` of the largest displacement; 0 never ends it. Two cycles always differ by the
+        errors of their time steps.
     time_tolerance
         Relative error of a time step of "transient".
     position

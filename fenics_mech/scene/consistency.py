@@ -65,11 +65,11 @@ def _check_loads(scene: Scene) -> None:
             _check_place(scene, load.at, f"loads.{name}.at", turns=bool(load.moment or load.follows))
     for name, impulse in scene.impulses.items():
         _check_place(scene, impulse.at, f"impulses.{name}.at", turns=bool(impulse.angular_impulse))
-    if scene.impulses and scene.analysis.method != "periodic":
+    if scene.impulses and scene.analysis.method not in ("periodic", "transient"):
         raise SceneError(
-            f"impulses act in the periodic response, and the method is {scene.analysis.method!r}",
+            f"impulses act in motions, and the method is {scene.analysis.method!r}",
             place="impulses",
-            hint="Write analysis.method = 'periodic', or leave the impulses out",
+            hint="Write analysis.method = 'periodic' or 'transient', or leave the impulses out",
         )
     for label, places in scene.loaded_places().items():
         apart = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)

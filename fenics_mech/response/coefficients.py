@@ -1,0 +1,224 @@
+"""Matrices of the equation of motion at any time, by interpolation.
+
+They are computed at many times at once, a cycle of the drive at a time. Between these they are polynomials of degree 7
+through the Chebyshev points of windows, which are halved until the polynomials are good: a window in which they never
+are holds a jump, such as that of a load that sets in at once.
+
+Source: Trefethen, Approximation Theory and Approximation Practice (2013), ch. 2-8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams.layout import element_dofs
+from fenics_mech.effects.terms import Law
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Array, Equation
+
+NODES = 8  # of the interpolation in a window
+WINDOWS = 8  # in a cycle, before any is halved
+REFERENCES = 64  # times at which the size of the motion is estimated
+NARROWEST = 1e-9  # of a cycle: windows of jumps
+JUMP = 1e-4  # of the largest value, from which on a step of the values is a jump
+MOST_WINDOWS = 5000  # in a cycle
+MOST_ENTRIES = 100_000_000  # of the matrices at the nodes of a cycle (0.8 GB)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Values at the nodes of the windows of a cycle.
+
+    Parameters
+    ----------
+    start, width
+        Of the windows, from the cycle's start (s), ``(windows,)``.
+    values
+        ``(windows, nodes, entries)``.
+    edges
+        Times from which on each window holds (s), ``(windows,)``.
+    jumps
+        Times at which values jump (s).
+    """
+
+    start: Array
+    width: Array
+    values: Array
+    edges: Array
+    jumps: Array
+
+
+@dataclass
+class Coefficients:
+    """Scaled matrices of an equation at any time.
+
+    Coordinates are scaled by `weight`, so that a unit of each has about the same elastic energy.
+
+    Parameters
+    ----------
+    equation_at
+        Gives the equation at many ascending times.
+    cycle
+        Duration of a cycle (s).
+    start
+        Time from which the equation is needed (s).
+    repeats_after
+        Time from which the matrices repeat in each cycle (s).
+    tolerance
+        Largest error of the interpolation, relative to the largest value.
+    """
+
+    equation_at: Callable[[Array], Equation]
+    cycle: float
+    start: float
+    repeats_after: float
+    tolerance: float
+    error: float = 0.0
+    law: Law | None = None
+    dofs: NDArray[np.int64] | None = None
+    between: tuple[float, float] = (-np.inf, np.inf)  # the stretch of time without jumps that is looked at
+    _tables: dict[int, _Table] = field(default_factory=dict)
+    _latest: tuple[float, list[Array]] = field(default=(np.nan, []))
+
+    def __post_init__(self) -> None:
+        """Place the nodes in a window, 0..1, with their barycentric weights, and look at the size of everything."""
+        odd = np.pi * (2 * np.arange(NODES) + 1) / (2 * NODES)
+        self.nodes = (1 - np.cos(odd)) / 2
+        self.barycentric = (-1.0) ** np.arange(NODES) * np.sin(odd)
+        orders = np.arange(NODES)[:, None]
+        self.to_chebyshev = np.cos(orders * (np.pi - odd)) * np.where(orders, 2, 1) / NODES
+        last = max(self.start, self.repeats_after) + self.cycle
+        equation = self.equation_at(np.linspace(self.start, last, REFERENCES))
+        linear, self.law = equation.linear, equation.system.terms.law
+        diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / REFERENCES
+        self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        self.dofs = None if self.law is None else element_dofs(equation.system.beams.mesh)
+        still = np.linalg.solve(linear.stiffness, linear.load[..., None])[..., 0]
+        self.largest = float(np.abs(still * self.weight).max())
+        self.energy = float(np.sqrt(np.abs(np.einsum("ti,ti->t", still, linear.load)).max()))
+        self._shapes = [part.shape[1:] for part in self._parts(equation)]
+        self._ends = np.cumsum([int(np.prod(shape)) for shape in self._shapes])
+
+    def at(self, time: float) -> list[Array]:
+        """Scaled M, C, K and load, and with a nonlinear law P and P', at a time (s)."""
+        if self._latest[0] != time:  # residual and tangents are asked for one after the other
+            self._latest = time, self._interpolated(time)
+        return self._latest[1]
+
+    def look(self, start: float, end: float) -> None:
+        """Look at a stretch of time (s): a jump at an end of it is not seen."""
+        slack = NARROWEST * self.cycle
+        self.between, self._latest = (start + slack, end - slack), (np.nan, [])
+
+    def repeats(self, cycle: int) -> bool:
+        """Whether a cycle, by its number from time 0 on, is as those after it."""
+        return cycle >= self._number(cycle + 1)
+
+    def jumps(self, cycle: int) -> Array:
+        """Times (s) at which the matrices or the load jump in a cycle."""
+        return cycle * self.cycle + self._table_of(cycle).jumps
+
+    def _number(self, cycle: int) -> int:
+        return min(cycle, int(np.ceil(self.repeats_after / self.cycle - 1e-9)))
+
+    def _table_of(self, cycle: int) -> _Table:
+        number = self._number(cycle)
+        if number not in self._tables:
+            self._tables = {old: table for old, table in self._tables.items() if old == number - 1}
+            self._tables[number] = self._table(number)
+        return self._tables[number]
+
+    def _interpolated(self, time: float) -> list[Array]:
+        seen = min(max(time, self.between[0]), self.between[1])
+        cycle = int(seen // self.cycle)
+        table, inside = self._table_of(cycle), seen - cycle * self.cycle
+        window = max(int(np.searchsorted(table.edges, inside, side="right")) - 1, 0)
+        place = (time - cycle * self.cycle - table.start[window]) / table.width[window]
+        flat = self._weights(place) @ table.values[window]
+        return [part.reshape(shape) for part, shape in zip(np.split(flat, self._ends[:-1]), self._shapes)]
+
+    def _weights(self, place: float) -> Array:
+        """Lagrange polynomials at a place 0..1 in a window, by the barycentric formula (Berrut and Trefethen, 2004)."""
+        gap = place - self.nodes
+        if abs(gap[hit := int(np.abs(gap).argmin())]) < 1e-14:
+            return np.eye(NODES)[hit]
+        parts = self.barycentric / gap
+        return parts / parts.sum()
+
+    def _table(self, cycle: int) -> _Table:
+        """Halve the windows of a cycle until all of them are good, or so narrow that they are a jump."""
+        first = self.cycle / WINDOWS
+        start, width = first * np.arange(WINDOWS), np.full(WINDOWS, first)
+        good: list[tuple[Array, Array, Array]] = []
+        size: Array | None = None
+        while len(start):
+            self._check_size(cycle, start, sum(len(part[0]) for part in good) + len(start))
+            values = self._values(cycle, start, width)
+            size = self._sizes(values) if size is None else size
+            error = self._error(values, size)
+            weighed = error * width / first  # what acts for a short time only does little
+            wrong = (weighed > self.tolerance) | (error > JUMP)
+            narrow = width < NARROWEST * self.cycle
+            self.error = max(self.error, float(weighed[~wrong | narrow].max(initial=0.0)))
+            good.append((start[~wrong], width[~wrong], values[~wrong]))
+            again = wrong & ~narrow
+            half = width[again] / 2
+            start, width = (np.stack([start[again], start[again] + half], -1).ravel(), np.repeat(half, 2))
+        assert size is not None
+        start, width, values = (np.concatenate(parts) for parts in zip(*good))
+        order = np.argsort(start)
+        return self._with_jumps(cycle, start[order], width[order], values[order], size)
+
+    def _with_jumps(self, cycle: int, start: Array, width: Array, values: Array, size: Array) -> _Table:
+        """Find the joins of windows at which values jump; where repeated, the cycle's start is such a join too."""
+        edges = start.copy()
+        edges[1:] = (start[1:] + (start + width)[:-1]) / 2  # in the middle of a window that was left out
+        ends = np.stack([self._weights(0.0), self._weights(1.0)]) @ values
+        before = np.roll(ends[:, 1], 1, axis=0)
+        if not self.repeats(cycle):
+            before[0] = ends[0, 0]
+        step = np.abs(ends[:, 0] - before)
+        apart = np.stack([part.max(axis=1) for part in np.split(step, self._ends[:-1], axis=1)], axis=1)
+        edges[0] = 0.0
+        return _Table(start, width, values, edges, edges[(apart > JUMP * size).any(axis=1)])
+
+    def _values(self, cycle: int, start: Array, width: Array) -> Array:
+        times = (cycle * self.cycle + start[:, None] + width[:, None] * self.nodes).ravel()
+        order = np.argsort(times, kind="stable")
+        parts = [part.reshape(len(times), -1) for part in self._parts(self.equation_at(times[order]))]
+        flat = np.concatenate(parts, axis=1)
+        return flat[np.argsort(order, kind="stable")].reshape(len(start), NODES, -1)
+
+    def _sizes(self, values: Array) -> Array:
+        """Largest value of each part; damping is compared with what would be critical, too."""
+        largest = [float(np.abs(part).max()) for part in np.split(values, self._ends[:-1], axis=2)]
+        largest[1] = max(largest[1], 1e-3 * np.sqrt(largest[0] * largest[2]))
+        return np.maximum(largest, 1e-300)
+
+    def _error(self, values: Array, size: Array) -> Array:
+        """Last Chebyshev coefficients in every window, relative, ``(windows,)``."""
+        last = np.abs(np.einsum("cn,wne->wce", self.to_chebyshev[-2:], values)).max(axis=1)
+        parts = np.split(last, self._ends[:-1], axis=1)
+        return np.max([part.max(axis=1) / whole for part, whole in zip(parts, size)], axis=0)
+
+    def _check_size(self, cycle: int, start: Array, windows: int) -> None:
+        if windows > MOST_WINDOWS or windows * NODES * int(self._ends[-1]) > MOST_ENTRIES:
+            raise SolverError(
+                f"the matrices or loads change too fast to be interpolated, at {cycle * self.cycle + start[0]:.6g} s, "
+                "or are lost in rounding beside a far too stiff spring or damper: give smoother loads and laws of the "
+                "drive, or a larger time_tolerance"
+            )
+
+    def _parts(self, equation: Equation) -> list[Array]:
+        """Scaled M, C, K, load, and with a nonlinear law P and P', at all times of an equation."""
+        linear, weight = equation.linear, self.weight
+        square = np.outer(weight, weight)
+        parts = [linear.mass / square, linear.damping / square, linear.stiffness / square, linear.load / weight]
+        if self.law is not None:
+            p, first, _ = equation.shape
+            parts += [p / weight, (np.zeros_like(p) if first is None else first) / weight]
+        return parts
