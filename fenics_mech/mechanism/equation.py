@@ -137,6 +137,12 @@ class Equation:
         lack = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
         return lack if law is None else lack + self._to_coordinates(law.force(*self.in_links(q, rate)))
 
+    @cached_property
+    def links_stiffness(self) -> Array:
+        """Stiffness of the links alone, ``P^T k P``: without springs, axial forces and coupling."""
+        p = self.shape[0]
+        return p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, p)
+
     def _to_coordinates(self, ends: Array) -> Array:
         """Carry forces on the elements' ends, ``(angles, elements, 6)``, to the coordinates."""
         return (self.system.assembled(ends)[:, None] @ self.shape[0])[:, 0]

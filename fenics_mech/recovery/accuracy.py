@@ -35,7 +35,9 @@ def strain_error(scene: Scene, system: System, history: History) -> tuple[np.nda
         When that is more than `LARGEST_ERROR`, unless the scene lets it pass.
     """
     assert history.better is not None
-    (axial, bending), (better_axial, better_bending) = (_strains(scene, system, h) for h in (history, history.better))
+    (axial, bending), (better_axial, better_bending) = (
+        _strains(scene, system, h.elastic) for h in (history, history.better)
+    )
     error = SAFETY * (np.abs(better_axial - axial) + np.abs(better_bending - bending)).max(axis=(0, 2))
     largest = (np.abs(axial) + np.abs(bending)).max(axis=(0, 2))
     measure = np.maximum(np.maximum(largest, LEAST * largest.max()), np.finfo(float).tiny)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from fenics_mech.effects import NOTHING
 from fenics_mech.effects.dampers import damper_forces
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
@@ -17,7 +18,7 @@ from fenics_mech.modes import Modes
 from fenics_mech.recovery.accuracy import strain_error
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
-from fenics_mech.recovery.members import MemberState, recover_members
+from fenics_mech.recovery.members import MemberState, recover_members, section_forces
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.validity import bow, euler_ratio, rotation
@@ -74,11 +75,16 @@ def collect(
     scene: Scene, system: System, history: History, modes: Modes | None, choices: Sequence[Choice] = ()
 ) -> Result:
     """Recover strains, forces and deflections of a history and label them."""
-    found = reactions(system, nodal_forces(system, history))
     s = np.linspace(0, 1, scene.analysis.stations)
-    members = recover_members(system, history, s, point_loads(system, found))
+    found = reactions(system, nodal_forces(system, history.elastic))
+    elastic = members = recover_members(system, history.elastic, s, point_loads(system, found))
+    if history.damping is not None:
+        bare = replace(system, terms=NOTHING)
+        viscous = reactions(bare, nodal_forces(bare, history.damping))
+        members = elastic.with_forces(*section_forces(bare, history.damping, s, point_loads(bare, viscous)))
+        found = {key: force + viscous[key] for key, force in found.items()}
     by_joint = joint_forces(scene, found)
-    variables = _of_members(scene, members) | _of_springs(scene, system, history)
+    variables = _of_members(scene, members, elastic) | _of_springs(scene, system, history)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     estimate = history.error_estimate
@@ -196,15 +202,28 @@ def _of_springs(scene: Scene, system: System, history: History) -> dict[str, xr.
     }
 
 
-def _of_members(scene: Scene, members: MemberState) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-    """Strains, stresses, section forces and deflections of the members, with their dimensions."""
+def _of_members(
+    scene: Scene, members: MemberState, elastic: MemberState
+) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+    """Strains, stresses, section forces and deflections of the members, with their dimensions.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    members, elastic
+        The members' state, and that without the forces of modal damping, from which the strains are.
+    """
     rigidity = [scene.rigidity(label, members.s) for label in scene.members()]
     ea, ei = np.stack([r.axial for r in rigidity]), np.stack([r.bending for r in rigidity])
     modulus, fibre = np.stack([r.modulus for r in rigidity]), np.stack([r.fibre for r in rigidity])
-    axial = members.axial_force / ea
-    bending = -members.moment[..., None] * fibre / ei[..., None]  # + fibre on the normal's side
+
+    def over_modulus(state: MemberState) -> tuple[np.ndarray, np.ndarray]:
+        return state.axial_force / ea, -state.moment[..., None] * fibre / ei[..., None]  # + fibre on the normal's side
+
+    axial, bending = over_modulus(members)
     stress = modulus * (axial[..., None] + bending)
-    axial, bending = (elastic_strain(scene, part) for part in (axial, bending))
+    axial, bending = (elastic_strain(scene, part) for part in over_modulus(elastic))
     strain = axial[..., None] + bending  # (6.38)
     along = ("theta", "member", "s")
     return {

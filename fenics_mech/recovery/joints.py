@@ -21,7 +21,8 @@ Array = NDArray[np.float64]
 def nodal_forces(system: System, history: History) -> Array:
     """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``."""
     terms, v = system.terms, system.to_links(history.displacement)
-    forces = (system.link_stiffness @ v.T + system.link_mass @ history.inertia.T).T - system.applied  # (4.39) for {Qc}
+    strained = v if history.viscous is None else v + history.viscous
+    forces = (system.link_stiffness @ strained.T + system.link_mass @ history.inertia.T).T - system.applied  # (4.39)
     for entries in system.added_stiffness:
         forces += entries.times(v)
     if history.turning is not None and history.centripetal is not None:

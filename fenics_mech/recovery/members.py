@@ -8,7 +8,7 @@ This is the same as adding the clamped-clamped particular solution to the Hermit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -62,6 +62,16 @@ class MemberState:
     deflection: Array
     rotation: Array
 
+    def with_forces(self, axial: Array, shear: Array, moment: Array) -> MemberState:
+        """Give this state with section forces added, see `section_forces`."""
+        axial, shear, moment = (force.reshape(self.moment.shape) for force in (axial, shear, moment))
+        return replace(
+            self,
+            axial_force=self.axial_force + axial,
+            shear_force=self.shear_force + shear,
+            moment=self.moment + moment,
+        )
+
 
 def recover_members(system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()) -> MemberState:
     """Recover the members' state at stations `s`, the same on all members.
@@ -80,30 +90,21 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     beams = system.beams
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    ends = element_forces(system, history)
-    for load in loads:
-        ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
-    end = ends[:, element]
-    axial_load, normal_load = _inertia(system, history, element)
-    first, second = _mass_up_to(beams, element, xi)
-    axial = -end[..., 0] + h * np.sum(axial_load * first, -1)
-    shear = end[..., 1] - h * np.sum(normal_load * first, -1)
-    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(normal_load * second, -1)
+    inertia, all_loads = _inertia(system, history, element), _with_spread(system, loads)
+    axial, shear, moment = _statics(system, element_forces(system, history), inertia, all_loads, element, xi)
     displacement = _hermite(system, system.to_links(history.displacement))[:, element]
-    u, w, slope = _in_member(beams, displacement, axial_load, normal_load, element, xi)
+    u, w, slope = _in_member(beams, displacement, *inertia, element, xi)
     if beams.rotary_powers is not None:
         turned, extra_w = _rotary(system, history, beams.rotary_powers, element, xi)
         moment, w = moment + turned, w + extra_w / beams.bending_rigidity[element]
-    spread = () if system.terms.line is None else (SpreadLoad(system.terms.line, _shear_number(beams)),)
-    for load in (*loads, *spread):
-        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
+    for load in all_loads:
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u / beams.axial_rigidity[element], w + extra_w / beams.bending_rigidity[element]
     tension = element_tension(system, history)
     if tension is not None:  # the axial force acts on the bent axis
         shear += tension[:, element] * slope
         moment += tension[:, element] * (w - displacement[..., 1])
-    shape = (len(end), len(beams.mesh.members), len(s))
+    shape = (len(moment), len(beams.mesh.members), len(s))
     return MemberState(
         s=s,
         axial_force=axial.reshape(shape),
@@ -114,11 +115,57 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     )
 
 
+def section_forces(
+    system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()
+) -> tuple[Array, Array, Array]:
+    """Give N, V and M on the straight axes at stations `s` of all members, ``(angles, members x stations)`` each.
+
+    Parameters are those of `recover_members`.
+    """
+    beams = system.beams
+    element, xi = locate(beams, s)
+    inertia, ends = _inertia(system, history, element), element_forces(system, history)
+    axial, shear, moment = _statics(system, ends, inertia, _with_spread(system, loads), element, xi)
+    if beams.rotary_powers is not None:
+        moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
+    return axial, shear, moment
+
+
+def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
+    """Give all loads inside elements: point loads, and those spread along them."""
+    line = system.terms.line
+    return tuple(loads) if line is None else (*loads, SpreadLoad(line, _shear_number(system.beams)))
+
+
+def _statics(
+    system: System,
+    ends: Array,
+    inertia: tuple[Array, Array],
+    loads: Sequence[PointLoad | SpreadLoad],
+    element: NDArray[np.int64],
+    xi: Array,
+) -> tuple[Array, Array, Array]:
+    """N, V and M at places of elements, ``(angles, places)`` each, from the forces on the elements' ends."""
+    h = system.beams.mesh.cell_length[element]
+    for load in loads:
+        if isinstance(load, PointLoad):
+            ends[np.arange(len(ends)), load.element] -= load.at_ends(system.beams.mesh.cell_length[load.element])
+    end, (along, across) = ends[:, element], inertia
+    first, second = _mass_up_to(system.beams, element, xi)
+    axial = -end[..., 0] + h * np.sum(along * first, -1)
+    shear = end[..., 1] - h * np.sum(across * first, -1)
+    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(across * second, -1)
+    for load in loads:
+        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
+    return axial, shear, moment
+
+
 def element_forces(system: System, history: History) -> Array:
     """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
     beams, terms = system.beams, system.terms
     v = system.to_links(history.displacement)
-    ends = each(beams.element_stiffness, in_member_axes(system.beams.mesh, v))
+    strained = v if history.viscous is None else v + history.viscous
+    ends = each(beams.element_stiffness, in_member_axes(system.beams.mesh, strained))
     ends += each(beams.element_mass, in_member_axes(system.beams.mesh, history.inertia))
     if history.turning is not None and history.centripetal is not None:
         ends += each(beams.element_gyroscopic, in_member_axes(system.beams.mesh, history.turning))
@@ -149,8 +196,11 @@ def element_tension(system: System, history: History) -> Array | None:
 
 
 def mean_tension(system: System, history: History) -> Array:
-    """Mean axial force of every element (N), ``(angles, elements)``."""
-    ends = element_forces(system, history)
+    """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
+
+    The share of modal damping does not, as it is linear in the coordinates; nor does it with moderate rotations.
+    """
+    ends = element_forces(system, history.elastic)
     return (ends[..., 3] - ends[..., 0]) / 2
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ class History:
     displacement
         Coordinates q (m, rad), ``(angles, coordinates)``.
     inertia
-        Acceleration of every nodal dof in link axes (m/s^2, rad/s^2), ``(angles, nodal dofs)``, such that
-        ``K q + P^T m inertia = 0``: rigid and elastic acceleration, and the modal damping force over the mass.
+        Rigid and elastic acceleration of every nodal dof in link axes, and external damping over the mass (m/s^2,
+        rad/s^2), ``(angles, nodal dofs)``.
     turning
         What the gyroscopic matrix s is multiplied by, ``2 omega v' + alpha v``; None where the coupling is off.
     centripetal
@@ -33,6 +33,12 @@ class History:
         the coupling is off.
     velocity
         Velocity v' of every nodal dof in link axes (m/s, rad/s), where a solver gives it.
+    viscous
+        Displacement of every nodal dof in link axes (m, rad) whose elastic forces are those of modal damping,
+        ``P^T k viscous = D q'``: a viscous stress in the links. Springs carry no share, nor do axial forces: those act
+        on the axis as it is bent, and would turn a link by forces from nowhere. None where there is no such damping.
+    drag
+        Acceleration whose inertia would balance these forces, ``P^T m drag = D q'`` (m/s^2, rad/s^2).
     stability
         Whether small disturbances of the motion die out, where a solver tells.
     twist
@@ -51,27 +57,50 @@ class History:
     turning: Array | None = None
     velocity: Array | None = None
     centripetal: Array | None = None
+    viscous: Array | None = None
+    drag: Array | None = None
     stability: Stability | None = None
     twist: Array | None = None
     error_estimate: float | None = None
     better: History | None = None
     course: Course | None = None
 
+    @property
+    def elastic(self) -> History:
+        """The motion without the forces of modal damping, and with the inertia that balances what is left."""
+        if self.drag is None:
+            return self
+        return replace(self, inertia=self.inertia + self.drag, viscous=None, drag=None)
+
+    @property
+    def damping(self) -> History | None:
+        """The forces of modal damping alone, and the inertia that balances them; None where there are none."""
+        if self.drag is None:
+            return None
+        return History(displacement=np.zeros_like(self.displacement), inertia=-self.drag, viscous=self.viscous)
+
 
 def history_of(equation: Equation, q: Array, rate: Array) -> History:
     """Give the history of a motion from its coordinates and their velocities, ``(angles, coordinates)`` each."""
     system, (p, first, second) = equation.system, equation.shape
     v, v_rate = equation.in_links(q, rate)
-    seconds = equation.acceleration(q, rate)
-    damped = seconds
+    inertia = times(p, equation.acceleration(q, rate)) + system.rigid_acceleration + system.terms.external * v_rate
+    turning = centripetal = viscous = drag = None
     if equation.extra_damping is not None:
-        damping = times(equation.extra_damping, rate)
-        damped = seconds + np.linalg.solve(equation.linear.mass, damping[..., None])[..., 0]
-    inertia = times(p, damped) + system.rigid_acceleration + system.terms.external * v_rate
-    turning = centripetal = None
+        forces = equation.extra_damping @ rate[..., None]
+        matrices = equation.links_stiffness, equation.linear.mass
+        viscous, drag = (times(p, np.linalg.solve(matrix, forces)[..., 0]) for matrix in matrices)
     if first is not None and second is not None:
         omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.motion.alpha))
         centripetal = -(omega**2) * v
         inertia += 2 * times(first, rate) + times(second, q) + centripetal
         turning = 2 * omega * v_rate + alpha * v
-    return History(displacement=q, inertia=inertia, turning=turning, velocity=v_rate, centripetal=centripetal)
+    return History(
+        displacement=q,
+        inertia=inertia,
+        turning=turning,
+        velocity=v_rate,
+        viscous=viscous,
+        drag=drag,
+        centripetal=centripetal,
+    )

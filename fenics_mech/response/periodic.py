@@ -7,10 +7,13 @@ linear system for the states at their starts, (5.16).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
+from fenics_mech.effects import NOTHING
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
@@ -18,7 +21,7 @@ from fenics_mech.response.cyclic import solve_cycle
 from fenics_mech.response.damping import damping_ratios
 from fenics_mech.response.history import History
 from fenics_mech.response.oscillator import Oscillators
-from fenics_mech.response.quasi_static import solve_static
+from fenics_mech.response.quasi_static import displacement_under, solve_static
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -63,7 +66,7 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     state = np.einsum("kmij,kmj->kmi", half, _unflat(states)) + oscillators.forced(start, slope, step / 2)
     if not analysis.allow_ringing:
         _refuse_ringing(modes, state, state - oscillators.particular(start, slope, step / 2), scene.period)
-    return _superpose(system, modes, state[..., 0], load, scene)
+    return _superpose(system, modes, state, load, scene)
 
 
 def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> None:
@@ -100,18 +103,46 @@ def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> N
         )
 
 
-def _superpose(system: System, modes: Modes, y: Array, load: Array, scene: Scene) -> History:
+def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> History:
     """Displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out."""
-    displacement = np.einsum("kmi,km->ki", modes.shapes, y)
-    elastic = -(modes.omega**2) * y
+    y = state[..., 0]
+    displacement, elastic = _sum(modes, y), -(modes.omega**2) * y
     inertia = np.zeros_like(system.rigid_acceleration)
     if scene.analysis.static_correction:
         static = solve_static(system, scene.petsc)
-        displacement += static.displacement - np.einsum("kmi,km->ki", modes.shapes, load / modes.omega**2)
+        displacement += static.displacement - _sum(modes, load / modes.omega**2)
         elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
         inertia += system.rigid_acceleration
-    inertia += system.to_links(np.einsum("kmi,km->ki", modes.shapes, elastic))
-    return History(displacement=displacement, inertia=inertia)
+    inertia += system.to_links(_sum(modes, elastic))
+    return _damped(scene, system, modes, state[..., 1], History(displacement=displacement, inertia=inertia))
+
+
+def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: History) -> History:
+    """Take the forces of modal damping ``M Phi 2 zeta omega y'`` out of the inertia, into the links.
+
+    Parameters
+    ----------
+    rate
+        y' over omega, ``(angles, modes)``.
+    balanced
+        The history with the inertia that balances the elastic forces.
+    """
+    share = 2 * damping_ratios(scene, modes.omega) * rate
+    if not share.any():
+        return balanced
+    drag = _sum(modes, modes.omega**2 * share)
+    if system.symmetric_stiffness:
+        forces = system.mass_times(drag[:, None])[:, 0]
+        viscous = displacement_under(replace(system, terms=NOTHING), forces, scene.petsc)
+    else:
+        viscous = _sum(modes, share)  # M Phi omega^2 = P^T k P Phi
+    drag = system.to_links(drag)
+    return replace(balanced, inertia=balanced.inertia - drag, viscous=system.to_links(viscous), drag=drag)
+
+
+def _sum(modes: Modes, values: Array) -> Array:
+    """Sum of the modes' shapes times modal coordinates ``(angles, modes)``, ``(angles, coordinates)``."""
+    return np.einsum("kmi,km->ki", modes.shapes, values)
 
 
 def _carry_over(scene: Scene, modes: Modes, step: float) -> Array:

@@ -42,7 +42,20 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
         return _solve_nonlinear(system, options)
     if len(rigid := RigidModes.of(system, symmetric=False)):
         return _relieved(system, rigid)
-    answer = np.empty_like(system.load)
+    return History(displacement=displacement_under(system, system.load, options), inertia=system.rigid_acceleration)
+
+
+def displacement_under(
+    system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None
+) -> NDArray[np.float64]:
+    """Give the q of ``K q = load`` at every angle, ``(angles, coordinates)``.
+
+    Raises
+    ------
+    SolverError
+        When the KSP does not converge at some angle, or the mechanism buckles there.
+    """
+    answer = np.empty_like(load)
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
     force = PETSc.Vec().createSeq(system.size)
     displacement = force.duplicate()
@@ -50,7 +63,7 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
         for k, _, stiffness in system.positions():
             if system.terms.tension is not None:
                 _refuse_buckled(to_scipy(stiffness).toarray(), system.motion.theta[k])
-            force.array[:] = system.load[k]
+            force.array[:] = load[k]
             ksp.setOperators(stiffness)
             ksp.solve(force, displacement)
             if ksp.getConvergedReason() <= 0:
@@ -59,7 +72,7 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
                     f"no static answer at drive angle {np.degrees(system.motion.theta[k]):.6g} deg (PETSc says {found})"
                 )
             answer[k] = displacement.array_r
-    return History(displacement=answer, inertia=system.rigid_acceleration)
+    return answer
 
 
 def _relieved(system: System, rigid: RigidModes) -> History:

@@ -181,7 +181,8 @@ class Damping(Part):
     Parameters
     ----------
     ratio
-        Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest).
+        Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest). Its forces are a
+        viscous stress in the links.
     material
         Retardation time of the material (s): its stress is E times the strain plus this times the strain's rate.
     external
