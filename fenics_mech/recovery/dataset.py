@@ -179,7 +179,7 @@ def _quasi_static(scene: Scene, system: System) -> np.ndarray:
     history = solve_static(linear, scene.petsc)
     found = reactions(linear, nodal_forces(linear, history))
     members = recover_members(linear, history, np.array([0.5]), point_loads(linear, found))
-    return _of_members(scene, members)["strain"][1][:, :, 0, 0]
+    return _of_members(scene, members, members)["strain"][1][:, :, 0, 0]
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:
