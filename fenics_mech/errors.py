@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
+import reprlib
+
+LONGEST, LONGEST_VALUE = 1000, 160  # characters of a message, and of a value that is shown in one
+
 
 class MechanismError(Exception):
-    """Base of every error that a user of the program can meet."""
+    """Base of every error that a user of the program can meet; its text is one line without control characters."""
+
+    def __init__(self, message: str) -> None:
+        line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+        super().__init__(line if len(line) <= LONGEST else f"{line[:LONGEST]} ...")
+
+
+def shortened(value: object) -> str:
+    """Show a value as a message may hold it, however large it is."""
+    text = SHORT.repr(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]} ..."
+
+
+SHORT = reprlib.Repr()
+SHORT.maxstring = SHORT.maxother = SHORT.maxlong = 80
 
 
 class SceneError(MechanismError):

@@ -265,7 +265,7 @@ def test_units_are_read():
         ({"joint": "A", "stiffness": "3 N/m"}, "springs.s.stiffness", "wrong unit"),
         ({"joint": "A", "stiffness": 0}, "springs.s.stiffness", "greater than 0"),
         ({"joint": "A", "between": ("crank.A", "ground.C"), "stiffness": 1}, "springs.s.between", "unknown key"),
-        ({"stiffness": 1}, "springs.s.between", "missing"),
+        ({"stiffness": 1}, "springs.s.between", "neither"),
     ],
 )
 def test_bad_springs_are_refused(spring, place, words):

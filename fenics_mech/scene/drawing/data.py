@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.drawing.files import Drawing, read_drawing
 from fenics_mech.scene.drawing.links import DrawnLink, Pin, trace
 from fenics_mech.units import in_unit
@@ -82,7 +82,7 @@ def _drawing_table(value: Any) -> dict[str, str]:
             known = "file, unit, section, material"
             raise SceneError(f"unknown key {key!r}", place=f"drawing.{key}", hint=f"Known: {known}")
         if not isinstance(entry, str):
-            raise SceneError(f"must be a string, found {entry!r}", place=f"drawing.{key}")
+            raise SceneError(f"must be a string, found {shortened(entry)}", place=f"drawing.{key}")
     if "file" not in table:
         raise SceneError("the drawing's file is missing", place="drawing", hint='Write file = "mechanism.geo"')
     return table
@@ -98,7 +98,7 @@ def _unit(text: str) -> float:
 
 def _table(value: Any, place: str) -> dict[str, Any]:
     if not isinstance(value, dict):
-        raise SceneError(f"must be a table, found {value!r}", place=place)
+        raise SceneError(f"must be a table, found {shortened(value)}", place=place)
     return value
 
 

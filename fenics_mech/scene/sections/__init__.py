@@ -27,7 +27,7 @@ SHAPES = ("custom", "rectangle", "round", "tube", "I", "laminate", "polygon", "v
 
 
 def _shape(value: Any) -> Any:
-    return value.get("shape", "custom") if isinstance(value, dict) else value.shape
+    return value.get("shape", "custom") if isinstance(value, dict) else getattr(value, "shape", None)
 
 
 AnySection = Annotated[
