@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
+from fenics_mech.errors import shortened
+
 if TYPE_CHECKING:
     import pint
 
 LARGEST = 1e30  # of any quantity in SI: products of several of them must not overflow
+LONGEST = 100  # characters of a quantity
+POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³⁴⁵⁶⁷⁸⁹](?![⁰¹²³⁴⁵⁶⁷⁸⁹.])")
+MOST_POWERS = 5  # in a quantity: pint computes them with whole numbers of any length
 
 EXAMPLES = {
     "m": "4.25 in",
@@ -51,6 +59,11 @@ def _parse(text: str, unit: str) -> float:
     import pint  # noqa: PLC0415
 
     example = f"write a number in SI ({unit.replace('**', '^')}) or a string such as {EXAMPLES[unit]!r}"
+    if len(text) > LONGEST:
+        raise ValueError(f"cannot read {shortened(text)} as a quantity: it has {len(text)} characters; {example}")
+    powers = list(POWER.finditer(text))
+    if len(powers) > MOST_POWERS or any(not SMALL_POWER.match(text, power.start()) for power in powers):
+        raise ValueError(f"cannot read {text!r} as a quantity: an exponent is one digit, as in m^2; {example}")
     quantity: Any
     try:
         quantity = registry().Quantity(text)
@@ -60,6 +73,8 @@ def _parse(text: str, unit: str) -> float:
         raise ValueError(f"{text!r} is a frequency, and 1 Hz is 2 pi rad/s; write rpm or rad/s")
     try:
         return float(quantity.magnitude if quantity.unitless else quantity.to(unit).magnitude)
+    except OverflowError:  # of whole numbers of any length
+        return math.inf
     except (pint.DimensionalityError, pint.OffsetUnitCalculusError) as error:
         raise ValueError(f"{text!r} has the wrong unit; {example}") from error
 
@@ -70,9 +85,11 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
     def convert(value: Any) -> Any:
         number = _parse(value, unit) if isinstance(value, str) else value
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise ValueError(f"expected a number or a string with a unit such as {EXAMPLES[unit]!r}, found {value!r}")
+            raise ValueError(
+                f"expected a number or a string with a unit such as {EXAMPLES[unit]!r}, found {shortened(value)}"
+            )
         if not abs(number) <= LARGEST:
-            raise ValueError(f"expected a finite number, at most {LARGEST:g} in SI, found {value!r}")
+            raise ValueError(f"expected a finite number, at most {LARGEST:g} in SI, found {shortened(value)}")
         return float(number)
 
     return convert

@@ -8,11 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fenics_mech.errors import SceneError
+from fenics_mech._files import read_bounded, reason_of
+from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 
-LARGEST_FILE = 10_000_000  # bytes; a scene file is a few kB
+LARGEST_FILE = 5_000_000  # bytes; a scene file is a few kB
+DEEPEST = 30  # parts of a dotted key: the time that tomllib takes grows with their square
+DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 
 
 def load(path: str | Path) -> Scene:
@@ -30,11 +33,9 @@ def load(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise SceneError(f"the file has {path.stat().st_size} bytes, which is no scene", place=str(path))
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not a UTF-8 text"
+        text = read_bounded(path, LARGEST_FILE).decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = "it is not a UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason_of(error)
         raise SceneError(f"cannot read the scene file: {reason}", place=str(path)) from error
     scene = parse(text, file=path.name, folder=path.parent)
     measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
@@ -44,8 +45,10 @@ def load(path: str | Path) -> Scene:
 def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
     """Make a scene from the text of a scene file; `file` is named in errors, a drawing is looked for in `folder`."""
     try:
+        if deep := DEEP_KEY.search(text):
+            raise ValueError(f"the key {shortened(deep[0])} has more than {DEEPEST} parts")
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # also of numbers with too many digits
         raise SceneError(f"not valid TOML: {error}", place=file) from error
     try:
         if "drawing" in data:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from pathlib import Path
 
 import numpy as np
 
+from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.views.geometry import Array
 
 HINT = "Expected: a header line, then two columns, drive angle in degrees and strain"
+LARGEST_FILE = 100_000_000  # bytes
 LARGEST_STRAIN = 0.2  # m/m; larger numbers are microstrain
 
 
@@ -30,14 +33,16 @@ def read_measurement(path: Path) -> tuple[Array, Array]:
     """
     points = []
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = csv.reader(file)
-            header = next(lines, [])
-            if len(header) == 2 and all(map(_is_number, header)):
-                raise SceneError("the header line is missing", place=str(path), line=1, hint=HINT)
-            points = [_numbers(cells, path, lines.line_num) for cells in lines if any(map(str.strip, cells))]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else f"it is not a CSV text: {error}"
+        text = read_bounded(path, LARGEST_FILE).decode("utf-8-sig")
+        lines = csv.reader(io.StringIO(text, newline=""))
+        header = next(lines, [])
+        if len(header) == 2 and all(map(_is_number, header)):
+            raise SceneError("the header line is missing", place=str(path), line=1, hint=HINT)
+        points = [_numbers(cells, path, lines.line_num) for cells in lines if any(map(str.strip, cells))]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise SceneError(f"it is not a CSV text: {error}", place=str(path), hint=HINT) from error
+    except (OSError, ValueError) as error:
+        reason = reason_of(error)
         raise SceneError(f"cannot read the measurements: {reason}", place=str(path), hint=HINT) from error
     if not points:
         raise SceneError("there are no measured points", place=str(path), hint=HINT)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech import _gmsh
+from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.drawing.script import check_script
 
@@ -149,12 +150,10 @@ def _check_lines(drawing: Drawing, z: Array) -> None:
 def _read(path: Path) -> Groups:
     """Read a file's groups with the program that knows its format."""
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise SceneError(f"{path.name} has {path.stat().st_size} bytes, which is no drawing", place="drawing")
-        content = path.read_bytes()
-    except OSError as error:
+        content = read_bounded(path, LARGEST_FILE)
+    except (OSError, ValueError) as error:
         hint = "The path is relative to the scene file's folder"
-        raise SceneError(f"cannot read {path.name}: {error.strerror}", place="drawing", hint=hint) from error
+        raise SceneError(f"cannot read {path.name}: {reason_of(error)}", place="drawing", hint=hint) from error
     if path.suffix.lower() == ".geo":
         try:
             text = content.decode("utf-8")
@@ -178,9 +177,7 @@ def _from_gmsh(content: bytes, name: str, ending: str) -> Groups:
         copy = Path(folder) / f"drawing{ending}"
         copy.write_bytes(content)
         try:
-            _gmsh.merge(copy)
-            if ending == ".geo":
-                model.mesh.generate(1)
+            _gmsh.merge(_gmsh.meshed(copy) if ending == ".geo" else copy)
         except Exception as error:  # gmsh raises nothing more special
             message = str(error).replace(f"'{copy}', ", "").replace(str(copy), name)
             raise SceneError(f"gmsh cannot read {name}: {message}", place="drawing") from error
