@@ -23,6 +23,7 @@ OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 }
 LONGEST = 500  # characters
 LARGEST_POWER = 20
+LARGEST = 1e300  # number
 
 
 @dataclass(frozen=True)
@@ -47,12 +48,12 @@ class Formula:
 
     def __post_init__(self) -> None:
         if len(self.text) > LONGEST:
-            raise ValueError(f"a formula has at most {LONGEST} characters")
+            raise ValueError(f"a formula has at most {LONGEST} characters, found {len(self.text)}")
         self._check(self._tree())
 
     def __call__(self, functions: Mapping[str, Callable[[Any], Any]], **values: Any) -> Any:
         """Evaluate with the given values of the variables, of any type that `functions` and + - * / ** take."""
-        return self._value(self._tree(), functions, values | {"pi": math.pi})
+        return self._value(self._tree(), functions, values | {"pi": np.float64(math.pi)})
 
     def jet(self, variable: Jet, **parameters: float) -> Jet:
         """Value and two derivatives by the one variable that is not among the parameters."""
@@ -70,7 +71,7 @@ class Formula:
 
     def _check(self, node: ast.expr) -> None:
         match node:
-            case ast.Constant(value=value) if isinstance(value, int | float) and not isinstance(value, bool):
+            case ast.Constant(value=value) if _is_number(value):
                 return
             case ast.Name(id=name) if name in (*self.variables, "pi"):
                 return
@@ -89,13 +90,13 @@ class Formula:
 
     def _check_power(self, node: ast.expr) -> None:
         power = node.operand if isinstance(node, ast.UnaryOp) else node
-        if not isinstance(power, ast.Constant) or not abs(float(power.value)) <= LARGEST_POWER:  # type: ignore[arg-type]
+        if not isinstance(power, ast.Constant) or not abs(power.value) <= LARGEST_POWER:  # type: ignore[arg-type,operator]
             raise ValueError(f"{ast.unparse(node)!r}: an exponent is a number of at most {LARGEST_POWER}")
 
     def _value(self, node: ast.expr, functions: Mapping[str, Callable[[Any], Any]], values: Mapping[str, Any]) -> Any:
         match node:
             case ast.Constant(value=value):
-                return float(value)  # type: ignore[arg-type]
+                return np.float64(value)  # type: ignore[arg-type]  # a number that raises nothing where it overflows
             case ast.Name(id=name):
                 return values[name]
             case ast.UnaryOp(op=op, operand=operand):
@@ -109,6 +110,10 @@ class Formula:
         raise AssertionError(ast.dump(node))  # `_check` has let nothing else pass
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
 @dataclass(frozen=True)
 class Jet:
     """A function's values with its first and second derivative, each an array of one shape."""
@@ -116,6 +121,7 @@ class Jet:
     value: Array
     first: Array
     second: Array
+    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to this class
 
     @classmethod
     def variable(cls, value: Array) -> Jet:
@@ -177,7 +183,7 @@ class Jet:
 
 def _jet_function(f: Callable, df: Callable, ddf: Callable) -> Callable[[Any], Any]:
     """Extend a function with known derivatives to jets; plain numbers stay numbers."""
-    return lambda x: x.through(f(x.value), df(x.value), ddf(x.value)) if isinstance(x, Jet) else float(f(x))
+    return lambda x: x.through(f(x.value), df(x.value), ddf(x.value)) if isinstance(x, Jet) else f(x)
 
 
 JET_FUNCTIONS: dict[str, Callable[[Any], Any]] = {

@@ -19,6 +19,7 @@ from pydantic import Field, field_validator, model_validator
 from scipy.interpolate import make_interp_spline
 
 from fenics_mech.expressions import Formula, Jet
+from fenics_mech.intervals import unbounded_at
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
@@ -26,13 +27,19 @@ Array = NDArray[np.float64]
 
 
 def _values(law: Callable[[Array], Jet], places: Array) -> Array:
-    """Value and two derivatives of a law, ``(3, places)``; nan where numbers in its formula cannot be divided."""
-    try:
-        with np.errstate(all="ignore"):
-            jet = law(places)
-    except ArithmeticError:  # of numbers alone, which are no arrays
-        return np.full((3, len(places)), np.nan)
+    """Value and two derivatives of a law, ``(3, places)``."""
+    with np.errstate(all="ignore"):
+        jet = law(places)
     return np.stack([jet.value, jet.first, jet.second])
+
+
+def check_finite(formula: Formula) -> None:
+    """Raise `ValueError` unless a formula of theta is finite over the whole cycle, also between any samples of it."""
+    if (where := unbounded_at(formula, 0.0, 2 * math.pi)) is not None:
+        raise ValueError(
+            f"the formula {formula.text!r} is not finite over the cycle, or cannot be shown to be: "
+            f"see theta = {where:.6g}"
+        )
 
 
 class Harmonics(Part):
@@ -78,8 +85,9 @@ class Expression(Part):
     def _is_periodic(cls, text: str) -> str:
         formula = Formula(text, ("theta",))
         values = _values(lambda theta: formula.jet(Jet.variable(theta)), np.array([0.0, 1.0, 2.5, 2 * np.pi]))
+        check_finite(formula)
         if not np.isfinite(values).all():
-            raise ValueError(f"the formula {text!r} is not finite over the cycle")
+            raise ValueError(f"the derivatives of the formula {text!r} are not finite over the cycle")
         ends = values[:, [0, -1]]
         if np.abs(np.diff(ends)).max() > 1e-9 * max(1.0, float(np.abs(ends).max())):
             raise ValueError(f"the formula {text!r} does not come back after a cycle: f(0) and f(2 pi) differ")
@@ -225,7 +233,9 @@ class Drive(Part):
         if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > SLACK * self.run_up:
             raise ValueError(f"the run-up's table ends at {law.times[-1]:.6g} s, and the run-up at {self.run_up:.6g} s")
         values = _values(self.coordinate, np.linspace(0, self.run_up, 101))
-        if not np.isfinite(values).all():
+        formula = Formula(law.formula, ("t",)) if isinstance(law, TimeExpression) else None
+        pole = formula is not None and unbounded_at(formula, 0.0, self.run_up) is not None
+        if pole or not np.isfinite(values).all():
             raise ValueError("the run-up's law is not finite over the run-up")
         first, last_rate = values[0, 0], values[1, -1]
         if abs(first) > SLACK:

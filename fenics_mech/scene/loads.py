@@ -15,7 +15,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.drives import Harmonics
+from fenics_mech.scene.drives import Harmonics, check_finite
 from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
 Array = NDArray[np.float64]
@@ -82,13 +82,7 @@ class FactorExpression(Part):
     @field_validator("formula")
     @classmethod
     def _is_finite(cls, text: str) -> str:
-        try:
-            with np.errstate(all="ignore"):
-                values = _evaluated(text, np.linspace(0, CYCLE, 721))
-        except ArithmeticError:  # of numbers that stand in it
-            values = np.array([np.nan])
-        if not np.isfinite(values).all():
-            raise ValueError(f"the formula {text!r} is not finite over the cycle")
+        check_finite(Formula(text, ("theta",)))
         return text
 
     @property

@@ -11,6 +11,7 @@ from scipy.interpolate import PchipInterpolator
 
 from fenics_mech.errors import SceneError
 from fenics_mech.expressions import FUNCTIONS, Formula
+from fenics_mech.intervals import unbounded_at
 from fenics_mech.scene.base import Name
 from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
 from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known, shear_modulus, stated_factor
@@ -53,6 +54,10 @@ def _positive(profile: Any) -> Any:
         i = int(np.argmax(bad))
         raise ValueError(
             f"it must be positive everywhere along the member, and is {values[i]:.6g} at s = {CHECKED[i]:g}"
+        )
+    if isinstance(profile, str) and (where := unbounded_at(Formula(profile, ("s",)), 0.0, 1.0, above=0.0)) is not None:
+        raise ValueError(
+            f"it must be positive and finite everywhere along the member, and cannot be shown to be at s = {where:.6g}"
         )
     return profile
 
