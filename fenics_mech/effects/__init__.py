@@ -31,11 +31,17 @@ def active(scene: Scene) -> tuple[Effect, ...]:
     Raises
     ------
     SceneError
-        When it names one that is not known, or two that exclude each other.
+        When it names one that is not known, one that it does not state, or two that exclude each other.
     """
     for name in scene.named_effects:
         if name not in EFFECTS:
             raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"Known: {', '.join(EFFECTS)}")
+        if EFFECTS[name].stated_by and not EFFECTS[name].stated(scene):
+            raise SceneError(
+                f"{name!r} is named here, and nothing in the scene states it",
+                place="effects",
+                hint=f"It acts by {EFFECTS[name].stated_by}, and need not be named",
+            )
     acting = tuple(effect for effect in EFFECTS.values() if effect.name in scene.named_effects or effect.stated(scene))
     names = {effect.name for effect in acting}
     for effect in acting:

@@ -72,4 +72,5 @@ EFFECT = Effect(
     source="the rate of a line between two moving points, linearised",
     terms=terms,
     stated=lambda scene: bool(scene.dampers),
+    stated_by="[dampers]",
 )

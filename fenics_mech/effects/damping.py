@@ -9,4 +9,5 @@ EFFECT = Effect(
     source="Clough and Penzien, Dynamics of Structures, sections 17-3 and 12-5",
     terms=lambda situation: Terms(material=situation.scene.damping.material, external=situation.scene.damping.external),
     stated=lambda scene: bool(scene.damping.material or scene.damping.external),
+    stated_by="`material` or `external` in [damping]",
 )

@@ -71,6 +71,8 @@ class Effect:
         How it changes the links' matrices.
     stated
         Whether a scene asks for it by what else it states: a spring, a load.
+    stated_by
+        The part of a scene file that asks for it so.
     size
         Estimate of how much of the strains it changes, for ``effects = "auto"``; None if it is never left out or added.
     estimate
@@ -94,6 +96,7 @@ class Effect:
     size: Callable[[Survey], float] | None = None
     estimate: str = ""
     possible: Callable[[Scene], bool] = _always
+    stated_by: str = ""
     without: Mapping[str, Any] = field(default_factory=dict)
     replaces: str = ""
     refuses: tuple[str, ...] = ()

@@ -21,6 +21,7 @@ EFFECT = Effect(
     source="d'Alembert's principle; (4.17) less g",
     terms=terms,
     stated=lambda scene: any(scene.gravity),
+    stated_by="gravity = [...]",
     size=lambda survey: survey.gravity,
     estimate="strains by gravity alone over all quasi-static ones",
     without={"gravity": (0.0, 0.0)},

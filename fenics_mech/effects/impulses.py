@@ -30,4 +30,5 @@ EFFECT = Effect(
     meaning="impulses at points of the links, at given drive angles",
     source="Lagrange's equations integrated over an instant; Goldsmith, Impact (1960), ch. 2",
     stated=lambda scene: bool(scene.impulses),
+    stated_by="[impulses]",
 )

@@ -63,4 +63,5 @@ EFFECT = Effect(
     source="(4.39); load stiffness: Bolotin, Nonconservative Problems of the Theory of Elastic Stability (1963)",
     terms=terms,
     stated=lambda scene: bool(scene.loads),
+    stated_by="[loads]",
 )

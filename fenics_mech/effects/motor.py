@@ -9,4 +9,5 @@ EFFECT = Effect(
     source="Lagrange's equation of the crank's angle, linearised about the motion",
     terms=lambda situation: Terms(coupled=True),
     stated=lambda scene: any(drive.motor is not None for drive in scene.drives),
+    stated_by="[drive.motor]",
 )

@@ -98,4 +98,5 @@ EFFECT = Effect(
     source="Przemieniecki (1968), ch. 15, for the tangent",
     terms=terms,
     stated=lambda scene: bool(scene.springs),
+    stated_by="[springs]",
 )

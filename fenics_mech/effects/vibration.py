@@ -17,5 +17,6 @@ EFFECT = Effect(
     size=size,
     estimate="modes as oscillators under the load's harmonics",
     stated=lambda scene: scene.analysis.method in ("periodic", "transient"),
+    stated_by="analysis.method = 'periodic' or 'transient'",
     without={"analysis__method": "quasi-static"},
 )
