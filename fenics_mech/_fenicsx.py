@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import fem, jit
 from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
+
+from fenics_mech._compiling import compile_safely
 
 try:  # dolfinx >= 0.10
     from dolfinx.io import gmsh as gmshio
@@ -24,6 +26,14 @@ except ImportError:
     fem_petsc = fem.petsc
 
 Array = NDArray[np.float64]
+
+
+JIT_OPTIONS = "jit_options" if hasattr(jit, "get_options") else "jit_params"  # from 0.6
+
+
+def compiled(make: Callable[..., Any], *arguments: Any) -> Any:
+    """Call what compiles C, such as `fem.form`, with a cache that a killed process cannot spoil."""
+    return compile_safely(lambda folder: make(*arguments, **{JIT_OPTIONS: {"cache_dir": folder}}))
 
 
 @contextmanager
@@ -70,9 +80,9 @@ def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
         from basix.ufl import element, mixed_element  # noqa: PLC0415
 
         parts = [element("Lagrange", mesh.basix_cell(), degree, discontinuous=True) for degree in degrees]
-        return fem.functionspace(mesh, mixed_element(parts))
+        return compiled(fem.functionspace, mesh, mixed_element(parts))
     parts = [ufl.FiniteElement("DG", mesh.ufl_cell(), degree) for degree in degrees]
-    return fem.FunctionSpace(mesh, ufl.MixedElement(*parts))
+    return compiled(fem.FunctionSpace, mesh, ufl.MixedElement(*parts))
 
 
 def cell_dofs(space: Any, part: int) -> tuple[NDArray[np.int64], Array]:
@@ -87,7 +97,7 @@ def cell_dofs(space: Any, part: int) -> tuple[NDArray[np.int64], Array]:
 @_quiet()
 def cellwise(mesh: Any, values: Array) -> Any:
     """Give the function that takes one value per cell."""
-    space = fem.functionspace(mesh, ("DG", 0)) if hasattr(fem, "functionspace") else fem.FunctionSpace(mesh, ("DG", 0))
+    space = compiled(fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("DG", 0))
     function = fem.Function(space)
     function.x.array[[space.dofmap.cell_dofs(cell)[0] for cell in range(len(values))]] = values
     return function
@@ -96,7 +106,7 @@ def cellwise(mesh: Any, values: Array) -> Any:
 @_quiet()
 def assemble(form: Any) -> PETSc.Mat:
     """Compile a bilinear form and assemble it."""
-    matrix = fem_petsc.assemble_matrix(fem.form(form))
+    matrix = fem_petsc.assemble_matrix(compiled(fem.form, form))
     matrix.assemble()
     return matrix
 
@@ -104,4 +114,4 @@ def assemble(form: Any) -> PETSc.Mat:
 @_quiet()
 def assemble_vector(form: Any) -> Array:
     """Compile a linear form and assemble it."""
-    return np.asarray(fem_petsc.assemble_vector(fem.form(form)).array_r).copy()
+    return np.asarray(fem_petsc.assemble_vector(compiled(fem.form, form)).array_r).copy()

@@ -1,0 +1,76 @@
+"""The cache of compiled forms: shared by all runs of a user, and never spoilt by one that was killed.
+
+ffcx marks a form that is being compiled by its C file, and waits 10 s for one that a killed process has left. So each
+compilation holds a lock, which the system takes away from a process that ends, and first removes what has no end mark.
+"""
+
+from __future__ import annotations
+
+import atexit
+import fcntl
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import TypeVar
+
+from fenics_mech.errors import SolverError
+
+Made = TypeVar("Made")
+
+
+def compile_safely(make: Callable[[Path], Made]) -> Made:
+    """Let `make` compile into the user's cache; where that fails, into a folder of this process.
+
+    Raises
+    ------
+    SolverError
+        When it cannot be compiled there either.
+    """
+    try:
+        with _locked(_user_folder()) as folder:
+            return make(folder)
+    except Exception:  # ffcx, cffi, setuptools and the loader raise many types, for a disk as for a C compiler
+        try:
+            return make(_own_folder())
+        except Exception as error:
+            what = " ".join(str(error).split()) or type(error).__name__
+            raise SolverError(
+                f"the forms cannot be compiled: {what}. A C compiler (cc) and some room in the folder for temporary "
+                f"files ({tempfile.gettempdir()}) are needed"
+            ) from error
+
+
+def _user_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return Path(base) / "fenics_mech"
+
+
+@cache
+def _own_folder() -> Path:
+    folder = tempfile.mkdtemp(prefix="fenics-mech-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[Path]:
+    """Hold the lock of a cache, freed of what was not finished."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for source in folder.glob("*.c"):
+            if not source.with_suffix(".c.cached").exists():
+                source.unlink()
+        for mark in folder.glob("*.c.cached"):
+            if not mark.with_suffix("").exists():
+                mark.unlink()
+        try:
+            yield folder
+        except Exception:  # of a full disk, or of a library that a full disk has cut: the next run makes them anew
+            for left in folder.glob("libffcx_*"):
+                left.unlink(missing_ok=True)
+            raise
