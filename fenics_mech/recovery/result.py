@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import os
 import tempfile
 from collections.abc import Callable, Sequence
@@ -11,9 +13,14 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from fenics_mech._files import read_bounded, reason_of
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError
 from fenics_mech.scene import Scene
+
+SEAL = b"fenics_mech sha256 "
+SEAL_LENGTH = len(SEAL) + 64
+LARGEST_FILE = 2**40  # bytes
 
 
 @dataclass(frozen=True)
@@ -44,9 +51,8 @@ class Result:
         ResultError
             When the file cannot be written.
         """
-        path = Path(path)
-        write_whole(path, lambda temporary: self.data.to_netcdf(temporary, engine="h5netcdf"))
-        return path
+        write_dataset(Path(path), self.data, "h5netcdf")
+        return Path(path)
 
     @classmethod
     def load(cls, path: str | Path) -> Result:
@@ -90,13 +96,45 @@ def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[
         When the file cannot be read or is not of that kind.
     """
     try:
-        with xr.open_dataset(path, engine=engine) as data:
+        content, seal = split_seal(read_bounded(Path(path), LARGEST_FILE))
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{path}: cannot be read as a {kind}: {reason_of(error)}") from error
+    if seal != seal_of(content):  # HDF5 may end the process over a damaged file
+        raise ResultError(
+            f"{path}: this file is not a {kind} of fenics_mech, or was cut or changed after it was written"
+        )
+    try:
+        with xr.open_dataset(io.BytesIO(content), engine=engine) as data:
             loaded = data.load()
     except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
         raise ResultError(f"{path}: cannot be read as a {kind}: {error}") from error
     if not set(attributes) <= set(loaded.attrs):
         raise ResultError(f"{path}: this NetCDF file is not a {kind} of fenics_mech")
     return loaded
+
+
+def write_dataset(path: Path, data: xr.Dataset, engine: str) -> None:
+    """Write a dataset, with a seal behind it by which damage is found; the file appears whole or not at all.
+
+    The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass over the seal.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    """
+    content = bytes(data.to_netcdf(engine=engine))  # type: ignore[call-overload]
+    write_whole(path, lambda temporary: temporary.write_bytes(content + seal_of(content)))
+
+
+def seal_of(content: bytes) -> bytes:
+    """Give what stands behind a file's content."""
+    return SEAL + hashlib.sha256(content).hexdigest().encode()
+
+
+def split_seal(file: bytes) -> tuple[bytes, bytes]:
+    """Split a file into its content and its seal."""
+    return file[:-SEAL_LENGTH], file[-SEAL_LENGTH:]
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

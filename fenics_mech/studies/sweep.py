@@ -20,7 +20,7 @@ from mpi4py import MPI
 
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
-from fenics_mech.recovery.result import read_dataset, write_whole
+from fenics_mech.recovery.result import read_dataset, write_dataset, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
@@ -64,7 +64,7 @@ class Sweep:
         ResultError
             When the file cannot be written.
         """
-        write_whole(Path(path), lambda temporary: self.data.to_netcdf(temporary, engine="scipy"))
+        write_dataset(Path(path), self.data, "scipy")
         return Path(path)
 
     @classmethod
@@ -212,29 +212,30 @@ class _Run:
 
     def compute(self, values: Sequence[Sequence[float]]) -> None:
         """Compute the missing points of a grid: one on the first process, which compiles the forms, then the rest."""
-        files = self.files(values)
-        missing = self.at_root(lambda: [index for index, (path, _) in enumerate(files) if read_point(path) is None])
+        points = list(itertools.product(*values))
+        missing = self.at_root(
+            lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
+        )
         first, rest = missing[:1], missing[1:]
         mine = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
 
         def work(share: Sequence[int], done: int) -> None:
             for number, index in enumerate(share, done):
                 self.progress(number, len(mine))
-                compute_point(*files[index], self.gauge)
+                compute_point(*self.file(points[index]), self.gauge)
 
         warm = mine[: len(first)] if self.comm.rank == 0 else []
         self.together(lambda: work(warm, 0))
         self.together(lambda: work(mine[len(warm) :], len(warm)))
 
-    def files(self, values: Sequence[Sequence[float]]) -> list[tuple[Path, Record]]:
-        """Give the file and the scene of every point of a grid."""
-        paths = [axis.path for axis in self.axes]
-        scenes = [placed(self.scene, dict(zip(paths, point))) for point in itertools.product(*values)]
-        return [(point_file(self.points, data, self.gauge), data) for data in scenes]
+    def file(self, point: Sequence[float]) -> tuple[Path, Record]:
+        """Give the file and the scene of a point."""
+        data = placed(self.scene, dict(zip((axis.path for axis in self.axes), point)))
+        return point_file(self.points, data, self.gauge), data
 
     def records(self, values: Sequence[Sequence[float]]) -> list[Record]:
         """Read the points of a grid, those to be tried again too."""
-        return [json.loads(path.read_text()) for path, _ in self.files(values)]
+        return [json.loads(self.file(point)[0].read_text()) for point in itertools.product(*values)]
 
     def at_peaks(self, values: Sequence[Sequence[float]], most: int) -> list[float]:
         """Give the values of the field at which peaks of strain are not resolved, at most so many."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import imageio.v2 as imageio
 import numpy as np
+from imageio_ffmpeg import count_frames_and_secs
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -133,10 +134,19 @@ def _write_gif(path: Path, pictures: Pictures, fps: int) -> None:
 
 
 def _write_mp4(path: Path, pictures: Pictures, fps: int) -> None:
-    writer: Any = imageio.get_writer(path, format="FFMPEG", mode="I", fps=fps, quality=8, macro_block_size=2)  # type: ignore[arg-type]
+    """Write through ffmpeg, which does not tell when a disk is full: so the pictures in the file are counted."""
+    options: dict[str, Any] = {"quality": 8, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
+    writer: Any = imageio.get_writer(path, format="FFMPEG", mode="I", fps=fps, **options)  # type: ignore[arg-type]
+    count = 0
     with writer:
-        for picture in pictures:
+        for count, picture in enumerate(pictures, 1):  # noqa: B007
             writer.append_data(picture)
+    try:
+        written, _ = count_frames_and_secs(path)
+    except RuntimeError as error:
+        raise OSError("ffmpeg could not write it whole; the disk may be full") from error
+    if written != count:
+        raise OSError(f"ffmpeg wrote {written} of {count} pictures; the disk may be full")
 
 
 WRITERS: dict[str, Callable[[Path, Pictures, int], None]] = {
