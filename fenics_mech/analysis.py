@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
+from fenics_mech._guard import ADVICE, guarded
 from fenics_mech.building import boundary_load, mechanism, scene_modes, settle, static_response
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
@@ -22,6 +25,7 @@ from fenics_mech.unsteady import by_time
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery")
 
 
+@guarded()
 def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> Result:
     """Analyse a scene as its `analysis` states.
 
@@ -68,8 +72,16 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
             history = static_response(scene, system)
     progress("recovery")
     result = collect(scene, system, history, modes, choices)
+    _refuse_infinite(result)
     result.data.attrs["solver"] = solver
     return result
+
+
+def _refuse_infinite(result: Result) -> None:
+    """Raise where a result holds what is no number."""
+    for name in ("strain", "deflection", "joint_force", "input_torque"):
+        if name in result.data and not np.isfinite(result.data[name]).all():
+            raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
 
 
 def periodic_solver(scene: Scene, terms: Terms) -> str:

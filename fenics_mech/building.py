@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._guard import guarded, require_memory
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.effects import NOTHING, Situation, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
@@ -19,14 +20,25 @@ from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import History, solve_static
 from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import member_nodes
 
 MOST_UPDATES = 60  # of the axial forces by the response
 LARGEST_TURN = 0.1  # rad, of a whole link on springs; there the small motions of linear statics are 0.5 % off
 SETTLED = 1e-7  # change of the axial forces, of the largest
 
 
+@guarded()
 def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> System:
-    """Build the mechanism at equal steps over a cycle, or at its one position when nothing drives it."""
+    """Build the mechanism at equal steps over a cycle, or at its one position when nothing drives it.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be assembled at some drive angle.
+    SceneError
+        When the cycle and its results need more memory than there is.
+    """
+    _require_memory(scene)
     progress("kinematics")
     if scene.analysis.method == "static":
         motion = solve_motion(scene, np.array([scene.analysis.position])).held()
@@ -34,6 +46,15 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
         motion = solve_motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
     progress("beams")
     return system_at(scene, shaped(scene, assemble_beams(scene, mesh_scene(scene))), motion)
+
+
+def _require_memory(scene: Scene) -> None:
+    """Refuse a cycle whose loops, nodes and results at all positions do not fit into memory."""
+    positions = scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1
+    nodes = sum(len(member_nodes(scene, label)) for label in scene.members())
+    each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations
+    hint = "Take fewer sub_intervals, stations or elements"
+    require_memory(float(positions) * each, f"{positions} positions of {len(scene.links)} links", hint)
 
 
 def system_at(scene: Scene, beams: Beams, motion: Motion) -> System:
@@ -118,6 +139,7 @@ def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:
     return replace(system, motion=motion, terms=build_terms(situation)).load
 
 
+@guarded()
 def scene_modes(scene: Scene, system: System) -> Modes:
     """Solve for the modes that the scene keeps."""
     count = system.size if scene.analysis.modes == "all" else scene.analysis.modes

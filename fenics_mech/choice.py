@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fenics_mech._guard import guarded
 from fenics_mech.building import mechanism, scene_modes, system_at
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
@@ -19,6 +20,7 @@ from fenics_mech.scene import Scene
 POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
 
 
+@guarded()
 def choose(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
     """Give a scene with the effects that it calls for, and what was decided about every effect.
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar, root
 
+from fenics_mech._guard import guarded
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Array, Loops
@@ -65,6 +66,7 @@ class Range:
     free: tuple[str, ...] = ()
 
 
+@guarded()
 def reachable_range(scene: Scene) -> Range:
     """Find how far the drive can go from theta = 0 in both directions, and the critical positions on the way.
 

@@ -15,11 +15,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
+from fenics_mech._guard import ADVICE, require_memory
 from fenics_mech.effects import Entries
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.system import System
 
 Array = NDArray[np.float64]
+DENSE = 40  # matrices of a position that a solver holds at a time: measured, 35
+RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
 MOST_COORDINATES = 1500  # beyond it the dense matrices of a cycle take more memory than a workstation has
 
 
@@ -65,6 +68,9 @@ class Equation:
                 f"{self.system.size} degrees of freedom are too many for this solver, which takes "
                 f"{MOST_COORDINATES}: use fewer elements"
             )
+        positions = len(self.system.values)
+        what = f"the matrices of {positions} positions with {self.system.size} degrees of freedom"
+        require_memory(DENSE * positions * self.system.size**2, what, "Take fewer sub_intervals or elements")
 
     @cached_property
     def shape(self) -> tuple[Array, Array | None, Array | None]:
@@ -175,6 +181,23 @@ class Equation:
         """Scale the rows of each link by a factor that changes with the angle, ``(angles, links)``."""
         rows = by_link[:, self.system.link_of_dof]
         return rows[..., None] * matrix.toarray()
+
+
+def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
+    """Raise `SolverError` where a damper is as good as rigid: in a sum with it, all else would be lost to rounding.
+
+    The damping is compared with inertia and stiffness, coordinate by coordinate, over a step of time (s).
+    """
+    mass, damping, stiffness = (
+        np.abs(np.diagonal(matrix, axis1=1, axis2=2))
+        for matrix in (matrices.mass, matrices.damping, matrices.stiffness)
+    )
+    ratio = float((step * damping / (mass + step**2 * stiffness)).max())
+    if not ratio < RIGID_DAMPING:
+        raise SolverError(
+            f"the damping is {ratio:.1e} times the inertia and stiffness that it acts against in a sub-interval: "
+            f"rounding would spoil the answer. {ADVICE}"
+        )
 
 
 def held_matrices(system: System) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import times
-from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.mechanism.equation import Array, Matrices, refuse_rigid_damping
 from fenics_mech.response.tableau import Tableau
 
 
@@ -65,6 +65,7 @@ class Flow:
         They are ``(steps, s, n, 2n + 1)``. Source: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8.
         """
         tableau = self.tableau
+        refuse_rigid_damping(self.matrices, self.pace)
         s, n = len(tableau.points), self.matrices.load.shape[1]
         parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
         mass, damping, stiffness = (m.reshape(-1, s, n, n) for m in parts)

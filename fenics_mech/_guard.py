@@ -1,0 +1,56 @@
+"""What numbers may do to a computation: overflow, make a matrix singular, or ask for more memory than there is."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from fenics_mech.errors import SceneError, SolverError
+
+ADVICE = (
+    "Look for numbers in the scene that lie too far apart, such as a spring or damper that is as good as rigid (a weld "
+    "or an inextensible member is rigid), a mass of nearly nothing, or a wrong unit"
+)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Turn what NumPy raises about matrices and numbers into a `SolverError`, and let it raise where numbers overflow.
+
+    As a decorator it guards a function.
+    """
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except np.linalg.LinAlgError as error:
+        raise SolverError(f"a matrix of the equations cannot be solved with ({error}). {ADVICE}") from error
+    except (FloatingPointError, OverflowError) as error:
+        raise SolverError(f"the numbers are too large or too small to be computed with ({error}). {ADVICE}") from error
+
+
+def require_memory(numbers: float, what: str, hint: str) -> None:
+    """Refuse what needs more memory than the machine has.
+
+    Parameters
+    ----------
+    numbers
+        Floating-point numbers that are held at a time.
+    what
+        What they are.
+    hint
+        What to change in the scene.
+
+    Raises
+    ------
+    SceneError
+        When they are more than the machine's memory holds.
+    """
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if 8 * numbers > there:
+        raise SceneError(
+            f"{what} need about {8 * numbers / 1e9:.3g} GB of memory, and the machine has {there / 1e9:.3g} GB",
+            hint=hint,
+        )
