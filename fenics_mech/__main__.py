@@ -1,5 +1,60 @@
-"""``python -m fenics_mech``."""
+"""``python -m fenics_mech``, and the `fenics-mech` command: it may be interrupted at any time, also as it starts."""
 
-from fenics_mech.cli import main
+from __future__ import annotations
 
-main()
+import os
+import signal
+import sys
+from types import FrameType
+from typing import Any
+
+INTERRUPTED = 130  # exit code, as a shell gives it
+SOON = 0.001  # seconds
+
+
+class _Interrupt:
+    """Ctrl-C, which ends the command with one line wherever it comes.
+
+    Libraries in C turn an interrupt into another error or drop it. The one is known by `seen`, the other is sent again.
+    """
+
+    def __init__(self) -> None:
+        self.seen = False
+        for number in (signal.SIGINT, signal.SIGALRM):
+            signal.signal(number, self.raised)
+        self.before, sys.unraisablehook = sys.unraisablehook, self.dropped
+
+    def raised(self, number: int, frame: FrameType | None) -> None:
+        self.seen = True
+        raise KeyboardInterrupt
+
+    def dropped(self, unraisable: Any) -> None:
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_REAL, SOON)  # not at once: what is raised in here is dropped too
+        elif not self.seen:
+            self.before(unraisable)
+
+    def end(self) -> None:
+        """Say so and leave, without what the libraries do as they are shut down."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        sys.stderr.write("interrupted\n")
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)
+
+
+def main() -> None:
+    """Run the command."""
+    interrupt = _Interrupt()
+    sys.stdout, sys.stderr = (stream or open(os.devnull, "w") for stream in (sys.stdout, sys.stderr))  # noqa: SIM115
+    try:
+        from fenics_mech.cli import main as command  # noqa: PLC0415
+
+        command()
+    except BaseException as error:
+        if interrupt.seen or isinstance(error, KeyboardInterrupt):
+            interrupt.end()
+        raise
+
+
+if __name__ == "__main__":
+    main()

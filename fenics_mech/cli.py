@@ -34,11 +34,16 @@ def main() -> None:
     try:
         app()
     except MechanismError as error:
-        err.print(f"[bold red]error:[/] {_plain(str(error))}", soft_wrap=True, highlight=False)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        err.print("interrupted", highlight=False)
-        sys.exit(130)
+        _fail(str(error))
+    except MemoryError as error:
+        _fail(f"there is not enough memory: {error or 'take fewer sub_intervals, stations or elements'}")
+    except OSError as error:
+        _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
+
+
+def _fail(message: str) -> None:
+    err.print(f"[bold red]error:[/] {_plain(message)}", soft_wrap=True, highlight=False)
+    sys.exit(1)
 
 
 @app.command()
@@ -103,11 +108,13 @@ def check(
 ) -> None:
     """Check a scene file without analysing it; without a file, check the program against the dissertation."""
     from fenics_mech import studies, views  # noqa: PLC0415
+    from fenics_mech.effects import active  # noqa: PLC0415
     from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
     from fenics_mech.scene import load  # noqa: PLC0415
 
     if scene is not None:
         loaded = load(scene)
+        active(loaded)
         out.print(views.scene_overview(loaded, reachable_range(loaded)), highlight=False)
         return
     findings = []
@@ -284,7 +291,7 @@ def _options(
 def progress_bar(total: int) -> Iterator:
     """Show a progress bar; gives the function that names the next step."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True) as progress:
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
         started = False
 
