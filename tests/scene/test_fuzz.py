@@ -76,7 +76,7 @@ def damaged_scene(chance):
     while True:
         try:
             scene = build(damaged_data(data, chance))
-            changes = {"sub_intervals": 24, "stations": 5, "harmonics": 5, "allow_ringing": True}
+            changes = {"sub_intervals": 24, "stations": 5, "harmonics": 5, "allow_ringing": True, "allow_coarse": True}
             changes = {f"analysis__{key}": value for key, value in changes.items()}
             return scene.changed(**changes, mesh={"elements": 2}, effects=chance.choice(("auto", *EFFECTS)))
         except MechanismError:
