@@ -178,8 +178,12 @@ def _quasi_static(scene: Scene, system: System) -> np.ndarray:
     linear = replace(system, terms=terms)
     history = solve_static(linear, scene.petsc)
     found = reactions(linear, nodal_forces(linear, history))
-    members = recover_members(linear, history, np.array([0.5]), point_loads(linear, found))
-    return _of_members(scene, members, members)["strain"][1][:, :, 0, 0]
+    middle = np.array([0.5])
+    axial, _, moment = section_forces(linear, history, middle, point_loads(linear, found))
+    rigidity = [scene.rigidity(label, middle) for label in scene.members()]
+    parts = [(r.axial[0], r.bending[0], r.fibre[0, 0]) for r in rigidity]
+    ea, ei, fibre = np.array(parts).T
+    return axial / ea - moment * fibre / ei
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:
