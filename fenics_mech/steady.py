@@ -76,13 +76,8 @@ class Cycle:
     def inside(self, scheme: str, stages: int) -> Equation:
         """Give the equation at collocation points of all steps."""
         if (scheme, stages) not in self._equations:
-            theta = self.steps.angles(Tableau.of(scheme, stages).points, self.scene.cycle_rate)
-            inside = system_at(self.scene, self.system.beams, solve_motion(self.scene, theta, near=self.system.motion))
-            if inside.transformation.names != self.system.transformation.names:  # both choose them by their angles
-                raise SolverError(
-                    "the linkage has no coordinates that are good all over the cycle. Take other sub_intervals"
-                )
-            self._equations[scheme, stages] = Equation(inside, modal_damping(self.scene, inside))
+            tableau = Tableau.of(scheme, stages)
+            self._equations[scheme, stages] = equation_inside(self.scene, self.system, self.steps, tableau)
         return self._equations[scheme, stages]
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
@@ -126,6 +121,36 @@ class Cycle:
             found.refuse_resonance()
         return found
 
+    def motion(self, orbit: Orbit) -> States:
+        """Give a motion by collocation between the starts of the steps."""
+        tableau = Tableau.of(self.scene.analysis.scheme, self.scene.analysis.stages)
+        return lambda places: between(orbit, tableau, self.steps.duration, places)
+
+    def history(self, orbit: Orbit) -> tuple[Equation, History]:
+        """Give the history of a motion by collocation, and a better one; both are at the starts of the sub-intervals.
+
+        Returns
+        -------
+        tuple
+            The equation there, with axial forces of the motion where they act on it, and the history.
+        """
+        analysis, at, start = self.scene.analysis, self.steps.regular, self.start
+        better = ("gauss", analysis.stages) if analysis.scheme == "radau" else ("radau", analysis.stages + 1)
+        q, rate = corrected(orbit, self.flow(*better, self.motion(orbit)), self.scene.petsc)
+        if self.settling:
+            start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
+        history = history_of(start, orbit.start[at], orbit.start_velocity[at])
+        return start, replace(history, better=history_of(start, q[at], rate[at]))
+
+
+def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
+    """Give the equation at collocation points of all steps."""
+    theta = steps.angles(tableau.points, scene.cycle_rate)
+    inside = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
+    if inside.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
+        raise SolverError("the linkage has no coordinates that are good all over the cycle. Take other sub_intervals")
+    return Equation(inside, modal_damping(scene, inside))
+
 
 def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
     """Solve at collocation points; the history is that at the starts of the sub-intervals, after any impulse there.
@@ -147,19 +172,10 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
     if cycle.settling:
         inside = _settled(cycle, inside, tableau)
     orbit = _orbit(scene, inside, tableau, steps)
-
-    def motion(places: Array) -> tuple[Array, Array]:
-        return between(orbit, tableau, steps.duration, places)
-
     if not cycle.linear:
-        stability = cycle.stability(modes, motion)
-    better = ("gauss", analysis.stages) if analysis.scheme == "radau" else ("radau", analysis.stages + 1)
-    q, rate = corrected(orbit, cycle.flow(*better, motion), scene.petsc)
-    at, start = steps.regular, cycle.start
-    if cycle.settling:
-        start = cycle.stiffened(start, orbit.start[at], orbit.start_velocity[at])
-    history = history_of(start, orbit.start[at], orbit.start_velocity[at])
-    return start.system, replace(history, stability=stability, better=history_of(start, q[at], rate[at]))
+        stability = cycle.stability(modes, cycle.motion(orbit))
+    start, history = cycle.history(orbit)
+    return start.system, replace(history, stability=stability)
 
 
 def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:

@@ -7,7 +7,8 @@ block-cyclic system closes the cycle. A nonlinear law is linearised about the la
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -63,16 +64,20 @@ def _solve_linear(
     matrices: Matrices, tableau: Tableau, step: float | Array, options: Mapping[str, Any], jump: Array | None
 ) -> Orbit:
     """Solve ``M q'' + C q' + K q = f``, given at the collocation points."""
-    n = matrices.load.shape[1]
     flow = Flow(matrices, tableau, step)
     added = flow.added
     if jump is not None:
         added = added.copy()
-        added[:, n:] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
-    states = solve_cycle(flow.transitions, added, options)
+        added[:, flow.size :] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
+    return replace(orbit_of(flow, solve_cycle(flow.transitions, added, options)), flow=flow)
+
+
+def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbit:
+    """Give the motion inside the steps from the states at their starts, ``(steps, 2n)``, and so much of each load."""
+    n, tableau = flow.size, flow.tableau
     q, rate = states[:, :n], states[:, n:] / flow.pace
     h = flow.duration[:, None, None]
-    acceleration = flow.accelerations(states)
+    acceleration = flow.accelerations(states, loads)
     velocity = rate[:, None] + h * (tableau.inner @ acceleration)
     displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
     displacement += h**2 * (tableau.inner @ tableau.inner @ acceleration)
@@ -82,7 +87,6 @@ def _solve_linear(
         acceleration=acceleration.reshape(-1, n),
         start=q,
         start_velocity=rate,
-        flow=flow,
     )
 
 

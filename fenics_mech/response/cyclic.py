@@ -21,14 +21,15 @@ MOST_BLOCKS = 24  # that PETSc gets: beyond it, two steps of the cycle are made 
 
 
 def solve_cycle(transitions: Array, right: Array, options: Mapping[str, Any]) -> Array:
-    """Solve for the states at the starts of all steps of a cycle, ``(steps, state)``.
+    """Solve for the states at the starts of all steps of a cycle, ``(steps, state)``, or of several cycles.
 
     Parameters
     ----------
     transitions
         T, from the state at the start of each step to that at its end, ``(steps, state, state)``.
     right
-        What the load adds to the state in each step, ``(steps, state)``.
+        What the load adds to the state in each step, ``(steps, state)``, or with several loads
+        ``(steps, state, loads)``.
     options
         PETSc options with the prefix "periodic_". With an iterative periodic_ksp_type, and no periodic_pc_type, nothing
         is factorised: `_March` is the preconditioner.
@@ -38,19 +39,21 @@ def solve_cycle(transitions: Array, right: Array, options: Mapping[str, Any]) ->
     SolverError
         When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
     """
+    if right.ndim == 2:
+        return solve_cycle(transitions, right[..., None], options)[..., 0]
     if options.get("periodic_ksp_type", "preonly") != "preonly" and "periodic_pc_type" not in options:
         return _solve(transitions, right, options, _March(transitions))
     if len(transitions) <= MOST_BLOCKS:
         return _solve(transitions, right, options)
     first, second = slice(0, len(transitions) - 1, 2), slice(1, None, 2)
     pairs = transitions[second] @ transitions[first]
-    over_pairs = right[second] + times(transitions[second], right[first])
+    over_pairs = right[second] + transitions[second] @ right[first]
     if odd := len(transitions) % 2:
         pairs, over_pairs = np.append(pairs, transitions[-1:], axis=0), np.append(over_pairs, right[-1:], axis=0)
     states = np.empty_like(right)
     states[::2] = solve_cycle(pairs, over_pairs, options)
     starts = states[::2][:-1] if odd else states[::2]
-    states[1::2] = right[first] + times(transitions[first], starts)
+    states[1::2] = right[first] + transitions[first] @ starts
     return states
 
 
@@ -77,32 +80,37 @@ class _March:
 
 def _solve(blocks: Array, right: Array, options: Mapping[str, Any], march: _March | None = None) -> Array:
     """Solve by a KSP; row k + 1 of the system has the transition of k, row 0 that of the last."""
-    b = np.roll(right, 1, axis=0).ravel()
+    loads = np.roll(right, 1, axis=0)
+    flat = loads.reshape(-1, loads.shape[-1])
+    answers, found = np.empty_like(flat), 1
     matrix, defaults = (_assembled(blocks), DIRECT) if march is None else (PETSc.Mat(), ITERATIVE)
     if march is not None:
-        matrix.createPython((len(b), len(b)), context=march, comm=PETSc.COMM_SELF).setUp()
-    known, x = matrix.createVecs()
-    known.array[:] = b
+        matrix.createPython((len(flat), len(flat)), context=march, comm=PETSc.COMM_SELF).setUp()
+    b, x = matrix.createVecs()
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
     with configured(ksp, "periodic_", defaults, options):
         ksp.setOperators(matrix)
         if march is not None:
             ksp.getPC().setType(PETSc.PC.Type.PYTHON)
             ksp.getPC().setPythonContext(march)
-        ksp.solve(known, x)
-        found = ksp.getConvergedReason()
-    answer = x.array_r.copy().reshape(right.shape)
-    for thing in (matrix, known, x):
+        for load, answer in zip(flat.T, answers.T):
+            b.array[:] = load
+            ksp.solve(b, x)
+            answer[:] = x.array_r
+            found = min(found, ksp.getConvergedReason(), key=lambda reason: reason > 0)
+    for thing in (matrix, b, x):
         thing.destroy()
-    lack = answer - np.roll(times(blocks, answer), 1, axis=0) - b.reshape(right.shape)
-    residual = float(np.linalg.norm(lack)) / max(float(np.linalg.norm(b)), float(np.finfo(float).tiny))
+    states = answers.reshape(right.shape)
+    lack = states - np.roll(blocks @ states, 1, axis=0) - loads
+    sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
+    residual = float((np.linalg.norm(lack, axis=(0, 1)) / sizes).max())
     if found <= 0 or not residual < LARGEST_RESIDUAL:
         raise SolverError(
             f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, found)}, "
             f"relative residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, "
             "or other solver options"
         )
-    return answer
+    return states
 
 
 def _assembled(blocks: Array) -> PETSc.Mat:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +20,7 @@ class Flow:
     Parameters
     ----------
     matrices
-        ``M q'' + C q' + K q = f`` at the collocation points of all steps.
+        ``M q'' + C q' + K q = f`` at the collocation points of all steps; several loads are ``(points, n, loads)``.
     tableau
         The points.
     step
@@ -41,35 +42,42 @@ class Flow:
         return np.broadcast_to(self.step, len(self.matrices.load) // len(self.tableau.points))
 
     @property
+    def size(self) -> int:
+        """Number n of coordinates."""
+        return self.matrices.mass.shape[1]
+
+    @property
     def transitions(self) -> Array:
         """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
-        return self._ends[..., :-1]
+        return self._ends[..., : 2 * self.size]
 
     @property
     def added(self) -> Array:
-        """What the load adds to the state in each step, ``(steps, 2n)``."""
-        return self._ends[..., -1]
+        """What the load adds to the state in each step, ``(steps, 2n)``, or with several ``(steps, 2n, loads)``."""
+        added = self._ends[..., 2 * self.size :]
+        return added[..., 0] if self.matrices.load.ndim == 2 else added
 
     def ends(self, starts: Array) -> Array:
         """Give the states at the ends of the steps from those at their starts, ``(steps, 2n)`` each."""
         return times(self.transitions, starts) + self.added
 
-    def accelerations(self, starts: Array) -> Array:
-        """Give q'' at the points from the states at the starts, ``(steps, s, n)``."""
-        return np.einsum("kinm,km->kin", self._response[..., :-1], starts) + self._response[..., -1]
+    def accelerations(self, starts: Array, loads: Sequence[float] = (1.0,)) -> Array:
+        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts and so much of each load."""
+        by_state, by_load = np.split(self._response, [2 * self.size], axis=-1)
+        return np.einsum("kinm,km->kin", by_state, starts) + by_load @ np.asarray(loads)
 
     @cached_property
     def _response(self) -> Array:
-        """Accelerations at the points by a state at the start, and in the last column by the load.
+        """Accelerations at the points by a state at the start, and in the last columns by the loads.
 
-        They are ``(steps, s, n, 2n + 1)``. Source: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8.
+        They are ``(steps, s, n, 2n + loads)``. Source: Hairer and Wanner, Solving Ordinary Differential Equations II,
+        section IV.8.
         """
-        tableau = self.tableau
+        tableau, s, n = self.tableau, len(self.tableau.points), self.size
         refuse_rigid_damping(self.matrices, self.pace)
-        s, n = len(tableau.points), self.matrices.load.shape[1]
         parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
         mass, damping, stiffness = (m.reshape(-1, s, n, n) for m in parts)
-        load = self.matrices.load.reshape(-1, s, n)
+        load = self.matrices.load.reshape(len(mass), s, n, -1)
         h = self.duration[:, None, None]
         first, second = (part[..., None, None] for part in (h * tableau.inner, h**2 * (tableau.inner @ tableau.inner)))
         lead = np.zeros((len(load), s, n, s, n))
@@ -78,16 +86,17 @@ class Flow:
                 lead[:, i, :, j] = first[:, i, j] * damping[:, i] + second[:, i, j] * stiffness[:, i]
             lead[:, i, :, i] += mass[:, i]
         by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
-        right = np.concatenate([-stiffness, by_velocity, load[..., None]], axis=-1).reshape(-1, s * n, 2 * n + 1)
-        return np.linalg.solve(lead.reshape(-1, s * n, s * n), right).reshape(-1, s, n, 2 * n + 1)
+        right = np.concatenate([-stiffness, by_velocity, load], axis=-1)
+        flat = right.reshape(-1, s * n, right.shape[-1])
+        return np.linalg.solve(lead.reshape(-1, s * n, s * n), flat).reshape(right.shape)
 
     @cached_property
     def _ends(self) -> Array:
-        """State at the ends by that at the start, and by the load, ``(steps, 2n, 2n + 1)``."""
-        n, tableau, h = self.matrices.load.shape[1], self.tableau, self.duration[:, None, None]
+        """State at the ends by that at the start, and by the loads, ``(steps, 2n, 2n + loads)``."""
+        n, tableau, h = self.size, self.tableau, self.duration[:, None, None]
         to_ends = h * (tableau.weights @ tableau.inner), np.full_like(h, self.pace) * tableau.weights
         ends = h * np.concatenate(to_ends, axis=1)
-        found = np.einsum("kri,kinm->krnm", ends, self._response).reshape(-1, 2 * n, 2 * n + 1)
+        found = np.einsum("kri,kinm->krnm", ends, self._response).reshape(len(h), 2 * n, -1)
         found[..., : 2 * n] += np.eye(2 * n)
         found[:, :n, n : 2 * n] += h / self.pace * np.eye(n)
         return found

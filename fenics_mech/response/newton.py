@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,7 +98,7 @@ def _at_load(
     zero = np.zeros_like(lowered)
     old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
     changes: list[float] = []
-    while not _settled(changes):
+    while not settled(changes):
         if len(changes) == MOST_ITERATIONS or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
             raise _failure(equation, orbit, factor, weight, len(changes))
         if not changes or changes[-1] > FAR:
@@ -119,7 +119,8 @@ def _at_load(
     return orbit, tension
 
 
-def _settled(changes: list[float]) -> bool:
+def settled(changes: Sequence[float]) -> bool:
+    """Whether relative changes of the displacement, one an iteration, have come down to rounding."""
     if len(changes) > 1 and changes[-1] < ROUNDING and changes[-1] > changes[-2] / 2:
         return True
     return bool(changes) and changes[-1] <= TOLERANCE

@@ -273,9 +273,12 @@ def freedoms(scene: Scene) -> int:
 
 
 def _check_mobility(scene: Scene) -> None:
-    """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled."""
+    """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled.
+
+    What nothing drives may be held more often than it needs.
+    """
     left, drives = freedoms(scene), len(scene.drives)
-    if drives > left:
+    if drives and drives > left:
         raise SceneError(
             f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "
             f"freedoms, and {drives} are driven",
