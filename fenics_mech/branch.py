@@ -66,12 +66,11 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
     scene = at(ends[0])
     if scene.cycle_rate * at(ends[1]).cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)
-    steps = Steps.of(scene)
     tableau = Tableau.of(scene.analysis.scheme, scene.analysis.stages)
 
     def equation_at(value: float) -> Equation:
         changed = at(value)
-        return equation_inside(changed, mechanism(changed), steps, tableau)
+        return equation_inside(changed, mechanism(changed), Steps.of(changed), tableau)
 
     if len(scene.drives) == 1 and path.rsplit(".", maxsplit=1)[-1] in ("speed", "period"):
         turning = Turning.between(equation_at, at, ends)
@@ -90,7 +89,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         rate=lambda value: abs(at(value).cycle_rate),
         ends=ends,
         tableau=tableau,
-        step=steps.duration * abs(scene.cycle_rate),
+        step=Steps.of(scene).duration * abs(scene.cycle_rate),
         options=scene.petsc,
     )
 

@@ -27,10 +27,10 @@ from fenics_mech.response.flow import Flow
 from fenics_mech.response.newton import Orbit, settled
 from fenics_mech.response.tableau import Tableau
 
-ITERATIONS = 4  # that a step of the right length takes
+ITERATIONS, TURN = 5, 0.5  # that a step of the right length takes, and angle (rad) by which the tangent turns in it
 MOST_ITERATIONS = 10
 SHORTEST = 1e-4  # of the largest step, before the branch is given up
-STRAIGHT = 0.9  # cosine of the angle by which the tangent may turn in a step
+SHARPEST = 1.0  # angle (rad) by which the tangent may turn in a step
 REACH = 2.0  # of a step's length: how far its end may be from its start
 DIFFERENCE = 1e-4  # of the range, over which the residual's change with the number is taken
 FOLD = 1e-4  # slope of the number along the branch that counts as none, where 1 is along the number alone
@@ -104,7 +104,7 @@ class _Direction:
 class _Metric:
     """Makes motions and numbers comparable: both count relative to their own size."""
 
-    weight: Array  # of the displacement at the starts of the steps, which makes energies of forces and moments
+    weight: Array  # of the displacement at the starts of the steps: root of the mass
     size: float
     span: float
 
@@ -151,8 +151,8 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
     SolverError
         When Newton's method does not come back to the branch, however short the step.
     """
-    stiffness = family.at(first.value).linear.stiffness[:: len(family.tableau.points)]
-    weight = np.sqrt(np.abs(np.einsum("tii->ti", stiffness)))
+    mass = family.at(first.value).linear.mass[:: len(family.tableau.points)]
+    weight = np.sqrt(np.einsum("tii->ti", mass))
     largest = PARTS / points
     metric, arc = _metric(family, weight, first), largest
     point, tangent = _corrected(family, metric, first, _Direction(_combined(0.0, first.orbit), 1.0))
@@ -177,7 +177,8 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
         yield new
         if ended:
             return
-        arc = min(largest, arc * float(np.clip(ITERATIONS / new.iterations, 0.5, 2)))
+        turn = float(np.arccos(min(1.0, metric.inner(tangent, ahead))))
+        arc = min(largest, arc * float(np.clip(min(ITERATIONS / new.iterations, TURN / max(turn, 1e-3)), 0.5, 2)))
         point, tangent = new, ahead
 
 
@@ -209,7 +210,7 @@ def _advanced(
     new, turned = _corrected(family, metric, guess, normal)
     turned = turned.times(1 / metric.length(turned))
     cosine = metric.inner(turned, tangent)
-    if abs(cosine) < STRAIGHT or metric.length(_change(point, new)) > REACH * arc:
+    if abs(cosine) < np.cos(SHARPEST) or metric.length(_change(point, new)) > REACH * arc:
         raise SolverError("the branch turns too sharply for the step")
     return new, turned.times(float(np.sign(cosine))), ended
 

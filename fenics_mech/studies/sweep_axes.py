@@ -18,6 +18,7 @@ from fenics_mech.scene.build import build
 
 MOST_POINTS = 1_000_000  # of a grid
 FORM = "Write PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or drive.speed='100 rpm:600 rpm:51'"
+RANGE_FORM = "Write PATH=START:STOP, such as drive.speed=10:60 or drive.speed='100 rpm:600 rpm'"
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,22 @@ def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
     return axes
 
 
+def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
+    """Read `PATH=START:STOP`: a path, and both ends in SI, in the order in which they stand.
+
+    Raises
+    ------
+    SceneError
+        When the text cannot be read, its path is not that of a number of the scene that can change continuously, or an
+        end is not valid there.
+    """
+    path, parts = _split(text, 2, RANGE_FORM)
+    ends = _ends(scene, path, parts[0], parts[1], RANGE_FORM)
+    if isinstance(ends[0], int):
+        raise SceneError("this is a whole number, which does not change continuously", place=path)
+    return path, ends
+
+
 def scene_data(scene: Scene) -> dict[str, Any]:
     """Give a scene as plain data, without its measurements: they change no result."""
     return json.loads(scene.model_copy(update={"measurements": ()}).model_dump_json())
@@ -80,19 +97,11 @@ def placed(data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _parse(scene: Scene, text: str) -> Axis:
-    path, equals, rest = (part.strip() for part in text.partition("="))
-    parts = rest.split(":")
-    if not equals or not path or len(parts) != 3:
-        raise SceneError(f"cannot read {text!r}", place=path, hint=FORM)
-    first, last, count = (part.strip() for part in parts)
+    path, (first, last, count) = _split(text, 3, FORM)
     if not count.isdecimal() or not 2 <= int(count) <= MOST_POINTS:
         expected = f"expected a whole number from 2 to {MOST_POINTS}"
         raise SceneError(f"cannot take {count!r} as number of values; {expected}", place=path, hint=FORM)
-    if (_number(first) is None) != (_number(last) is None):
-        raise SceneError(f"one end of {rest!r} has a unit and the other has none", place=path, hint="Write both alike")
-    ends = _in_si(scene, path, first), _in_si(scene, path, last)
-    if ends[0] == ends[1]:
-        raise SceneError(f"the range {rest!r} begins where it ends", place=path, hint=FORM)
+    ends = _ends(scene, path, first, last, FORM)
     values = np.linspace(min(ends), max(ends), int(count)).tolist()
     if all(isinstance(end, int) for end in ends):
         if any(abs(value - round(value)) > 1e-9 for value in values):
@@ -100,6 +109,26 @@ def _parse(scene: Scene, text: str) -> Axis:
             raise SceneError(message, place=path)
         values = [round(value) for value in values]
     return Axis(path, tuple(values), unit_of(scene, path))
+
+
+def _split(text: str, count: int, form: str) -> tuple[str, list[str]]:
+    """Split `PATH=A:B...` into the path and so many parts."""
+    path, equals, rest = (part.strip() for part in text.partition("="))
+    parts = [part.strip() for part in rest.split(":")]
+    if not equals or not path or len(parts) != count:
+        raise SceneError(f"cannot read {text!r}", place=path, hint=form)
+    return path, parts
+
+
+def _ends(scene: Scene, path: str, first: str, last: str, form: str) -> tuple[float, float]:
+    """Give the ends of a range in SI, whole numbers as such."""
+    written = f"{first}:{last}"
+    if (_number(first) is None) != (_number(last) is None):
+        raise SceneError(f"one end of {written!r} has a unit and the other has none", place=path, hint="Write both alike")
+    ends = _in_si(scene, path, first), _in_si(scene, path, last)
+    if ends[0] == ends[1]:
+        raise SceneError(f"the range {written!r} begins where it ends", place=path, hint=form)
+    return ends
 
 
 def _in_si(scene: Scene, path: str, text: str) -> float | int:

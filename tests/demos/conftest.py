@@ -30,6 +30,12 @@ def machine(request):
     return _loaded(request.param)
 
 
+@pytest.fixture(params=[name for name in (*NAMES, *MACHINES) if name != "pulsating_column"])
+def moving_machine(request):
+    """Each of them that moves as a rigid mechanism does: not the column."""
+    return _loaded(request.param)
+
+
 @pytest.fixture(scope="session")
 def scene_of():
     """Load a demo by name."""

@@ -51,6 +51,7 @@ def turned(scene, angle):
             joint["turn"] = joint.get("turn", 0.0) + angle
             if joint["kind"] == "slot":
                 joint.pop("turn")
+    _change_loads(data, lambda force: turn * force)
     for drive in _drives(data):
         joint = data["joints"][drive["joint"]]
         if joint["kind"] == "revolute" and joint["connect"][0].startswith("ground."):
@@ -67,6 +68,7 @@ def mirrored(scene):
             body["rigid"]["centre"] = (body["rigid"]["centre"][0], -body["rigid"]["centre"][1])
         body["angle"] = -body.get("angle", 0.0)
     data["ground"].pop("angle")
+    _change_loads(data, np.conj)
     for joint in data["joints"].values():
         joint.update({key: -joint[key] for key in ("angle", "turn") if key in joint})
     for drive in _drives(data):
@@ -84,6 +86,12 @@ def mirrored(scene):
 
 def _pair(z):
     return (z.real, z.imag)
+
+
+def _change_loads(data, change):
+    """Change the forces of all loads, which are in the fixed frame, as complex numbers."""
+    for load in data["loads"].values():
+        load.update({key: _pair(change(complex(*load[key]))) for key in ("force", "line") if key in load})
 
 
 def _drives(data):

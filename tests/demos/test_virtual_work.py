@@ -14,8 +14,8 @@ from fenics_mech.response import solve_static
 
 
 @pytest.fixture
-def solved(machine):
-    scene = machine.changed(analysis__sub_intervals=36)
+def solved(moving_machine):
+    scene = moving_machine.changed(analysis__sub_intervals=36)
     system = mechanism(scene)
     return scene, system.motion, reactions(system, nodal_forces(system, solve_static(system)))
 

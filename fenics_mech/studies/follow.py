@@ -1,0 +1,213 @@
+"""Amplitude curves through folds: the periodic motions of a scene along a branch over one number, stable or not."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._version import __version__
+from fenics_mech.branch import check, family_of, first_motion, result_at
+from fenics_mech.choice import choose
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import read_dataset, write_whole
+from fenics_mech.response.continuation import Point, continued
+from fenics_mech.response.floquet import TOLERANCE
+from fenics_mech.scene import Scene
+from fenics_mech.scene.build import build
+from fenics_mech.studies.sweep import stacked
+from fenics_mech.studies.sweep_axes import placed, scene_data, unit_of
+from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, reduced
+
+OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
+    "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),
+    "strain_lowest": (("member",), "1", "lowest strain of the outer fibres over the cycle"),
+    "multiplier": (("disturbance", "part"), "1", "Floquet multiplier, largest magnitude first"),
+    "stable": ((), "1", "1 where no disturbance grows, else 0"),
+    "fold": ((), "1", "1 where the branch turns back in the number, else 0"),
+    "iterations": ((), "1", "iterations of Newton's method"),
+}
+END = "the end of the range"
+REAL = 1e-6  # imaginary part of a multiplier that counts as none
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Periodic motions along a branch.
+
+    Parameters
+    ----------
+    data
+        One dimension "point" in the order of the branch, with the number as a coordinate named by its path, in SI; then
+        members, joints, modes, harmonics, disturbances. Variables as in `sweep_points.KEPT` and `OWN`, NaN where a point
+        has none. ``attrs["ended"]`` says where the branch ended: at `END`, or why it was lost.
+    """
+
+    data: xr.Dataset
+
+    @property
+    def path(self) -> str:
+        """The number along which the branch was followed."""
+        return str(self.data.attrs["path"])
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the first point."""
+        return Scene.model_validate_json(self.data.attrs["scene"])
+
+    @property
+    def values(self) -> Array:
+        """The number at the points, ``(points,)``."""
+        return self.data[self.path].to_numpy()
+
+    @property
+    def whole(self) -> bool:
+        """Whether the branch was followed until it left the range."""
+        return bool(self.data.attrs["ended"] == END)
+
+    def changes(self) -> list[tuple[float, float, str]]:
+        """Give the neighbouring points between which stability changes, and how: by the multiplier that leaves 1."""
+        stable, fold = (self.data[name].to_numpy() == 1 for name in ("stable", "fold"))
+        found = []
+        for k in np.flatnonzero(stable[1:] != stable[:-1]):
+            leading = self.data["multiplier"].to_numpy()[k if stable[k + 1] else k + 1, 0]
+            kind = "Neimark-Sacker" if abs(leading[1]) > REAL else "period doubling" if leading[0] < 0 else "branching"
+            if kind == "branching" and fold[max(k - 1, 0) : k + 3].any():
+                kind = "fold"
+            found.append((float(self.values[k]), float(self.values[k + 1]), kind))
+        return found
+
+    def motions(self, value: float) -> list[tuple[float, bool]]:
+        """Give the place along the branch, in points, of every motion at a value, and whether it is stable.
+
+        Between two points the number counts as linear.
+        """
+        off, stable = self.values - value, self.data["stable"].to_numpy() == 1
+        before = np.flatnonzero(off[:-1] * off[1:] < 0)
+        places = [(k + off[k] / (off[k] - off[k + 1]), bool(stable[k] and stable[k + 1])) for k in before]
+        return sorted(places + [(float(k), bool(stable[k])) for k in np.flatnonzero(off == 0)])
+
+    def save(self, path: str | Path) -> Path:
+        """Write the branch as NetCDF 3; the file appears whole or not at all.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        write_whole(Path(path), lambda temporary: self.data.to_netcdf(temporary, engine="scipy"))
+        return Path(path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Branch:
+        """Read a branch that was saved.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be read or is not a branch of this program.
+        """
+        return cls(read_dataset(path, "scipy", "branch", ("fenics_mech", "path", "ended")))
+
+
+def follow(
+    scene: Scene,
+    path: str,
+    ends: tuple[float, float],
+    *,
+    points: int = 40,
+    most_points: int = 2000,
+    gauge: Gauge | None = None,
+    progress: Callable[[float], None] = lambda value: None,
+) -> Branch:
+    """Follow the steady state of a scene over a number of it, from one end of a range until it leaves the range.
+
+    Parameters
+    ----------
+    scene
+        The scene; its `effects` are chosen at the start of the range.
+    path
+        Dotted path of the number ("drive.speed").
+    ends
+        Where to start, and the other end of the range (SI).
+    points
+        Smallest number of points over the range.
+    most_points
+        Points after which a branch that does not leave the range is given up.
+    gauge
+        Where strains are split into harmonics.
+    progress
+        Called with the value of each point before its strains are recovered.
+
+    Raises
+    ------
+    SceneError
+        When the scene's steady state cannot be followed.
+    SolverError
+        When there is no motion at the start. A branch that is lost later is given as far as it goes.
+    """
+    if points < 1 or most_points < 2:
+        raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
+    check(scene)
+    first, choices = choose(build(placed(scene_data(scene), {path: ends[0]})))
+    data = scene_data(first)
+    at = lru_cache(maxsize=8)(lambda value: build(placed(data, {path: value})))
+    family = family_of(at, path, ends)
+    records: list[Record] = []
+    values: list[float] = []
+    ended = END
+    start = first_motion(first, family)
+    try:
+        for point in continued(family, start, points):
+            progress(point.value)
+            records.append(_record(result_at(at(point.value), point, choices), point, gauge or Gauge()))
+            values.append(point.value)
+            if len(values) == most_points:
+                ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"
+                break
+    except SolverError as error:
+        if not values:
+            raise
+        ended = str(error)
+    attributes = {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
+    return Branch(_dataset(first, path, values, records, attributes))
+
+
+def _record(result: Result, point: Point, gauge: Gauge) -> Record:
+    """Keep of a point what a sweep keeps, and what `OWN` lists."""
+    record, data = reduced(result, gauge), result.data
+    strain, multiplier = data["strain"], data["multiplier"].transpose(..., "part").to_numpy()
+    over = [name for name in strain.dims if name != "member"]
+    record["values"] |= {
+        "strain_highest": strain.max(over).to_numpy(),
+        "strain_lowest": strain.min(over).to_numpy(),
+        "multiplier": multiplier,
+        "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + TOLERANCE,
+        "fold": point.fold,
+        "iterations": point.iterations,
+    }
+    return record
+
+
+def _dataset(
+    scene: Scene, path: str, values: list[float], records: list[Record], attributes: dict[str, str]
+) -> xr.Dataset:
+    """Label the points' numbers."""
+    data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(scene, path)})})
+    for name, (dims, units, meaning) in (KEPT | OWN).items():
+        numbers = stacked([record["values"].get(name) for record in records])
+        if name == "multiplier" and not numbers.size or np.isnan(numbers).all():
+            continue
+        data[name] = (("point", *dims), numbers, {"units": units, "long_name": meaning})
+    labels = records[0]["labels"] | {"part": ["real", "imaginary"]}
+    for name in sorted({str(name) for name in data.dims} - {"point"}):
+        data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
+    data.attrs = {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()} | attributes
+    return data

@@ -1,0 +1,122 @@
+"""Pictures and words of a branch: amplitudes through folds, stable motions solid and unstable ones dashed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.views.geometry import Array
+from fenics_mech.views.plots import COLOURS, MICRO, MILLI, empty_figure, finish, save
+from fenics_mech.views.tables import number, table_of
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.follow import Branch
+
+STABLE, UNSTABLE = "-", (0, (4, 2))
+LINES = ("stable", "unstable", "fold")
+
+
+def plot_branch(branch: Branch, folder: str | Path) -> list[Path]:
+    """Make the plots of a branch as PNG files in `folder`.
+
+    Raises
+    ------
+    ResultError
+        When a file cannot be written.
+    """
+    figures = {"response": branch_figure(branch)}
+    if "multiplier" in branch.data:
+        figures["stability"] = multiplier_figure(branch)
+    return [save(figure, Path(folder) / f"branch_{name}.png") for name, figure in figures.items()]
+
+
+def branch_figure(branch: Branch) -> Figure:
+    """Peak strain of every member, and below it the peak deflection, along the branch."""
+    figure, panels = empty_figure(rows=2, height=6.8)
+    data = branch.data
+    kinds = ("peak_strain", MICRO, "Strain", "strain (\N{MICRO SIGN}m/m)"), (
+        "peak_deflection",
+        MILLI,
+        "Elastic displacement",
+        "deflection (mm)",
+    )
+    for axes, (name, scale, title, label) in zip(panels, kinds):
+        for i, member in enumerate(data["member"].to_numpy()):
+            _draw(axes, branch, scale * data[name].sel(member=member).to_numpy(), COLOURS[i % len(COLOURS)], str(member))
+        axes.set_ylim(bottom=0)
+        _settle(axes, branch, f"{title}: largest over the cycle. Dashed: unstable; circles: folds", label)
+    panels[-1].set_xlabel(_label(branch))
+    return figure
+
+
+def multiplier_figure(branch: Branch) -> Figure:
+    """Magnitude of the largest Floquet multiplier along the branch."""
+    figure, (axes,) = empty_figure()
+    largest = np.hypot(*np.moveaxis(branch.data["multiplier"].transpose(..., "part").to_numpy()[:, 0], -1, 0))
+    _draw(axes, branch, largest, COLOURS[0], "")
+    axes.axhline(1, color="#777777", linewidth=0.8, linestyle="-", zorder=1.5)
+    _settle(axes, branch, "Stability: disturbances grow above 1. Circles: folds", "largest multiplier")
+    axes.set_xlabel(_label(branch))
+    return figure
+
+
+def branch_summary(branch: Branch) -> Group:
+    """Tell where the branch folds, to which motion the answer jumps there, and where stability changes else."""
+    data = branch.data
+    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
+    low, high = number(float(branch.values.min())), number(float(branch.values.max()))
+    shares = f"{int(data['stable'].sum())} of {data.sizes['point']} points stable"
+    parts.append(Text(f"{branch.path} from {low} to {high} {data[branch.path].attrs['units']}: {shares}"))
+    if (data["fold"] == 1).any():
+        parts.append(_folds(branch))
+    for start, end, kind in branch.changes():
+        if kind != "fold":
+            low, high = (f"{value:.6g}" for value in sorted((start, end)))
+            parts.append(Text(f"stability changes by {kind} between {low} and {high}"))
+    if not branch.whole:
+        parts.append(Text(data.attrs["ended"], style="bold red"))
+    return Group(*parts)
+
+
+def _folds(branch: Branch) -> Table:
+    """Tabulate the folds, with the largest strain there and that of other stable motions at the same value."""
+    peak = MICRO * branch.data["peak_strain"].max("member").to_numpy()
+    points = np.arange(len(peak))
+    strain = "largest strain (\N{MICRO SIGN}m/m)"
+    table = table_of("Folds", _label(branch), strain, "other stable motions there")
+    for fold in np.flatnonzero(branch.data["fold"].to_numpy() == 1):
+        value = float(branch.values[fold])
+        others = [place for place, stable in branch.motions(value) if stable and abs(place - fold) > 1]
+        jumps = ", ".join(number(float(np.interp(place, points, peak))) for place in others)
+        table.add_row(f"{value:.6g}", number(peak[fold]), jumps or "none")
+    return table
+
+
+def _draw(axes: Axes, branch: Branch, heights: Array, colour: str, label: str) -> None:
+    """Draw a curve along the branch: solid between stable points, dashed elsewhere, with circles at its folds."""
+    stable, fold = (branch.data[name].to_numpy() == 1 for name in ("stable", "fold"))
+    solid = (stable | fold)[1:] & (stable | fold)[:-1] & (stable[1:] | stable[:-1])
+    for part in np.split(np.arange(len(solid)), np.flatnonzero(np.diff(solid)) + 1):
+        run = np.append(part, part[-1] + 1)
+        axes.plot(branch.values[run], heights[run], color=colour, linestyle=STABLE if solid[part[0]] else UNSTABLE)
+    axes.plot([], [], color=colour, linestyle=STABLE, label=label)
+    look = {"linestyle": "none", "marker": "o", "markersize": 5, "markerfacecolor": "white", "zorder": 3}
+    axes.plot(branch.values[fold], heights[fold], color=colour, **look)
+
+
+def _settle(axes: Axes, branch: Branch, title: str, label: str) -> None:
+    """Set titles, labels and limits."""
+    axes.set_xlim(branch.values.min(), branch.values.max())
+    finish(axes, title, label)
+
+
+def _label(branch: Branch) -> str:
+    unit = branch.data[branch.path].attrs["units"]
+    return branch.path if unit == "1" else f"{branch.path} ({unit})"

@@ -1,0 +1,218 @@
+"""Branches of a scene: a beam between fixed pins against Duffing's oscillator, and what analyses of single points give."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+sys.path.append(str(Path(__file__).parents[1] / "response"))
+from forced import folds
+
+from fenics_mech.analysis import analyse
+from fenics_mech.branch import Turning
+from fenics_mech.building import mechanism
+from fenics_mech.cli import app
+from fenics_mech.errors import MechanismError, ResultError, SceneError
+from fenics_mech.response.steps import Steps
+from fenics_mech.response.tableau import Tableau
+from fenics_mech.scene.build import build
+from fenics_mech.steady import equation_inside
+from fenics_mech.studies.follow import END, Branch, follow
+from fenics_mech.studies.sweep_axes import parse_range
+from fenics_mech.views.follow import branch_figure, branch_summary, plot_branch
+
+LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0
+EI, LINE = MODULUS * WIDTH * HEIGHT**3 / 12, DENSITY * WIDTH * HEIGHT
+OMEGA, RADIUS = np.pi**2 / LENGTH**2 * np.sqrt(EI / LINE), HEIGHT / np.sqrt(12)
+RATIO, FORCE = 0.02, 0.1  # of the half-wave: damping over critical, and force over stiffness times the radius of gyration
+CUBIC = 0.25  # EA (pi a)^2/(4 L^2) of tension, over stiffness: Nayfeh and Mook, Nonlinear Oscillations (1979), section 7.5
+
+
+def beam(**changes):
+    """A beam between two fixed pins; a line load on it goes with the angle of a flywheel."""
+    line = FORCE * OMEGA**2 * RADIUS * LINE * np.pi / 4  # its part in the half-wave is 4/pi of it
+    data = {
+        "name": "beam between pins",
+        "materials": {"metal": {"modulus": MODULUS, "density": DENSITY}},
+        "sections": {"strip": {"shape": "rectangle", "width": WIDTH, "height": HEIGHT}},
+        "ground": {"points": {"A": [0, 0], "B": [LENGTH, 0], "C": [LENGTH + 1, 0], "O": [0, 1]}},
+        "links": {
+            "beam": {
+                "points": {"A": [0, 0], "B": [LENGTH, 0]},
+                "members": {"strip": {"ends": ["A", "B"], "section": "strip", "material": "metal"}},
+            },
+            "flywheel": {"points": {"O": [0, 0]}, "rigid": {"mass": 1.0, "inertia": 1.0}},
+        },
+        "joints": {
+            "A": {"connect": ["ground.A", "beam.A"]},
+            "B": {"kind": "slot", "connect": ["ground.B", "beam.B"], "angle": 0.0},
+            "O": {"connect": ["ground.O", "flywheel.O"]},
+        },
+        "springs": {"wall": {"between": ["beam.B", "ground.C"], "stiffness": 1e4 * MODULUS * WIDTH * HEIGHT}},
+        "loads": {"line": {"member": "beam", "line": [0, line], "factor": {"kind": "harmonics", "cosine": [1.0]}}},
+        "drive": {"joint": "O", "speed": OMEGA},
+        "damping": {"external": 2 * RATIO * OMEGA},
+        "mesh": {"elements": 4},
+        "effects": ["moderate-rotations"],
+        "analysis": {"sub_intervals": 24, "stations": 11},
+    }
+    return build(data).changed(**changes)
+
+
+@pytest.fixture(scope="module")
+def branch():
+    """From below the resonance to above it."""
+    return follow(beam(), "drive.speed", (0.9 * OMEGA, 1.35 * OMEGA), points=12)
+
+
+def at_folds(branch):
+    return branch.data.isel(point=np.flatnonzero(branch.data["fold"] == 1))
+
+
+def test_folds_of_a_beam_between_pins_are_duffings(branch):
+    found, expected = at_folds(branch), folds(2 * RATIO, CUBIC, FORCE)
+    # the uniform load moves the third half-wave by 1/81 of its 1/3, and its shortening the tension: 2e-4 measured
+    assert found["drive.speed"].to_numpy() / OMEGA == pytest.approx(expected[:, 0], rel=5e-4)
+    # 24 positions miss the top by up to (pi/24)^2/2 = 0.9 %; the third harmonic adds b A^2/(32 w^2) = 1.7 %
+    peaks = found["peak_deflection"].sel(member="beam").to_numpy() / RADIUS
+    assert peaks == pytest.approx(expected[:, 1], rel=0.025)
+
+
+def test_motions_between_the_folds_are_unstable_in_the_middle_only(branch):
+    first, second = np.flatnonzero(branch.data["fold"] == 1)
+    leading = branch.data["multiplier"].transpose("point", "disturbance", "part").to_numpy()[:, 0]
+    middle = leading[first + 1 : second]
+    assert (middle[:, 0] > 1.0).all()
+    assert (middle[:, 1] == 0).all()  # Nayfeh and Balachandran, section 3.2: a real multiplier leaves through 1 at a fold
+    assert leading[[first, second], 0] == pytest.approx([1.0, 1.0], abs=1e-3)
+    stable = branch.data["stable"].to_numpy() == 1
+    assert stable[:first].all()
+    assert not stable[first + 1 : second].any()
+    assert stable[second + 1 :].all()
+    assert {kind for *_, kind in branch.changes()} == {"fold"}
+    between = np.mean(branch.values[[first, second]])
+    assert [stable for _, stable in branch.motions(between)] == [True, False, True]
+    assert [stable for _, stable in branch.motions(1.3 * OMEGA)] == [False, True] or len(branch.motions(1.34 * OMEGA)) == 1
+
+
+def test_both_ends_are_what_an_analysis_gives(branch):
+    assert branch.whole
+    for index, share in ((0, 0.9), (-1, 1.35)):
+        assert branch.values[index] == share * OMEGA
+        alone = analyse(beam(drive__speed=share * OMEGA)).data
+        point = branch.data.isel(point=index)
+        strain = np.abs(alone["strain"]).max(("theta", "s", "fibre")).to_numpy()
+        assert point["peak_strain"].to_numpy() == pytest.approx(strain, rel=1e-7)
+        assert point["strain_highest"].item() == pytest.approx(alone["strain"].max().item(), rel=1e-7)
+        assert point["strain_lowest"].item() == pytest.approx(alone["strain"].min().item(), rel=1e-7)
+        multiplier = alone["multiplier"].transpose("disturbance", "part").to_numpy()
+        found = point["multiplier"].transpose("disturbance", "part").to_numpy()
+        assert found[: len(multiplier)] == pytest.approx(multiplier, abs=1e-6)
+        assert np.isnan(found[len(multiplier) :]).all()
+
+
+def test_a_branch_over_the_load_ends_at_what_an_analysis_gives():
+    scene = beam(drive__speed=1.15 * OMEGA, mesh__elements=2)
+    path = "loads.line.factor.cosine.0"
+    found = follow(scene, path, (0.1, 0.2), points=2)
+    assert found.data[path].attrs["units"] == "1"
+    alone = analyse(scene.changed(loads__line__factor__cosine=(0.2,))).data
+    assert found.data["peak_strain"].to_numpy()[-1, 0] == pytest.approx(np.abs(alone["strain"]).max().item(), rel=1e-7)
+
+
+def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):
+    scene = seed.changed(effects=("coupling", "moderate-rotations"), damping__material=1e-4, gravity=(0.0, -9.81))
+    tableau = Tableau.of("radau", 3)
+    speeds = {speed: scene.changed(drive__speed=speed) for speed in (20.0, 25.0, 30.0, 28.0)}
+
+    def equation(speed):
+        return equation_inside(speeds[speed], mechanism(speeds[speed]), Steps.of(speeds[speed]), tableau)
+
+    turning = Turning.between(equation, speeds.__getitem__, (20.0, 30.0))
+    found, expected = turning.at_rate(28.0), equation(28.0)
+    for name, matrix in vars(expected.linear).items():
+        assert np.abs(getattr(found.linear, name) - matrix).max() < 1e-12 * np.abs(matrix).max(), name
+    for one, other in zip(found.shape, expected.shape):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
+    # the stiffness of the links hides that of the coupling: it is in the residual of a motion
+    q = np.ones_like(expected.linear.load)
+    off = (found.linear.stiffness - expected.linear.stiffness)[:, :, 0]
+    assert np.abs(off).max() < 1e-3 * np.abs(expected.linear.mass).max() * 28.0**2
+    assert np.abs(found.residual(q, q, q) - expected.residual(q, q, q)).max() < 1e-9 * np.abs(expected.residual(q, q, q)).max()
+
+
+def test_files_and_pictures(branch, tmp_path):
+    branch.save(tmp_path / "branch.nc")
+    loaded = Branch.load(tmp_path / "branch.nc")
+    assert loaded.data.identical(branch.data)
+    assert loaded.path == "drive.speed"
+    assert loaded.scene.drives[0].speed == 0.9 * OMEGA
+    assert {path.name for path in plot_branch(loaded, tmp_path)} == {"branch_response.png", "branch_stability.png"}
+    lines = branch_figure(loaded).axes[0].get_lines()
+    dashed = np.concatenate([line.get_xdata() for line in lines if line.get_linestyle() == "--"])
+    edges = at_folds(branch)["drive.speed"].to_numpy()
+    assert [dashed.max(), dashed.min()] == pytest.approx(edges)
+    circles = [line.get_xdata() for line in lines if line.get_marker() == "o"]
+    assert circles[0] == pytest.approx(edges)
+    console = Console(width=200, record=True, file=open("/dev/null", "w"))
+    console.print(branch_summary(loaded))
+    text = console.export_text()
+    assert f"{edges[0]:.6g}" in text
+    assert "Folds" in text
+    (tmp_path / "text.nc").write_text("no")
+    with pytest.raises(ResultError, match="text.nc"):
+        Branch.load(tmp_path / "text.nc")
+
+
+def test_command_follows(tmp_path):
+    path = Path(__file__).parents[2] / "demos" / "pulsating_column.toml"
+    found = CliRunner().invoke(
+        app, ["follow", str(path), "--over", "drive.speed=150:160", "--points", "2", "-o", str(tmp_path)]
+    )
+    assert found.exit_code == 0, found.output
+    assert "stable" in found.stdout
+    branch = Branch.load(tmp_path / "branch.nc")
+    assert branch.data.attrs["ended"] == END
+    assert branch.values[[0, -1]] == pytest.approx([150, 160])
+    assert (tmp_path / "branch_response.png").exists()
+
+
+def test_a_branch_that_does_not_end_says_so():
+    found = follow(beam(mesh__elements=2), "drive.speed", (0.9 * OMEGA, 1.3 * OMEGA), points=4, most_points=3)
+    assert not found.whole
+    assert found.data.sizes["point"] == 3
+    assert "3 points" in found.data.attrs["ended"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"analysis__method": "quasi-static"}, "analysis.method"),
+        ({"analysis__solver": "harmonic-balance"}, "analysis.solver"),
+        ({"impulses": {"hit": {"at": "beam@0.5", "angle": 1.0, "impulse": [0, 1e-3]}}}, "impulses"),
+        ({"drive__motor": {"stiffness": 10.0, "inertia": 1.0}}, "drive.motor"),
+    ],
+)
+def test_scenes_that_cannot_be_followed_are_refused(changes, place):
+    with pytest.raises(SceneError, match=place):
+        follow(beam(**changes), "drive.speed", (20.0, 30.0))
+
+
+def test_ranges_are_read():
+    scene = beam()
+    assert parse_range(scene, "drive.speed=60 rpm:30 rpm") == ("drive.speed", pytest.approx((2 * np.pi, np.pi)))
+    for text, message in (
+        ("drive.speed=1:2:3", "Write PATH=START:STOP,"),
+        ("drive.speed=1", "cannot read"),
+        ("drive.speed=2:2", "begins where it ends"),
+        ("drive.speed=1:60 rpm", "one end"),
+        ("mesh.elements=1:3", "whole number"),
+        ("drive.sped=1:3", "no 'sped'"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            parse_range(scene, text)
+    with pytest.raises(MechanismError, match="sense of turning"):
+        follow(scene, "drive.speed", (-20.0, 20.0))
