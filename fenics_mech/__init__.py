@@ -9,9 +9,17 @@ if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene, four_bar, load
+    from fenics_mech.studies.follow import follow
 
-__all__ = ["Result", "Scene", "__version__", "analyse", "four_bar", "load"]
-PLACES = {"Result": "recovery", "Scene": "scene", "analyse": "analysis", "four_bar": "scene", "load": "scene"}
+__all__ = ["Result", "Scene", "__version__", "analyse", "follow", "four_bar", "load"]
+PLACES = {
+    "Result": "recovery",
+    "Scene": "scene",
+    "analyse": "analysis",
+    "follow": "studies.follow",
+    "four_bar": "scene",
+    "load": "scene",
+}
 
 
 def __getattr__(name: str) -> Any:

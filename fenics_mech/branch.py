@@ -72,7 +72,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         changed = at(value)
         return equation_inside(changed, mechanism(changed), Steps.of(changed), tableau)
 
-    if len(scene.drives) == 1 and path.rsplit(".", maxsplit=1)[-1] in ("speed", "period"):
+    if len(scene.drives) == 1 and path.rpartition(".")[2] in ("speed", "period"):
         turning = Turning.between(equation_at, at, ends)
         at_value: Callable[[float], Equation] = lambda value: turning.at_rate(at(value).cycle_rate)  # noqa: E731
     else:
@@ -144,15 +144,19 @@ class Turning:
 
     def at_rate(self, rate: float) -> Equation:
         """Give the equation at a rate of the drive coordinate (rad/s)."""
-        parts = [_polynomial(rate / self.unit, powers) for powers in self.powers]
-        p, first, second = (*parts[4:], None, None)[:3]
-        assert p is not None
-        return _Known(self.equation.system, matrices=Matrices(*parts[:4]), shapes=(p, first, second))
+        mass, damping, stiffness, load, p, *rates = (_polynomial(powers, rate / self.unit) for powers in self.powers)
+        first, second = rates or (None, None)
+        return _Known(
+            self.equation.system, matrices=Matrices(mass, damping, stiffness, load), shapes=(p, first, second)
+        )
 
 
-def _polynomial(x: float, powers: Sequence[tuple[int, Array]]) -> Array:
-    """Sum the powers of x times their coefficients."""
-    return np.sum([x**power * array for power, array in powers], axis=0)
+def _polynomial(powers: Sequence[tuple[int, Array]], x: float) -> Array:
+    """Give a polynomial's value from its coefficients."""
+    value = np.zeros_like(powers[0][1])
+    for power, array in powers:
+        value += x**power * array
+    return value
 
 
 def _powers(weights: Array, arrays: Sequence[Array]) -> tuple[tuple[int, Array], ...]:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import times
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.collocation import orbit_of
 from fenics_mech.response.cyclic import solve_cycle
@@ -164,7 +164,7 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
         tangent = tangent.times(1 / metric.length(tangent))
         try:
             new, ahead, ended = _advanced(family, metric, point, tangent, arc)
-        except (SolverError, np.linalg.LinAlgError) as error:
+        except (MechanismError, np.linalg.LinAlgError) as error:
             arc /= 2
             if arc < SHORTEST * largest:
                 raise SolverError(
@@ -197,17 +197,17 @@ def _advanced(
     tuple
         The new point, the tangent there, and whether it is at an end.
     """
-    ahead = point.value + arc * tangent.value
-    end = max(family.ends) if tangent.value > 0 else min(family.ends)
-    ended = (ahead - end) * tangent.value >= 0
-    normal = tangent
-    if ended:
-        arc = (end - point.value) / tangent.value
-        normal = _Direction(_combined(0.0, tangent.orbit), 1.0)
-    guess = _moved(family, point, tangent.times(arc))
-    if ended:
-        guess = replace(guess, value=end)
-    new, turned = _corrected(family, metric, guess, normal)
+    low, high = sorted(family.ends)
+    reached, new = point.value + arc * tangent.value, None
+    if low < reached < high:
+        new, turned = _corrected(family, metric, _moved(family, point, tangent.times(arc)), tangent)
+        reached = new.value
+    ended = not low < reached < high
+    if ended or new is None:
+        end = float(np.clip(reached, low, high))
+        arc *= (end - point.value) / (reached - point.value)
+        guess = replace(_moved(family, point, tangent.times(arc)), value=end)
+        new, turned = _corrected(family, metric, guess, _Direction(_combined(0.0, tangent.orbit), 1.0))
     turned = turned.times(1 / metric.length(turned))
     cosine = metric.inner(turned, tangent)
     if abs(cosine) < np.cos(SHARPEST) or metric.length(_change(point, new)) > REACH * arc:

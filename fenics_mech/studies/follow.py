@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -46,8 +45,8 @@ class Branch:
     ----------
     data
         One dimension "point" in the order of the branch, with the number as a coordinate named by its path, in SI; then
-        members, joints, modes, harmonics, disturbances. Variables as in `sweep_points.KEPT` and `OWN`, NaN where a point
-        has none. ``attrs["ended"]`` says where the branch ended: at `END`, or why it was lost.
+        members, joints, modes, harmonics, disturbances. Variables as in `sweep_points.KEPT` and `OWN`, NaN where a
+        point has none. ``attrs["ended"]`` says where the branch ended: at `END`, or why it was lost.
     """
 
     data: xr.Dataset
@@ -73,7 +72,7 @@ class Branch:
         return bool(self.data.attrs["ended"] == END)
 
     def changes(self) -> list[tuple[float, float, str]]:
-        """Give the neighbouring points between which stability changes, and how: by the multiplier that leaves 1."""
+        """Give the values of neighbouring points between which stability changes, and how."""
         stable, fold = (self.data[name].to_numpy() == 1 for name in ("stable", "fold"))
         found = []
         for k in np.flatnonzero(stable[1:] != stable[:-1]):
@@ -203,7 +202,7 @@ def _dataset(
     data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(scene, path)})})
     for name, (dims, units, meaning) in (KEPT | OWN).items():
         numbers = stacked([record["values"].get(name) for record in records])
-        if name == "multiplier" and not numbers.size or np.isnan(numbers).all():
+        if np.isnan(numbers).all():  # or there are none at all
             continue
         data[name] = (("point", *dims), numbers, {"units": units, "long_name": meaning})
     labels = records[0]["labels"] | {"part": ["real", "imaginary"]}

@@ -124,7 +124,9 @@ def _ends(scene: Scene, path: str, first: str, last: str, form: str) -> tuple[fl
     """Give the ends of a range in SI, whole numbers as such."""
     written = f"{first}:{last}"
     if (_number(first) is None) != (_number(last) is None):
-        raise SceneError(f"one end of {written!r} has a unit and the other has none", place=path, hint="Write both alike")
+        raise SceneError(
+            f"one end of {written!r} has a unit and the other has none", place=path, hint="Write both alike"
+        )
     ends = _in_si(scene, path, first), _in_si(scene, path, last)
     if ends[0] == ends[1]:
         raise SceneError(f"the range {written!r} begins where it ends", place=path, hint=form)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from fenics_mech.studies.follow import Branch
 
 STABLE, UNSTABLE = "-", (0, (4, 2))
-LINES = ("stable", "unstable", "fold")
 
 
 def plot_branch(branch: Branch, folder: str | Path) -> list[Path]:
@@ -41,15 +40,20 @@ def branch_figure(branch: Branch) -> Figure:
     """Peak strain of every member, and below it the peak deflection, along the branch."""
     figure, panels = empty_figure(rows=2, height=6.8)
     data = branch.data
-    kinds = ("peak_strain", MICRO, "Strain", "strain (\N{MICRO SIGN}m/m)"), (
-        "peak_deflection",
-        MILLI,
-        "Elastic displacement",
-        "deflection (mm)",
+    kinds = (
+        ("peak_strain", MICRO, "Strain", "strain (\N{MICRO SIGN}m/m)"),
+        (
+            "peak_deflection",
+            MILLI,
+            "Elastic displacement",
+            "deflection (mm)",
+        ),
     )
     for axes, (name, scale, title, label) in zip(panels, kinds):
         for i, member in enumerate(data["member"].to_numpy()):
-            _draw(axes, branch, scale * data[name].sel(member=member).to_numpy(), COLOURS[i % len(COLOURS)], str(member))
+            _draw(
+                axes, branch, scale * data[name].sel(member=member).to_numpy(), COLOURS[i % len(COLOURS)], str(member)
+            )
         axes.set_ylim(bottom=0)
         _settle(axes, branch, f"{title}: largest over the cycle. Dashed: unstable; circles: folds", label)
     panels[-1].set_xlabel(_label(branch))
@@ -107,7 +111,13 @@ def _draw(axes: Axes, branch: Branch, heights: Array, colour: str, label: str) -
         run = np.append(part, part[-1] + 1)
         axes.plot(branch.values[run], heights[run], color=colour, linestyle=STABLE if solid[part[0]] else UNSTABLE)
     axes.plot([], [], color=colour, linestyle=STABLE, label=label)
-    look = {"linestyle": "none", "marker": "o", "markersize": 5, "markerfacecolor": "white", "zorder": 3}
+    look: dict[str, Any] = {
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 5,
+        "markerfacecolor": "white",
+        "zorder": 3,
+    }
     axes.plot(branch.values[fold], heights[fold], color=colour, **look)
 
 

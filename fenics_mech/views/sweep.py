@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
+from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -30,6 +30,13 @@ MOST_ORDERS = 30  # lines of a Campbell diagram
 LABEL = 0.035  # of the picture, that the name of an order takes
 OVERLAP = 1.6  # height of the highest wave of a waterfall, in steps between its base lines
 WIDE = 30  # ratio of largest to smallest from which a map's colours are logarithmic
+SHADES = (
+    (0.0, "#8fb0d3"),
+    (0.5, "#eaf1f8"),
+    (0.5, "#fee0c4"),
+    (1.0, "#a63603"),
+)  # with a step at the limit of stability
+GROWTH = LinearSegmentedColormap.from_list("growth", SHADES)
 STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
@@ -234,8 +241,8 @@ def stability_map(sweep: Sweep) -> Figure:
     values = sweep.data["multiplier"].max("disturbance")
     low, high = float(values.min()), float(values.max())
     norm = TwoSlopeNorm(1, min(low, 1 - 1e-3), max(high, 1 + 1e-3))
-    title = "Stability: disturbances grow where the multiplier is above 1"
-    figure = _map(sweep, values, norm, "PuOr_r", title, "largest multiplier")
+    title = "Stability: unstable where orange, stable where blue"
+    figure = _map(sweep, values, norm, GROWTH, title, "largest multiplier")
     if low < 1 < high:
         across, up = sweep.paths
         axes, data = figure.axes[0], sweep.data
@@ -244,7 +251,9 @@ def stability_map(sweep: Sweep) -> Figure:
     return figure
 
 
-def _map(sweep: Sweep, values: xr.DataArray, norm: Normalize, colours: str, title: str, label: str) -> Figure:
+def _map(
+    sweep: Sweep, values: xr.DataArray, norm: Normalize, colours: str | Colormap, title: str, label: str
+) -> Figure:
     """Colour the cells about the points of a grid, those that failed grey."""
     figure, (axes,) = empty_figure(height=4.8)
     across, up = sweep.paths

@@ -75,7 +75,9 @@ def test_damper_that_is_as_good_as_rigid_is_refused(damping):
 
 def test_stiffest_damper_that_is_let_through_is_right():
     """A damper of 1e6 N m s/rad already holds the joint as if welded: one of 1e9 gives the same strains to 0.2 %."""
-    strain, held = (analyse(damped(damping).changed(analysis__allow_coarse=True)).data["strain"] for damping in (1e9, 1e6))
+    strain, held = (
+        analyse(damped(damping).changed(analysis__allow_coarse=True)).data["strain"] for damping in (1e9, 1e6)
+    )
     assert float(np.abs(strain - held).max()) < 2e-3 * float(np.abs(held).max())
 
 

@@ -65,7 +65,9 @@ def test_folds_are_those_of_the_fourier_series(upwards):
     # steps of order 6; the number at a fold is good to (1e-4)^2/2 of the range
     expected = folds(DAMPING, CUBIC, FORCE)
     assert rates_at(upwards) == pytest.approx(expected[:, 0], rel=1e-6)
-    waves = [2 * np.abs(np.mean(p.orbit.start[:, 0] * np.exp(-1j * STEP * np.arange(COUNT)))) for p in upwards if p.fold]
+    waves = [
+        2 * np.abs(np.mean(p.orbit.start[:, 0] * np.exp(-1j * STEP * np.arange(COUNT)))) for p in upwards if p.fold
+    ]
     assert waves == pytest.approx(expected[:, 1], rel=1e-3)  # where the number hardly changes, the amplitude does
 
 
@@ -85,7 +87,7 @@ def test_the_points_are_motions(upwards):
 
 
 def test_a_branch_over_the_force_folds_at_the_same_motions(upwards):
-    # the branch over the force at a rate between the folds is S-shaped: its folds are those over the rate of such forces
+    # the branch over the force at a given rate is S-shaped: at its folds, that over the rate of such a force folds too
     rate = 1.2
     forces = family((0.05, 0.35), Forced, lambda value: rate)
     found = list(continued(forces, first(forces), 20))
@@ -93,6 +95,15 @@ def test_a_branch_over_the_force_folds_at_the_same_motions(upwards):
     for fold in rates_at(found):
         off = np.abs(folds(DAMPING, CUBIC, fold)[:, 0] - rate)
         assert off.min() < 1e-6
+
+
+@pytest.mark.parametrize("end", [1.0, 1.2, 1.296, 1.2965])
+def test_a_branch_ends_at_the_end_of_its_range(end):
+    # the last of these are just before the fold, where a step comes back to the branch far from where it was aimed at
+    speeds = family((0.8, end))
+    found = list(continued(speeds, first(speeds), 8))
+    assert found[-1].value == end
+    assert all(0.8 <= point.value <= end for point in found)
 
 
 def test_a_branch_that_is_lost_is_named():

@@ -1,5 +1,6 @@
-"""Branches of a scene: a beam between fixed pins against Duffing's oscillator, and what analyses of single points give."""
+"""Branches of a scene: a beam between fixed pins against Duffing's oscillator, and single points against analyses."""
 
+import io
 import sys
 from pathlib import Path
 
@@ -27,8 +28,13 @@ from fenics_mech.views.follow import branch_figure, branch_summary, plot_branch
 LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0
 EI, LINE = MODULUS * WIDTH * HEIGHT**3 / 12, DENSITY * WIDTH * HEIGHT
 OMEGA, RADIUS = np.pi**2 / LENGTH**2 * np.sqrt(EI / LINE), HEIGHT / np.sqrt(12)
-RATIO, FORCE = 0.02, 0.1  # of the half-wave: damping over critical, and force over stiffness times the radius of gyration
-CUBIC = 0.25  # EA (pi a)^2/(4 L^2) of tension, over stiffness: Nayfeh and Mook, Nonlinear Oscillations (1979), section 7.5
+RATIO, FORCE = (
+    0.02,
+    0.1,
+)  # of the half-wave: damping over critical, and force over stiffness times the radius of gyration
+CUBIC = (
+    0.25  # EA (pi a)^2/(4 L^2) of tension, over stiffness: Nayfeh and Mook, Nonlinear Oscillations (1979), section 7.5
+)
 
 
 def beam(**changes):
@@ -86,7 +92,7 @@ def test_motions_between_the_folds_are_unstable_in_the_middle_only(branch):
     leading = branch.data["multiplier"].transpose("point", "disturbance", "part").to_numpy()[:, 0]
     middle = leading[first + 1 : second]
     assert (middle[:, 0] > 1.0).all()
-    assert (middle[:, 1] == 0).all()  # Nayfeh and Balachandran, section 3.2: a real multiplier leaves through 1 at a fold
+    assert (middle[:, 1] == 0).all()  # at a fold a real one passes 1: Nayfeh and Balachandran, section 3.2
     assert leading[[first, second], 0] == pytest.approx([1.0, 1.0], abs=1e-3)
     stable = branch.data["stable"].to_numpy() == 1
     assert stable[:first].all()
@@ -95,7 +101,7 @@ def test_motions_between_the_folds_are_unstable_in_the_middle_only(branch):
     assert {kind for *_, kind in branch.changes()} == {"fold"}
     between = np.mean(branch.values[[first, second]])
     assert [stable for _, stable in branch.motions(between)] == [True, False, True]
-    assert [stable for _, stable in branch.motions(1.3 * OMEGA)] == [False, True] or len(branch.motions(1.34 * OMEGA)) == 1
+    assert [stable for _, stable in branch.motions(1.34 * OMEGA)] == [True]
 
 
 def test_both_ends_are_what_an_analysis_gives(branch):
@@ -141,7 +147,10 @@ def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):
     q = np.ones_like(expected.linear.load)
     off = (found.linear.stiffness - expected.linear.stiffness)[:, :, 0]
     assert np.abs(off).max() < 1e-3 * np.abs(expected.linear.mass).max() * 28.0**2
-    assert np.abs(found.residual(q, q, q) - expected.residual(q, q, q)).max() < 1e-9 * np.abs(expected.residual(q, q, q)).max()
+    assert (
+        np.abs(found.residual(q, q, q) - expected.residual(q, q, q)).max()
+        < 1e-9 * np.abs(expected.residual(q, q, q)).max()
+    )
 
 
 def test_files_and_pictures(branch, tmp_path):
@@ -157,13 +166,13 @@ def test_files_and_pictures(branch, tmp_path):
     assert [dashed.max(), dashed.min()] == pytest.approx(edges)
     circles = [line.get_xdata() for line in lines if line.get_marker() == "o"]
     assert circles[0] == pytest.approx(edges)
-    console = Console(width=200, record=True, file=open("/dev/null", "w"))
+    console = Console(width=200, record=True, file=io.StringIO())
     console.print(branch_summary(loaded))
     text = console.export_text()
     assert f"{edges[0]:.6g}" in text
     assert "Folds" in text
     (tmp_path / "text.nc").write_text("no")
-    with pytest.raises(ResultError, match="text.nc"):
+    with pytest.raises(ResultError, match=r"text\.nc"):
         Branch.load(tmp_path / "text.nc")
 
 
