@@ -145,7 +145,9 @@ def test_jansen_legs_against_circle_intersections():
 # Derivatives
 
 
-@pytest.mark.parametrize("demo", sorted(path.stem for path in DEMOS.glob("*.toml")))
+@pytest.mark.parametrize(
+    "demo", sorted({path.stem for path in DEMOS.glob("*.toml")} - {"pulsating_column"})
+)  # it stands
 def test_velocity_and_acceleration_are_derivatives(demo):
     scene, h = load(DEMOS / f"{demo}.toml"), 2e-3
     theta = np.linspace(0, 6, 13)

@@ -97,13 +97,23 @@ def test_a_branch_over_the_force_folds_at_the_same_motions(upwards):
         assert off.min() < 1e-6
 
 
-@pytest.mark.parametrize("end", [1.0, 1.2, 1.296, 1.2965])
-def test_a_branch_ends_at_the_end_of_its_range(end):
-    # the last of these are just before the fold, where a step comes back to the branch far from where it was aimed at
-    speeds = family((0.8, end))
-    found = list(continued(speeds, first(speeds), 8))
-    assert found[-1].value == end
-    assert all(0.8 <= point.value <= end for point in found)
+def test_a_step_that_lands_beyond_the_range_ends_there(upwards):
+    # behind the lower fold the rate grows faster than along the tangent: aimed inside, the step lands outside
+    second = max(k for k, point in enumerate(upwards) if point.fold)
+    point, speeds = upwards[second + 2], family((0.7, 1.5))
+    metric = continuation._metric(speeds, np.ones((COUNT, 1)), point)
+    _, tangent = continuation._corrected(
+        speeds, metric, point, continuation._Direction(continuation._combined(0.0, point.orbit), 1.0)
+    )
+    tangent, arc = tangent.times(1 / metric.length(tangent)), 0.3
+    free, _, ended = continuation._advanced(speeds, metric, point, tangent, arc)
+    aimed = point.value + arc * tangent.value
+    assert not ended
+    assert free.value > aimed + 1e-3
+    end = (aimed + free.value) / 2
+    last, _, ended = continuation._advanced(family((0.7, end)), metric, point, tangent, arc)
+    assert ended
+    assert last.value == end
 
 
 def test_a_branch_that_is_lost_is_named():
