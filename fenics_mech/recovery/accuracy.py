@@ -1,4 +1,4 @@
-"""Error of the strains by the steps in time, from a better motion that the solver gives along with its own."""
+"""Errors of strains and joint forces by the steps in time, from a better motion that the solver gives too."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import nodal_forces, reactions
-from fenics_mech.recovery.members import MemberState, recover_members
+from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
+from fenics_mech.recovery.members import recover_members
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -20,14 +20,14 @@ LARGEST_ERROR = 0.02  # of the largest strain
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
 
 
-def strain_error(scene: Scene, system: System, history: History) -> tuple[np.ndarray, float]:
-    """Compare the outer fibres' strains with those of the better motion.
+def time_errors(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray, float]:
+    """Compare the outer fibres' strains, and the joint forces, with those of the better motion.
 
     Returns
     -------
     tuple
-        Twice the largest difference in each member, ``(members,)``, and the largest of them relative to the member's
-        largest strain.
+        Twice the largest difference of the strain in each member, ``(members,)``, and of the force in each joint (N),
+        ``(joints,)``; and the largest of the former relative to the member's largest strain.
 
     Raises
     ------
@@ -35,10 +35,9 @@ def strain_error(scene: Scene, system: System, history: History) -> tuple[np.nda
         When that is more than `LARGEST_ERROR`, unless the scene lets it pass.
     """
     assert history.better is not None
-    (axial, bending), (better_axial, better_bending) = (
-        _strains(scene, system, h.elastic) for h in (history, history.better)
-    )
-    error = SAFETY * (np.abs(better_axial - axial) + np.abs(better_bending - bending)).max(axis=(0, 2))
+    (axial, bending, forces), better = (_recovered(scene, system, h.elastic) for h in (history, history.better))
+    error = SAFETY * (np.abs(better[0] - axial) + np.abs(better[1] - bending)).max(axis=(0, 2))
+    force_error = SAFETY * np.linalg.norm(better[2] - forces, axis=-1).max(axis=1, initial=0.0)
     largest = (np.abs(axial) + np.abs(bending)).max(axis=(0, 2))
     measure = np.maximum(np.maximum(largest, LEAST * largest.max()), np.finfo(float).tiny)
     relative = error / measure
@@ -52,15 +51,16 @@ def strain_error(scene: Scene, system: System, history: History) -> tuple[np.nda
             f"{relative[worst]:.2g} of its largest value, by estimate. Take at least {finer} sub_intervals; "
             "analysis.allow_coarse lets it pass"
         )
-    return error, float(relative[worst])
+    return error, force_error, float(relative[worst])
 
 
-def _strains(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray]:
-    """Axial and bending strain at few stations, ``(angles, members, stations)`` each."""
+def _recovered(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Axial and bending strain at few stations, ``(angles, members, stations)``, forces ``(joints, angles, 2)``."""
     found = reactions(system, nodal_forces(system, history))
     s = np.linspace(0, 1, STATIONS)
-    members: MemberState = recover_members(system, history, s, point_loads(system, found))
+    members = recover_members(system, history, s, point_loads(system, found))
     rigidity = [scene.rigidity(label, s) for label in scene.members()]
     fibre = np.stack([np.abs(r.fibre).max(axis=-1) for r in rigidity])
     axial = members.axial_force / np.stack([r.axial for r in rigidity])
-    return axial, members.moment * fibre / np.stack([r.bending for r in rigidity])
+    forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, len(axial), 2)
+    return axial, members.moment * fibre / np.stack([r.bending for r in rigidity]), forces

@@ -15,7 +15,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import strain_error
+from fenics_mech.recovery.accuracy import time_errors
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces
@@ -31,6 +31,7 @@ from fenics_mech.scene import Scene
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
     "strain_error": ("1", "error of the member's strain by the steps in time, estimated"),
+    "joint_force_error": ("N", "error of the joint's force by the steps in time, estimated"),
     "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
     "stress": ("Pa", "stress of the outer fibre"),
@@ -89,8 +90,8 @@ def collect(
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     estimate = history.error_estimate
     if history.better is not None:
-        error, estimate = strain_error(scene, system, history)
-        variables["strain_error"] = (("member",), error)
+        error, force_error, estimate = time_errors(scene, system, history)
+        variables |= {"strain_error": (("member",), error), "joint_force_error": (("joint",), force_error)}
     coordinates: dict[str, object] = {
         "theta": system.motion.theta,
         "time": ("theta", system.motion.time),

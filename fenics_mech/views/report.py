@@ -106,6 +106,9 @@ def _decisions(result: Result) -> Table:
     ):
         if name in result.data.attrs:
             rows[text] = f"{result.data.attrs[name]:.2g}"
+    if "joint_force_error" in result.data:
+        relative = result.data["joint_force_error"].max() / np.abs(result.data["joint_force"]).max()
+        rows["error estimate"] += f" of the strain, {float(relative):.2g} of the joint forces"
     rows["damping"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"

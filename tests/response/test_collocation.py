@@ -103,7 +103,8 @@ def test_better_steps_tell_the_error(scheme, stages, count):
 def test_error_estimate_of_the_seed_four_bar():
     """Within a factor of 3 of the true one, which spans four powers of ten; too long steps are refused."""
     scene = seed_four_bar(effects=("coupling",), analysis={"solver": "collocation", "stability": False})
-    fine = analyse(scene.changed(analysis__sub_intervals=1080)).data["strain"]
+    finest = analyse(scene.changed(analysis__sub_intervals=1080)).data
+    fine = finest["strain"]
     peak = np.abs(fine).max(dim=("theta", "s", "fibre"))
     for scheme, stages, count in (("radau", 2, 120), ("radau", 3, 72), ("radau", 3, 360), ("gauss", 3, 120)):
         steps = {"sub_intervals": count, "stages": stages, "scheme": scheme, "allow_coarse": True}
@@ -111,6 +112,11 @@ def test_error_estimate_of_the_seed_four_bar():
         error = np.abs(data["strain"] - fine[:: 1080 // count].to_numpy()).max(dim=("theta", "s", "fibre"))
         assert (data["strain_error"] < 3 * error).all()
         assert (data["strain_error"] > error / 3).all()
+        force = np.hypot(
+            *np.moveaxis((data["joint_force"] - finest["joint_force"][:: 1080 // count].to_numpy()).to_numpy(), 2, 0)
+        )
+        assert (data["joint_force_error"] > force.max(axis=0) / 3).all()
+        assert (data["joint_force_error"] < 4 * force.max(axis=0)).all()
         assert data.attrs["error_estimate"] == pytest.approx(float((data["strain_error"] / peak).max()), rel=0.05)
     with pytest.raises(SolverError, match=r"sub-intervals are too long: .* Take at least \d+ sub_intervals"):
         analyse(scene.changed(analysis__sub_intervals=24))
