@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.building import mechanism, rigid_tension, scene_modes
+from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism.equation import Equation, Matrices
@@ -72,7 +73,9 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         changed = at(value)
         return equation_inside(changed, mechanism(changed), Steps.of(changed), tableau)
 
-    if len(scene.drives) == 1 and path.rpartition(".")[2] in ("speed", "period"):
+    stiffened = "geometric-stiffness" in {effect.name for effect in active(scene)}
+    polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness
+    if polynomial and len(scene.drives) == 1 and path.rpartition(".")[2] in ("speed", "period"):
         turning = Turning.between(equation_at, at, ends)
         at_value: Callable[[float], Equation] = lambda value: turning.at_rate(at(value).cycle_rate)  # noqa: E731
     else:
@@ -117,7 +120,7 @@ class Turning:
     """The equation of motion at any rate of the drive, from that at three of them.
 
     The rigid motion has velocities that grow with the rate and accelerations that grow with its square. All matrices
-    and loads are polynomials of second degree in it.
+    and loads are polynomials of second degree in it, but the modal damping of modes that axial forces stiffen.
 
     Parameters
     ----------

@@ -75,8 +75,7 @@ def _with_effects(scene: Scene, bare: System) -> System:
 def rigid_tension(scene: Scene, bare: System) -> NDArray[np.float64]:
     """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``."""
     linear = tuple(name for name in scene.named_effects if name not in ("geometric-stiffness", "moderate-rotations"))
-    situation = Situation(scene.changed(effects=linear), bare.beams, bare.motion)
-    system = replace(bare, terms=build_terms(situation))
+    system = _with_effects(scene.changed(effects=linear), bare)
     return mean_tension(system, static_response(scene, system))
 
 
@@ -94,8 +93,8 @@ def static_response(scene: Scene, system: System) -> History:
     if not len(system.motion.free):
         return solve_static(system, scene.petsc)
     rigid = RigidModes.of(system)
-    if moved := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
-        free = "; ".join(names_of(scene, system, rigid, moved))
+    if loose := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
+        free = "; ".join(names_of(scene, system, rigid, loose))
         raise SceneError(
             f"nothing holds the mechanism against its loads: {free}",
             place="analysis.method",
@@ -135,8 +134,7 @@ def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:
         return None
     half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
     motion = solve_motion(scene, system.motion.theta - half, near=system.motion)
-    situation = Situation(scene.changed(effects=()), system.beams, motion)  # axial forces load nothing by themselves
-    return replace(system, motion=motion, terms=build_terms(situation)).load
+    return moved(scene.changed(effects=()), system, motion).load  # axial forces load nothing by themselves
 
 
 @guarded()

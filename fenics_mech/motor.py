@@ -26,7 +26,7 @@ from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import history_of
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -72,22 +72,29 @@ def _at_starts(
 ) -> tuple[System, History]:
     """Give mechanism and history at the starts of the sub-intervals, and judge the motion's accuracy and stability."""
     tableau, steps = cut
-    damping = modal_damping(scene, system)
+    analysis, damping = scene.analysis, modal_damping(scene, system)
     start, twist = _accelerated(scene, system, steps.start, orbit.start, orbit.start_velocity, damping)
-    gauss = Tableau.of("gauss", scene.analysis.stages)
-    flow = _flow(scene, system, gauss, steps, between(orbit, tableau, steps.duration, gauss.points))
-    stability = None
-    if scene.analysis.stability:
-        shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))  # without twist
-        stability = floquet(flow, start.linear, replace(modes, shapes=shapes), scene.petsc)
-        if not scene.analysis.allow_unstable:
-            stability.refuse_unstable()
     crank = Equation(_turned(scene, system, system.motion.theta, twist), damping)
-    history = history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1])
-    if scene.analysis.scheme == "radau":
-        q, rate = corrected(orbit, flow, scene.petsc)
-        history = replace(history, better=history_of(crank, q[:, :-1], rate[:, :-1]))
-    return crank.system, replace(history, twist=twist, stability=stability)
+    flows: dict[tuple[str, int], Flow] = {}
+    for points in (better_than(analysis.scheme, analysis.stages), ("gauss", analysis.stages)):
+        other = Tableau.of(*points)
+        if points not in flows:
+            flows[points] = _flow(scene, system, other, steps, between(orbit, tableau, steps.duration, other.points))
+    stability = None
+    if analysis.stability:
+        shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))  # without twist
+        of_all = replace(modes, shapes=shapes)
+        stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
+        if not analysis.allow_unstable:
+            stability.refuse_unstable()
+    q, rate = corrected(orbit, flows[better_than(analysis.scheme, analysis.stages)], scene.petsc)
+    history = replace(
+        history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1]),
+        better=history_of(crank, q[:, :-1], rate[:, :-1]),
+        twist=twist,
+        stability=stability,
+    )
+    return crank.system, history
 
 
 def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: tuple[Array, Array]) -> Flow:

@@ -26,7 +26,7 @@ from fenics_mech.response.history import history_of
 from fenics_mech.response.impulses import velocity_jumps
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -135,8 +135,8 @@ class Cycle:
             The equation there, with axial forces of the motion where they act on it, and the history.
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
-        better = ("gauss", analysis.stages) if analysis.scheme == "radau" else ("radau", analysis.stages + 1)
-        q, rate = corrected(orbit, self.flow(*better, self.motion(orbit)), self.scene.petsc)
+        better = self.flow(*better_than(analysis.scheme, analysis.stages), self.motion(orbit))
+        q, rate = corrected(orbit, better, self.scene.petsc)
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         history = history_of(start, orbit.start[at], orbit.start_velocity[at])

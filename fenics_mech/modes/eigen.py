@@ -88,7 +88,7 @@ def _solve_beside(
     else:
         eps.setDeflationSpace([PETSc.Vec().createWithArray(shape, comm=PETSc.COMM_SELF) for shape in rigid.shapes])
     squares, shapes = _solve_position(eps, vector, count + dense * len(rigid), theta, shift)
-    return squares[-count:], shapes[-count:]
+    return squares[len(squares) - count :], shapes[len(shapes) - count :]
 
 
 def _solve_position(

@@ -112,7 +112,7 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
         When the cycle cannot be closed.
     """
     assert orbit.flow is not None
-    n, pace = orbit.start.shape[1], orbit.flow.pace
+    n, pace = orbit.flow.size, orbit.flow.pace
     states = np.concatenate([orbit.start, pace * orbit.start_velocity], axis=1)
     defect = better.ends(states) - orbit.flow.ends(states)
     carrier = orbit.flow if orbit.flow.tableau.damps else better

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import times
+from fenics_mech._guard import guarded
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.collocation import orbit_of
@@ -163,8 +164,11 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
         metric = _metric(family, weight, point)
         tangent = tangent.times(1 / metric.length(tangent))
         try:
-            new, ahead, ended = _advanced(family, metric, point, tangent, arc)
-        except (MechanismError, np.linalg.LinAlgError) as error:
+            with guarded():
+                new, ahead, ended = _advanced(family, metric, point, tangent, arc)
+                turns = tangent.value * ahead.value < 0
+                fold = _fold(family, metric, point, tangent, new, ahead) if turns else None
+        except MechanismError as error:
             arc /= 2
             if arc < SHORTEST * largest:
                 raise SolverError(
@@ -172,8 +176,8 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
                     f"step of {arc:.1e} ({error}). Give more sub_intervals or more damping"
                 ) from error
             continue
-        if tangent.value * ahead.value < 0:
-            yield _fold(family, metric, point, tangent, new, ahead)
+        if fold is not None:
+            yield fold
         yield new
         if ended:
             return

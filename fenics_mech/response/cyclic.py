@@ -82,7 +82,7 @@ def _solve(blocks: Array, right: Array, options: Mapping[str, Any], march: _Marc
     """Solve by a KSP; row k + 1 of the system has the transition of k, row 0 that of the last."""
     loads = np.roll(right, 1, axis=0)
     flat = loads.reshape(-1, loads.shape[-1])
-    answers, found = np.empty_like(flat), 1
+    answers, reasons = np.empty_like(flat), []
     matrix, defaults = (_assembled(blocks), DIRECT) if march is None else (PETSc.Mat(), ITERATIVE)
     if march is not None:
         matrix.createPython((len(flat), len(flat)), context=march, comm=PETSc.COMM_SELF).setUp()
@@ -97,12 +97,13 @@ def _solve(blocks: Array, right: Array, options: Mapping[str, Any], march: _Marc
             b.array[:] = load
             ksp.solve(b, x)
             answer[:] = x.array_r
-            found = min(found, ksp.getConvergedReason(), key=lambda reason: reason > 0)
+            reasons.append(ksp.getConvergedReason())
     for thing in (matrix, b, x):
         thing.destroy()
     states = answers.reshape(right.shape)
     lack = states - np.roll(blocks @ states, 1, axis=0) - loads
     sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
+    found = min(reasons, key=np.sign)
     residual = float((np.linalg.norm(lack, axis=(0, 1)) / sizes).max())
     if found <= 0 or not residual < LARGEST_RESIDUAL:
         raise SolverError(

@@ -53,6 +53,11 @@ class Tableau:
         return np.stack([part.integ()(places) for part in _lagrange(self.points)], axis=-1)
 
 
+def better_than(scheme: str, stages: int) -> tuple[str, int]:
+    """Scheme and number of points of the other kind, one order better, which tell the error of a scheme."""
+    return ("gauss", stages) if scheme == "radau" else ("radau", stages + 1)
+
+
 def _lagrange(points: Array) -> list[Polynomial]:
     """Give the polynomials that are 1 at one point and 0 at the others."""
     one = Polynomial([1.0])

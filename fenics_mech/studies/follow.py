@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.branch import check, family_of, first_motion, result_at
 from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.result import read_dataset, write_whole
+from fenics_mech.recovery.result import read_dataset, write_dataset
 from fenics_mech.response.continuation import Point, continued
 from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.scene import Scene
@@ -101,7 +102,7 @@ class Branch:
         ResultError
             When the file cannot be written.
         """
-        write_whole(Path(path), lambda temporary: self.data.to_netcdf(temporary, engine="scipy"))
+        write_dataset(Path(path), self.data, "scipy")
         return Path(path)
 
     @classmethod
@@ -116,6 +117,7 @@ class Branch:
         return cls(read_dataset(path, "scipy", "branch", ("fenics_mech", "path", "ended")))
 
 
+@guarded()
 def follow(
     scene: Scene,
     path: str,
@@ -182,7 +184,9 @@ def follow(
 def _record(result: Result, point: Point, gauge: Gauge) -> Record:
     """Keep of a point what a sweep keeps, and what `OWN` lists."""
     record, data = reduced(result, gauge), result.data
-    strain, multiplier = data["strain"], data["multiplier"].transpose(..., "part").to_numpy()
+    strain, multiplier = data["strain"], np.zeros((0, 2))  # no vibration is slow enough for the steps
+    if "multiplier" in data:
+        multiplier = data["multiplier"].transpose(..., "part").to_numpy()
     over = [name for name in strain.dims if name != "member"]
     record["values"] |= {
         "strain_highest": strain.max(over).to_numpy(),
