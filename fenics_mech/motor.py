@@ -87,7 +87,7 @@ def _at_starts(
         stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
         if not analysis.allow_unstable:
             stability.refuse_unstable()
-    q, rate = corrected(orbit, flows[better_than(analysis.scheme, analysis.stages)], scene.petsc)
+    q, rate = corrected(orbit, flows[better_than(analysis.scheme, analysis.stages)], scene.petsc, steps.disturbed)
     history = replace(
         history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1]),
         better=history_of(crank, q[:, :-1], rate[:, :-1]),

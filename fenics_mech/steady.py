@@ -136,7 +136,7 @@ class Cycle:
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
         better = self.flow(*better_than(analysis.scheme, analysis.stages), self.motion(orbit))
-        q, rate = corrected(orbit, better, self.scene.petsc)
+        q, rate = corrected(orbit, better, self.scene.petsc, self.steps.disturbed)
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         history = history_of(start, orbit.start[at], orbit.start_velocity[at])

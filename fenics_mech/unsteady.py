@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.building import moved
-from fenics_mech.errors import ResultError, SceneError, SolverError
+from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -57,18 +57,18 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
     analysis = scene.analysis
     if not scene.drives:
         raise SceneError("a motion in time needs a drive, and the scene has none", place="analysis.method")
-    try:
-        course = _course(scene, system)
-        parts = []
-        for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
-            part = slice(k, k + analysis.sub_intervals)
-            equation = _equation(scene, system, course.time[part])
-            parts.append(history_of(equation, course.displacement[part], course.velocity[part]))
-    except np.linalg.LinAlgError as error:
-        raise SolverError(
-            "the equation of motion is singular: some part has no mass, or springs or dampers are stiffer by so much "
-            f"that the rest is lost in rounding ({error})"
-        ) from error
+    if analysis.tension == "settled" and system.terms.tension is not None:
+        raise SceneError(
+            "a motion in time does not update axial forces",
+            place="analysis.tension",
+            hint="Take the effect 'moderate-rotations' in place of 'geometric-stiffness'",
+        )
+    course = _course(scene, system)
+    parts = []
+    for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
+        part = slice(k, k + analysis.sub_intervals)
+        equation = _equation(scene, system, course.time[part])
+        parts.append(history_of(equation, course.displacement[part], course.velocity[part]))
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     return whole, replace(_joined(parts), course=course)
 

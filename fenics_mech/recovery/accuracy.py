@@ -20,25 +20,29 @@ LARGEST_ERROR = 0.02  # of the largest strain
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
 
 
-def time_errors(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray, float]:
+def time_errors(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray]:
     """Compare the outer fibres' strains, and the joint forces, with those of the better motion.
 
     Returns
     -------
     tuple
         Twice the largest difference of the strain in each member, ``(members,)``, and of the force in each joint (N),
-        ``(joints,)``; and the largest of the former relative to the member's largest strain.
+        ``(joints,)``.
+    """
+    assert history.better is not None
+    (axial, bending, forces), better = (_recovered(scene, system, h.elastic) for h in (history, history.better))
+    error = SAFETY * (np.abs(better[0] - axial) + np.abs(better[1] - bending)).max(axis=(0, 2))
+    return error, SAFETY * np.linalg.norm(better[2] - forces, axis=-1).max(axis=1, initial=0.0)
+
+
+def judged(scene: Scene, error: np.ndarray, largest: np.ndarray) -> float:
+    """Give the largest error of a strain relative to the member's largest strain; both are ``(members,)``.
 
     Raises
     ------
     SolverError
         When that is more than `LARGEST_ERROR`, unless the scene lets it pass.
     """
-    assert history.better is not None
-    (axial, bending, forces), better = (_recovered(scene, system, h.elastic) for h in (history, history.better))
-    error = SAFETY * (np.abs(better[0] - axial) + np.abs(better[1] - bending)).max(axis=(0, 2))
-    force_error = SAFETY * np.linalg.norm(better[2] - forces, axis=-1).max(axis=1, initial=0.0)
-    largest = (np.abs(axial) + np.abs(bending)).max(axis=(0, 2))
     measure = np.maximum(np.maximum(largest, LEAST * largest.max()), np.finfo(float).tiny)
     relative = error / measure
     worst = int(relative.argmax())
@@ -47,11 +51,11 @@ def time_errors(scene: Scene, system: System, history: History) -> tuple[np.ndar
         order = 2 * analysis.stages - (analysis.scheme == "radau")
         finer = math.ceil(1.2 * analysis.sub_intervals * (relative[worst] / LARGEST_ERROR) ** (1 / order))
         raise SolverError(
-            f"the sub-intervals are too long: the strain of {system.beams.mesh.members[worst]!r} is uncertain by "
+            f"the sub-intervals are too long: the strain of {list(scene.members())[worst]!r} is uncertain by "
             f"{relative[worst]:.2g} of its largest value, by estimate. Take at least {finer} sub_intervals; "
             "analysis.allow_coarse lets it pass"
         )
-    return error, force_error, float(relative[worst])
+    return float(relative[worst])
 
 
 def _recovered(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,14 +16,14 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import time_errors
+from fenics_mech.recovery.accuracy import judged, time_errors
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.validity import bow, euler_ratio, rotation
-from fenics_mech.recovery.viscous import elastic_strain
+from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
@@ -85,13 +86,18 @@ def collect(
         members = elastic.with_forces(*section_forces(bare, history.damping, s, point_loads(bare, viscous)))
         found = {key: force + viscous[key] for key, force in found.items()}
     by_joint = joint_forces(scene, found)
-    variables = _of_members(scene, members, elastic) | _of_springs(scene, system, history)
+    variables: dict[str, Any] = _of_members(scene, members, elastic) | _of_springs(scene, system, history)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     estimate = history.error_estimate
+    error = variables["strain_error"][1] if "strain_error" in variables else None
     if history.better is not None:
-        error, force_error, estimate = time_errors(scene, system, history)
-        variables |= {"strain_error": (("member",), error), "joint_force_error": (("joint",), force_error)}
+        by_time, force_error = time_errors(scene, system, history)
+        error = by_time if error is None else error + by_time
+        variables["joint_force_error"] = (("joint",), force_error)
+    if error is not None:
+        variables["strain_error"] = (("member",), error)
+        estimate = judged(scene, error, np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
     coordinates: dict[str, object] = {
         "theta": system.motion.theta,
         "time": ("theta", system.motion.time),
@@ -228,10 +234,11 @@ def _of_members(
 
     axial, bending = over_modulus(members)
     stress = modulus * (axial[..., None] + bending)
-    axial, bending = (elastic_strain(scene, part) for part in over_modulus(elastic))
+    whole = over_modulus(elastic)
+    axial, bending = (elastic_strain(scene, part) for part in whole)
     strain = axial[..., None] + bending  # (6.38)
     along = ("theta", "member", "s")
-    return {
+    found: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
         "strain": ((*along, "fibre"), strain),
         "strain_axial": (along, axial),
         "strain_bending": ((*along, "fibre"), bending),
@@ -244,3 +251,6 @@ def _of_members(
         "bow": (("member",), bow(scene, members)),
         "rotation": (("member",), rotation(members)),
     }
+    if scene.damping.material and scene.analysis.method in ("periodic", "transient"):
+        found["strain_error"] = (("member",), sampling_error(scene, whole[0][..., None] + whole[1]))
+    return found

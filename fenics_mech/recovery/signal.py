@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 MID_SPAN, PEAK = "mid-span", "peak"
 SAME = 0.01  # difference of the last two cycles of a motion in time, up to which the last one counts as periodic
 LEAST_VIBRATION = 1e-3  # of the strain's peak, below which nothing vibrates
+LEAST_SAMPLES = 10  # in a period of the first mode, to count ripples
 LEAST_RIPPLE = 0.05  # height over the higher of the valleys beside it, of the vibration from top to bottom
 
 
@@ -123,6 +124,7 @@ def _vibration(
     vibration = strain - still
     size = np.ptp(vibration, axis=0) / 2
     vibrates = size > LEAST_VIBRATION * np.abs(strain).max(axis=0)
+    vibrates &= len(strain) >= LEAST_SAMPLES * frequency[:, 0].max() * period
     rate = np.array([ripples(wave) for wave in vibration.T]) / period
     values = {
         "vibration_amplitude": size,

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
@@ -90,12 +91,15 @@ def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbi
     )
 
 
-def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
+def corrected(
+    orbit: Orbit, better: Flow, options: Mapping[str, Any], disturbed: NDArray[np.bool_] | None = None
+) -> tuple[Array, Array]:
     """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
 
     Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
     by the steps of the two that have Radau points, which damp what is too fast for them. If these are the orbit's own,
-    a change counts from one step later on: what Gauss points make of the fastest vibrations is gone by then.
+    a change counts from one step later on: what Gauss points make of the fastest vibrations is gone by then. But it
+    counts at once after steps that begin with a blow or a jump, as that excites such vibrations.
 
     Parameters
     ----------
@@ -105,6 +109,8 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
         The same steps with other points, in the equation linearised about the orbit.
     options
         PETSc options with the prefix "periodic_".
+    disturbed
+        Steps that begin with a blow or a jump of a load, ``(steps,)``.
 
     Raises
     ------
@@ -119,7 +125,9 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
     right = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
     error = solve_cycle(carrier.transitions, right + defect, options) - states
     if carrier is orbit.flow:
-        error = np.roll(times(carrier.transitions, error), 1, axis=0)
+        later = np.roll(times(carrier.transitions, error), 1, axis=0)
+        at_once = np.zeros(len(error), bool) if disturbed is None else np.roll(disturbed, 1)
+        error = np.where(at_once[:, None], error, later)
     states = states + error
     return states[:, :n], states[:, n:] / pace
 

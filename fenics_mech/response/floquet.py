@@ -52,6 +52,8 @@ class Stability:
         Number, from 0, of the mode that has the largest part of it at the start of the cycle, as the mass weighs it.
     share
         That part, 0..1.
+    vibrates
+        Whether its state turns about as fast as that mode, and does not creep, held by a strong damper.
     period
         Duration of a cycle (s).
     limit
@@ -62,6 +64,7 @@ class Stability:
     frequency: Array
     mode: NDArray[np.int64]
     share: Array
+    vibrates: NDArray[np.bool_]
     period: float
     limit: float
 
@@ -88,7 +91,7 @@ class Stability:
 
     def refuse_resonance(self) -> None:
         """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
-        apart = np.abs(self.multipliers - 1)
+        apart = np.where(self.vibrates, np.abs(self.multipliers - 1), np.inf)
         if (apart < RESONANCE).any():
             nearest = int(apart.argmin())
             raise SolverError(
@@ -128,9 +131,10 @@ def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any
     turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as its speed, or else its mode's, tells
     natural = modes.frequency.mean(axis=0)[mode] * period
     own = np.abs(turned[kept]) / natural
-    turned = np.where((own > 0.6) & (own < 1.6), turned[kept], np.sign(turned[kept]) * natural)
+    vibrates = (own > 0.6) & (own < 1.6)
+    turned = np.where(vibrates, turned[kept], np.sign(turned[kept]) * natural)
     frequency = np.abs(np.round(turned - turns) + turns) / period
-    return Stability(values[kept], frequency, mode, share, period, limit / (2 * np.pi))
+    return Stability(values[kept], frequency, mode, share, vibrates, period, limit / (2 * np.pi))
 
 
 def _leading(values: Complex, judged: NDArray[np.int64]) -> NDArray[np.int64]:

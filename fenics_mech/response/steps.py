@@ -60,6 +60,13 @@ class Steps:
             jumps=np.roll(jumping, -1),
         )
 
+    @property
+    def disturbed(self) -> NDArray[np.bool_]:
+        """Whether a step begins with a blow or the jump of a load."""
+        disturbed = np.roll(self.jumps, 1)
+        disturbed[self.struck] = True
+        return disturbed
+
     def angles(self, places: Array, rate: float) -> Array:
         """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``; rate is the drive's (rad/s).
 
