@@ -126,11 +126,12 @@ def _vibration(
     vibrates = size > LEAST_VIBRATION * np.abs(strain).max(axis=0)
     vibrates &= len(strain) >= LEAST_SAMPLES * frequency[:, 0].max() * period
     rate = np.array([ripples(wave) for wave in vibration.T]) / period
+    mode = nearest_mode(rate, frequency, 1 / period)
     values = {
         "vibration_amplitude": size,
         "vibration_frequency": np.where(vibrates, rate, np.nan),
         "vibration_harmonic": np.where(vibrates, 1 + np.abs(harmonics(vibration)[1:]).argmax(axis=0), np.nan),
-        "vibration_mode": np.where(vibrates, 1 + nearest_mode(rate, frequency, 1 / period), np.nan),
+        "vibration_mode": np.where(vibrates & (rate * period > 1.5), 1 + mode, np.nan),  # one a cycle is the drive's
     }
     return {name: (("member",), value) for name, value in values.items()}
 

@@ -206,13 +206,14 @@ def strain_figure(
 ) -> Figure:
     """Build the figure of `plot_strain`."""
     _check_place(result, member, fibre)
-    scene, theta = result.scene, result.data["theta"].to_numpy()
-    figure, (axes,) = new_figure()
-    if rigid is not None:
+    scene, in_time = result.scene, _in_time(result)
+    figure, (axes,) = figure_of(result)
+    if rigid is not None and not in_time:
         axes.plot(*curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
-    method = "finite elements" if scene.analysis.method == "periodic" else "finite elements, quasi-static"
-    axes.plot(*curve(theta, MICRO * result.strain_at(member, s, fibre)), label=method, color=COLOURS[0], linestyle="-")
-    for measurement in scene.measurements:
+    method = "finite elements, quasi-static" if scene.analysis.method == "quasi-static" else "finite elements"
+    strain = MICRO * result.strain_at(member, s, fibre)
+    axes.plot(*_curve(result, strain), label=method, color=COLOURS[0], linestyle="-")
+    for measurement in scene.measurements if not in_time else ():
         if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
             angle, strain = read_measurement(measurement.file)
             axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
@@ -243,15 +244,14 @@ def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, flo
 def joint_force_figure(result: Result) -> Figure:
     """Build the figure of `plot_joint_forces`; without a drive there is no torque."""
     driven = "input_torque" in result.data
-    figure, panels = new_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
-    theta = result.data["theta"].to_numpy()
+    figure, panels = figure_of(result, rows=1 + driven, height=5.8 if driven else SIZE[1])
     forces = result.data["joint_force"].transpose("joint", "theta", "component")
     for joint, force in zip(forces["joint"].to_numpy(), forces.to_numpy()):
-        panels[0].plot(*curve(theta, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
+        panels[0].plot(*_curve(result, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
     finish(panels[0], "Magnitude of the joint forces", "force (N)")
     panels[0].set_ylim(bottom=0)
     if driven:
-        panels[1].plot(*curve(theta, result.data["input_torque"].to_numpy()))
+        panels[1].plot(*_curve(result, result.data["input_torque"].to_numpy()))
         panels[1].axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
         finish(panels[1], "Input torque", "torque (N m)")
     return figure
@@ -259,10 +259,9 @@ def joint_force_figure(result: Result) -> Figure:
 
 def deflection_figure(result: Result) -> Figure:
     """Build the figure of `plot_deflection`."""
-    figure, (axes,) = new_figure()
-    theta = result.data["theta"].to_numpy()
+    figure, (axes,) = figure_of(result)
     for member, values in zip(result.scene.members(), transverse_deflection(result).T):
-        axes.plot(*curve(theta, MILLI * values), label=member)
+        axes.plot(*_curve(result, MILLI * values), label=member)
     finish(axes, "Transverse deflection at mid-span, from the rigid position", "deflection (mm)")
     return figure
 
@@ -281,7 +280,8 @@ def spectrum_figure(result: Result) -> Figure:
         axes.set_ylim(0, 1.2 * max(amplitude[i, 1 : last + 1].max(initial=0.0), np.finfo(float).tiny))
         _mark_modes(axes, result, last + 0.6)
     panels[-1].set_xlim(0.4, last + 0.6)
-    panels[-1].set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz); bands: natural frequencies")
+    bands = "; bands: natural frequencies" if "frequency" in result.data else ""
+    panels[-1].set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz){bands}")
     return figure
 
 
@@ -325,6 +325,28 @@ def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence
     axes[-1].set_xlim(0, 360)
     axes[-1].set_xticks(range(0, 361, 45))
     return figure, axes
+
+
+def figure_of(result: Result, rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
+    """Make a figure with axes over the drive angle, or over time for a motion in time."""
+    if not _in_time(result):
+        return new_figure(rows, height)
+    figure, axes = empty_figure(rows, height)
+    time = result.data["time"].to_numpy()
+    axes[-1].set_xlabel("time (s)")
+    axes[-1].set_xlim(time[0], time[-1])
+    return figure, axes
+
+
+def _in_time(result: Result) -> bool:
+    return result.scene.analysis.method == "transient"
+
+
+def _curve(result: Result, values: Array) -> tuple[Array, Array]:
+    """Abscissae and ordinates of a curve in a figure of `figure_of`."""
+    if _in_time(result):
+        return result.data["time"].to_numpy(), values
+    return curve(result.data["theta"].to_numpy(), values)
 
 
 def curve(theta: Array, values: Array) -> tuple[Array, Array]:

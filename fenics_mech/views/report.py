@@ -12,6 +12,7 @@ from rich.text import Text
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.accuracy import LARGEST_ERROR
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
@@ -109,6 +110,8 @@ def _decisions(result: Result) -> Table:
     if "joint_force_error" in result.data:
         relative = result.data["joint_force_error"].max() / np.abs(result.data["joint_force"]).max()
         rows["error estimate"] += f" of the strain, {float(relative):.2g} of the joint forces"
+        if result.data.attrs["error_estimate"] > LARGEST_ERROR:
+            rows["error estimate"] += ": TOO LARGE, expect wrong numbers"
     rows["damping"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"

@@ -19,6 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.errors import ViewError
+from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.views.geometry import Array
 from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, empty_figure, finish, save
 from fenics_mech.views.tables import number, table_of
@@ -233,7 +234,15 @@ def strain_map(sweep: Sweep, member: str) -> Figure:
     values = MICRO * sweep.data["peak_strain"].sel(member=member)
     low, high = float(values.min()), float(values.max())
     norm = LogNorm(low, high) if low > 0 and high / low > WIDE else Normalize(0, high)
-    return _map(sweep, values, norm, "viridis", f"Strain of the {member}: largest over the cycle", STRAIN)
+    title = f"Strain of the {member}: largest over the cycle"
+    unstable = "multiplier" in sweep.data and bool((sweep.data["multiplier"] > 1 + TOLERANCE).any())
+    figure = _map(sweep, values, norm, "viridis", title + "; hatched: unstable" * unstable, STRAIN)
+    if unstable:
+        across, up = sweep.paths
+        largest = sweep.data["multiplier"].max("disturbance").transpose(up, across)
+        look: dict[str, Any] = {"levels": [1 + TOLERANCE, np.inf], "colors": "none", "hatches": ["////"]}
+        figure.axes[0].contourf(sweep.data[across], sweep.data[up], largest, **look)
+    return figure
 
 
 def stability_map(sweep: Sweep) -> Figure:
