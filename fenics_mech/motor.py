@@ -76,7 +76,8 @@ def _at_starts(
     start, twist = _accelerated(scene, system, steps.start, orbit.start, orbit.start_velocity, damping)
     crank = Equation(_turned(scene, system, system.motion.theta, twist), damping)
     flows: dict[tuple[str, int], Flow] = {}
-    for points in (better_than(analysis.scheme, analysis.stages), ("gauss", analysis.stages)):
+    better = better_than(analysis.scheme, analysis.stages, steps.disturbed)
+    for points in (better, ("gauss", analysis.stages)):
         other = Tableau.of(*points)
         if points not in flows:
             flows[points] = _flow(scene, system, other, steps, between(orbit, tableau, steps.duration, other.points))
@@ -87,7 +88,7 @@ def _at_starts(
         stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
         if not analysis.allow_unstable:
             stability.refuse_unstable()
-    q, rate = corrected(orbit, flows[better_than(analysis.scheme, analysis.stages)], scene.petsc, steps.disturbed)
+    q, rate = corrected(orbit, flows[better], scene.petsc)
     history = replace(
         history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1]),
         better=history_of(crank, q[:, :-1], rate[:, :-1]),

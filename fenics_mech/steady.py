@@ -135,8 +135,8 @@ class Cycle:
             The equation there, with axial forces of the motion where they act on it, and the history.
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
-        better = self.flow(*better_than(analysis.scheme, analysis.stages), self.motion(orbit))
-        q, rate = corrected(orbit, better, self.scene.petsc, self.steps.disturbed)
+        better = better_than(analysis.scheme, analysis.stages, self.steps.disturbed)
+        q, rate = corrected(orbit, self.flow(*better, self.motion(orbit)), self.scene.petsc)
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         history = history_of(start, orbit.start[at], orbit.start_velocity[at])

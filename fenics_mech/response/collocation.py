@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
@@ -91,15 +90,12 @@ def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbi
     )
 
 
-def corrected(
-    orbit: Orbit, better: Flow, options: Mapping[str, Any], disturbed: NDArray[np.bool_] | None = None
-) -> tuple[Array, Array]:
+def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
     """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
 
     Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
-    by the steps of the two that have Radau points, which damp what is too fast for them. If these are the orbit's own,
-    a change counts from one step later on: what Gauss points make of the fastest vibrations is gone by then. But it
-    counts at once after steps that begin with a blow or a jump, as that excites such vibrations.
+    by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
+    later on: what they make of the fastest vibrations is gone by then.
 
     Parameters
     ----------
@@ -109,8 +105,6 @@ def corrected(
         The same steps with other points, in the equation linearised about the orbit.
     options
         PETSc options with the prefix "periodic_".
-    disturbed
-        Steps that begin with a blow or a jump of a load, ``(steps,)``.
 
     Raises
     ------
@@ -124,10 +118,8 @@ def corrected(
     carrier = orbit.flow if orbit.flow.tableau.damps else better
     right = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
     error = solve_cycle(carrier.transitions, right + defect, options) - states
-    if carrier is orbit.flow:
-        later = np.roll(times(carrier.transitions, error), 1, axis=0)
-        at_once = np.zeros(len(error), bool) if disturbed is None else np.roll(disturbed, 1)
-        error = np.where(at_once[:, None], error, later)
+    if not better.tableau.damps:
+        error = np.roll(times(carrier.transitions, error), 1, axis=0)
     states = states + error
     return states[:, :n], states[:, n:] / pace
 

@@ -61,11 +61,9 @@ class Steps:
         )
 
     @property
-    def disturbed(self) -> NDArray[np.bool_]:
-        """Whether a step begins with a blow or the jump of a load."""
-        disturbed = np.roll(self.jumps, 1)
-        disturbed[self.struck] = True
-        return disturbed
+    def disturbed(self) -> bool:
+        """Whether blows act or loads jump."""
+        return bool(len(self.struck) or self.jumps.any())
 
     def angles(self, places: Array, rate: float) -> Array:
         """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``; rate is the drive's (rad/s).

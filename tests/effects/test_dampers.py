@@ -171,3 +171,13 @@ def test_bodies_must_be_named_where_a_pin_holds_three():
     data["dampers"] = {"d": {"joint": "B", "damping": 1.0}}
     with pytest.raises(SceneError, match="bodies coupler, follower, rod"):
         build(data)
+
+
+def test_creeping_hinge_is_no_resonance():
+    """A hinge that is nearly blocked creeps back in ``c/k``: its multiplier is next to 1, and it does not vibrate."""
+    analysis = {"sub_intervals": 120, "solver": "collocation"}
+    strong = seed_four_bar(dampers={"h": {"joint": "C", "damping": 1e6}}, effects=("coupling",), analysis=analysis)
+    found = analyse(strong).data
+    assert float(found["multiplier"][0, 0]) == pytest.approx(1, abs=1e-5)
+    stronger = analyse(strong.changed(dampers={"h": {"joint": "C", "damping": 1e7}})).data
+    assert np.abs(found["strain"] - stronger["strain"]).max() < 1e-5 * np.abs(found["strain"]).max()

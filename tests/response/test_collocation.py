@@ -140,3 +140,27 @@ def test_steps_are_cut_where_a_load_jumps(scheme, speed):
     for name, mean in (("p", 1.8 / (2 * np.pi)), ("t", (0.5 + 4 * (2 * np.pi - 1)) / (2 * np.pi))):
         values = scene.loads[name].factor_at(angles).reshape(-1, 3) @ tableau.weights
         assert values @ steps.duration / scene.period == pytest.approx(mean, rel=1e-8)
+
+
+@pytest.mark.parametrize("method", ["periodic", "transient"])
+def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(method):
+    """It is filtered out of the stress at the positions: 24 of them are too few, whatever the steps."""
+    scene = seed_four_bar(effects=("coupling",), damping={"material": 5e-3}, mesh={"elements": 2})
+    fine = analyse(scene.changed(analysis__stability=False)).data["strain"]
+    analysis = {"sub_intervals": 24, "stability": False, "allow_coarse": True, "method": method, "settled": 1e-6}
+    found = analyse(scene.changed(analysis=scene.analysis.model_copy(update=analysis))).data
+    turn = np.round(np.degrees(found["theta"].to_numpy()[-24:])).astype(int) % 360
+    error = np.abs(found["strain"][-24:] - fine[turn].to_numpy()).max(dim=("theta", "s", "fibre"))
+    assert float(error.max()) > 0.02 * np.abs(fine).max()  # measured 2 and 3 %
+    assert (found["strain_error"] > error / 4).all()
+    with pytest.raises(SolverError, match="sub-intervals are too long"):
+        analyse(scene.changed(analysis=scene.analysis.model_copy(update=analysis | {"allow_coarse": False})))
+
+
+def test_error_after_a_blow_is_estimated():
+    """Blows excite vibrations faster than the steps follow: the estimate is at least a third of the true error."""
+    blow = {"h": {"at": "B", "angle": np.radians(91.3), "impulse": (0, 0.002)}}
+    scene = seed_four_bar(effects=("coupling",), impulses=blow, analysis={"stability": False, "allow_coarse": True})
+    fine, coarse = (analyse(scene.changed(analysis__sub_intervals=n)).data for n in (1440, 240))
+    error = np.abs(coarse["strain"] - fine["strain"][::6].to_numpy()).max(dim=("theta", "s", "fibre"))
+    assert (coarse["strain_error"] > error / 3).all()
