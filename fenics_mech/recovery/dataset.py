@@ -78,26 +78,13 @@ def collect(
 ) -> Result:
     """Recover strains, forces and deflections of a history and label them."""
     s = np.linspace(0, 1, scene.analysis.stations)
-    found = reactions(system, nodal_forces(system, history.elastic))
-    elastic = members = recover_members(system, history.elastic, s, point_loads(system, found))
-    if history.damping is not None:
-        bare = replace(system, terms=NOTHING)
-        viscous = reactions(bare, nodal_forces(bare, history.damping))
-        members = elastic.with_forces(*section_forces(bare, history.damping, s, point_loads(bare, viscous)))
-        found = {key: force + viscous[key] for key, force in found.items()}
+    members, elastic, found = _with_viscous_forces(system, history, s)
     by_joint = joint_forces(scene, found)
     variables: dict[str, Any] = _of_members(scene, members, elastic) | _of_springs(scene, system, history)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
-    estimate = history.error_estimate
-    error = variables["strain_error"][1] if "strain_error" in variables else None
-    if history.better is not None:
-        by_time, force_error = time_errors(scene, system, history)
-        error = by_time if error is None else error + by_time
-        variables["joint_force_error"] = (("joint",), force_error)
-    if error is not None:
-        variables["strain_error"] = (("member",), error)
-        estimate = judged(scene, error, np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+    errors, estimate = _errors(scene, system, history, variables)
+    variables |= errors
     coordinates: dict[str, object] = {
         "theta": system.motion.theta,
         "time": ("theta", system.motion.time),
@@ -131,6 +118,36 @@ def collect(
     data["time"].attrs.update(units="s", long_name="time")
     data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
     return Result(data)
+
+
+def _with_viscous_forces(
+    system: System, history: History, s: np.ndarray
+) -> tuple[MemberState, MemberState, dict[tuple[str, str, int], np.ndarray]]:
+    """Members with the forces of modal damping and without them, and the joints' reactions with them."""
+    found = reactions(system, nodal_forces(system, history.elastic))
+    elastic = recover_members(system, history.elastic, s, point_loads(system, found))
+    if history.damping is None:
+        return elastic, elastic, found
+    bare = replace(system, terms=NOTHING)
+    viscous = reactions(bare, nodal_forces(bare, history.damping))
+    members = elastic.with_forces(*section_forces(bare, history.damping, s, point_loads(bare, viscous)))
+    return members, elastic, {key: force + viscous[key] for key, force in found.items()}
+
+
+def _errors(
+    scene: Scene, system: System, history: History, variables: dict[str, Any]
+) -> tuple[dict[str, Any], float | None]:
+    """Errors of strains and joint forces where they are known, and the largest relative one."""
+    errors: dict[str, Any] = {}
+    error = variables["strain_error"][1] if "strain_error" in variables else None
+    if history.better is not None:
+        by_time, force_error = time_errors(scene, system, history)
+        error = by_time if error is None else error + by_time
+        errors["joint_force_error"] = (("joint",), force_error)
+    if error is None:
+        return errors, history.error_estimate
+    errors["strain_error"] = (("member",), error)
+    return errors, judged(scene, error, np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
 
 
 def _of_modes(modes: Modes | None) -> xr.Dataset:
