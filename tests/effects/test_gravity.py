@@ -4,36 +4,21 @@ import math
 
 import numpy as np
 import pytest
+import strips
+from strips import INERTIA, RHO, A, E, L
 
 from fenics_mech import analyse
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 
-E, INERTIA, A, RHO, L, G = 71e9, 8.67e-12, 4.06e-5, 2714.0, 0.4, 9.81
+G = 9.81
 EI, WEIGHT = E * INERTIA, RHO * A * G  # N m^2, N/m
 MESHES = [{"elements": 1}, {"stations": (0, 0.1, 0.55, 1)}]
 
 
 def beam(joints, **rest):
-    """A strip from O to B; points O and B of the ground are at its ends."""
-    return build(
-        {
-            "materials": {"aluminium": {"modulus": E, "density": RHO}},
-            "sections": {"strip": {"area": A, "inertia": INERTIA, "fibre": 8e-4}},
-            "ground": {"points": {"O": (0, 0), "B": (L, 0)}},
-            "links": {
-                "beam": {
-                    "points": {"O": (0, 0), "B": (L, 0)},
-                    "members": {"OB": {"ends": ("O", "B"), "section": "strip", "material": "aluminium"}},
-                }
-            },
-            "joints": {name: {"connect": (f"ground.{name}", f"beam.{name}")} | kind for name, kind in joints.items()},
-            "gravity": ("0 m/s^2", "-9.81 m/s^2"),
-            "analysis": {"method": "static"},
-        }
-        | rest
-    )
+    """The strip under its weight."""
+    return strips.beam(joints, **({"gravity": ("0 m/s^2", "-9.81 m/s^2")} | rest))
 
 
 @pytest.mark.parametrize("mesh", MESHES)

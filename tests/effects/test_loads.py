@@ -4,40 +4,18 @@ import math
 
 import numpy as np
 import pytest
+from strips import INERTIA, RHO, STATIC, A, E, L, beam
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 
-E, INERTIA, A, RHO, L = 71e9, 8.67e-12, 4.06e-5, 2714.0, 0.4
 EI = E * INERTIA
 MESHES = [{"elements": 1}, {"stations": (0, 0.1, 0.55, 1)}]
-STATIC = {"method": "static"}
 DEGREE = math.pi / 180
-
-
-def beam(joints, **rest):
-    """A strip from O to B; points O and B of the ground are at its ends."""
-    return build(
-        {
-            "materials": {"aluminium": {"modulus": E, "density": RHO}},
-            "sections": {"strip": {"area": A, "inertia": INERTIA, "fibre": 8e-4}},
-            "ground": {"points": {"O": (0, 0), "B": (L, 0)}},
-            "links": {
-                "beam": {
-                    "points": {"O": (0, 0), "B": (L, 0)},
-                    "members": {"OB": {"ends": ("O", "B"), "section": "strip", "material": "aluminium"}},
-                }
-            },
-            "joints": {name: {"connect": (f"ground.{name}", f"beam.{name}")} | kind for name, kind in joints.items()},
-            "analysis": STATIC,
-        }
-        | rest
-    )
 
 
 def cantilever(**rest):
