@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.building import rigid_tension
-from fenics_mech.effects import NOTHING, Situation, build_terms
+from fenics_mech.building import moved, rigid_tension
 from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
@@ -130,8 +129,7 @@ def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping:
     units = {ahead: at_rate(motion, scene.cycle_rate, one, none) for ahead, motion in at.items()}  # 1 rad/s
 
     def load(by: Array) -> Array:
-        moved = _moved(plain, system, at[by[0]], theta, twist + by[:, None])
-        return load_with_torque(moved, units[by[0]])
+        return load_with_torque(_moved(plain, system, at[by[0]], theta, twist + by[:, None]), units[by[0]])
 
     rate = abs(scene.cycle_rate)
     steps = np.diag([STEP, STEP * rate, STEP * rate**2])
@@ -161,6 +159,4 @@ def _moved(scene: Scene, system: System, nominal: Motion, theta: Array, twist: A
     """Give the mechanism with the motion `nominal` at the crank's own rate; it keeps drive angles and their times."""
     motion = at_rate(nominal, scene.cycle_rate, scene.cycle_rate + twist[1], twist[2])
     motion = replace(motion, theta=theta, time=theta / scene.cycle_rate)
-    bare = replace(system, motion=motion, terms=NOTHING)
-    situation = Situation(scene, system.beams, motion, tension=lambda: rigid_tension(scene, bare))
-    return replace(bare, terms=build_terms(situation))
+    return moved(scene, system, motion)
