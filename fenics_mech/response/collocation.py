@@ -80,7 +80,7 @@ def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbi
     acceleration = flow.accelerations(states, loads)
     velocity = rate[:, None] + h * (tableau.inner @ acceleration)
     displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
-    displacement += h**2 * (tableau.inner @ tableau.inner @ acceleration)
+    displacement += h**2 * (tableau.square @ acceleration)
     return Orbit(
         displacement=displacement.reshape(-1, n),
         velocity=velocity.reshape(-1, n),

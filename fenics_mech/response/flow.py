@@ -70,8 +70,7 @@ class Flow:
     def _response(self) -> Array:
         """Accelerations at the points by a state at the start, and in the last columns by the loads.
 
-        They are ``(steps, s, n, 2n + loads)``. Source: Hairer and Wanner, Solving Ordinary Differential Equations II,
-        section IV.8.
+        They are ``(steps, s, n, 2n + loads)``.
         """
         tableau, s, n = self.tableau, len(self.tableau.points), self.size
         refuse_rigid_damping(self.matrices, self.pace)
@@ -79,16 +78,11 @@ class Flow:
         mass, damping, stiffness = (m.reshape(-1, s, n, n) for m in parts)
         load = self.matrices.load.reshape(len(mass), s, n, -1)
         h = self.duration[:, None, None]
-        first, second = (part[..., None, None] for part in (h * tableau.inner, h**2 * (tableau.inner @ tableau.inner)))
-        lead = np.zeros((len(load), s, n, s, n))
-        for i in range(s):
-            for j in range(s):
-                lead[:, i, :, j] = first[:, i, j] * damping[:, i] + second[:, i, j] * stiffness[:, i]
-            lead[:, i, :, i] += mass[:, i]
         by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
         right = np.concatenate([-stiffness, by_velocity, load], axis=-1)
         flat = right.reshape(-1, s * n, right.shape[-1])
-        return np.linalg.solve(lead.reshape(-1, s * n, s * n), flat).reshape(right.shape)
+        matrix = tableau.stage_matrix(self.duration, mass, damping, stiffness)
+        return np.linalg.solve(matrix, flat).reshape(right.shape)
 
     @cached_property
     def _ends(self) -> Array:

@@ -59,7 +59,6 @@ class Collocation:
     def __post_init__(self) -> None:
         """Find the embedded method of order s, which has the start as a further point."""
         points, s = self.tableau.points, len(self.tableau.points)
-        self.square = self.tableau.inner @ self.tableau.inner
         self.lead = float(np.linalg.det(self.tableau.inner) ** (1 / s))
         moments = 1 / np.arange(1, s + 1)
         moments[0] -= self.lead
@@ -108,19 +107,15 @@ class Collocation:
         found = self._guess(length, n)
         for _ in range(MOST_ITERATIONS):
             rates = rate + length * (inner @ found)
-            places = z + length * points[:, None] * rate + length**2 * (self.square @ found)
+            places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
             lack, tangents = [], []
             for here in zip(start + length * points, places, rates, found):
                 lack.append(self.instant.residual(*here))
                 tangents.append(self.instant.tangents(*here[:3]))
-            mass, damping, stiffness = (np.stack(part)[:, :, None] for part in zip(*tangents))
-            matrix = (length * inner)[:, None, :, None] * damping + (length**2 * self.square)[
-                :, None, :, None
-            ] * stiffness
-            matrix[np.arange(s), :, np.arange(s)] += mass[:, :, 0]
-            change = np.linalg.solve(matrix.reshape(s * n, s * n), -np.concatenate(lack)).reshape(s, n)
+            matrix = self.tableau.stage_matrix(length, *(np.stack(part) for part in zip(*tangents)))
+            change = np.linalg.solve(matrix, -np.concatenate(lack)).reshape(s, n)
             found = found + change
-            moved = np.abs(length**2 * (self.square @ change)).max()
+            moved = np.abs(length**2 * (self.tableau.square @ change)).max()
             if self.instant.coefficients.law is None or moved <= NEWTON * self.tolerance * self.size:
                 return found
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
@@ -42,6 +43,34 @@ class Tableau:
         lagrange = [part.integ() for part in _lagrange(points)]
         inner = np.stack([integral(points) for integral in lagrange], axis=-1)
         return cls(points, inner, np.array([integral(1) for integral in lagrange]))
+
+    @cached_property
+    def square(self) -> Array:
+        """A^2: the integrals taken twice, ``(s, s)``."""
+        return self.inner @ self.inner
+
+    def stage_matrix(self, step: float | Array, mass: Array, damping: Array, stiffness: Array) -> Array:
+        """Give ``M + h A C + h^2 A^2 K`` of the accelerations at all points of a step, ``(..., s n, s n)``.
+
+        Parameters
+        ----------
+        step
+            Duration h of each step (s), ``(...)``.
+        mass, damping, stiffness
+            M, C and K at the points, ``(..., s, n, n)``.
+
+        Source: Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.8.
+        """
+        s, n = mass.shape[-3:-1]
+        h = np.asarray(step)[..., None, None]
+        first, second = h * self.inner, h**2 * self.square
+        matrix = np.empty((*mass.shape[:-3], s, n, s, n))
+        for i in range(s):
+            for j in range(s):
+                by_rate, by_place = (part[..., i, j, None, None] for part in (first, second))
+                matrix[..., i, :, j, :] = by_rate * damping[..., i, :, :] + by_place * stiffness[..., i, :, :]
+            matrix[..., i, :, i, :] += mass[..., i, :, :]
+        return matrix.reshape(*mass.shape[:-3], s * n, s * n)
 
     @property
     def damps(self) -> bool:
