@@ -10,7 +10,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
-from fenics_mech.recovery.members import recover_members
+from fenics_mech.recovery.members import recover_members, stiffnesses
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -63,8 +63,7 @@ def _recovered(scene: Scene, system: System, history: History) -> tuple[np.ndarr
     found = reactions(system, nodal_forces(system, history))
     s = np.linspace(0, 1, STATIONS)
     members = recover_members(system, history, s, point_loads(system, found))
-    rigidity = [scene.rigidity(label, s) for label in scene.members()]
-    fibre = np.stack([np.abs(r.fibre).max(axis=-1) for r in rigidity])
-    axial = members.axial_force / np.stack([r.axial for r in rigidity])
+    ea, ei, _, fibre = stiffnesses(scene, s)
+    axial = members.axial_force / ea
     forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, len(axial), 2)
-    return axial, members.moment * fibre / np.stack([r.bending for r in rigidity]), forces
+    return axial, members.moment * np.abs(fibre).max(axis=-1) / ei, forces

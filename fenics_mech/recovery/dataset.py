@@ -19,7 +19,7 @@ from fenics_mech.modes import Modes
 from fenics_mech.recovery.accuracy import judged, time_errors
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
-from fenics_mech.recovery.members import MemberState, recover_members, section_forces
+from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.validity import bow, euler_ratio, rotation
@@ -204,10 +204,8 @@ def _quasi_static(scene: Scene, system: System) -> np.ndarray:
     found = reactions(linear, nodal_forces(linear, history))
     middle = np.array([0.5])
     axial, _, moment = section_forces(linear, history, middle, point_loads(linear, found))
-    rigidity = [scene.rigidity(label, middle) for label in scene.members()]
-    parts = [(r.axial[0], r.bending[0], r.fibre[0, 0]) for r in rigidity]
-    ea, ei, fibre = np.array(parts).T
-    return axial / ea - moment * fibre / ei
+    ea, ei, _, fibre = stiffnesses(scene, middle)
+    return axial / ea[:, 0] - moment * fibre[:, 0, 0] / ei[:, 0]
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:
@@ -242,9 +240,7 @@ def _of_members(
     members, elastic
         The members' state, and that without the forces of modal damping, from which the strains are.
     """
-    rigidity = [scene.rigidity(label, members.s) for label in scene.members()]
-    ea, ei = np.stack([r.axial for r in rigidity]), np.stack([r.bending for r in rigidity])
-    modulus, fibre = np.stack([r.modulus for r in rigidity]), np.stack([r.fibre for r in rigidity])
+    ea, ei, modulus, fibre = stiffnesses(scene, members.s)
 
     def over_modulus(state: MemberState) -> tuple[np.ndarray, np.ndarray]:
         return state.axial_force / ea, -state.moment[..., None] * fibre / ei[..., None]  # + fibre on the normal's side

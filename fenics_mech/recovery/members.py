@@ -32,6 +32,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, SpreadLoad
 from fenics_mech.recovery.joints import held_tension
 from fenics_mech.response import History
+from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
@@ -158,6 +159,17 @@ def _statics(
     for load in loads:
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
     return axial, shear, moment
+
+
+def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
+    """Give EA (N), EI (N m^2), both ``(members, stations)``, and E (Pa) and places (m) of both outer fibres.
+
+    The latter two are ``(members, stations, 2)``; `s` are stations 0..1 along the members.
+    """
+    found = [scene.rigidity(label, s) for label in scene.members()]
+    parts = ("axial", "bending", "modulus", "fibre")
+    ea, ei, modulus, fibre = (np.stack([getattr(rigidity, part) for rigidity in found]) for part in parts)
+    return ea, ei, modulus, fibre
 
 
 def element_forces(system: System, history: History) -> Array:

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.views.geometry import Array
-from fenics_mech.views.plots import COLOURS, MICRO, MILLI, empty_figure, finish, save
+from fenics_mech.views.plots import COLOURS, MICRO, MILLI, empty_figure, finish, save, with_unit
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def branch_figure(branch: Branch) -> Figure:
             )
         axes.set_ylim(bottom=0)
         _settle(axes, branch, f"{title}: largest over the cycle. Dashed: unstable; circles: folds", label)
-    panels[-1].set_xlabel(_label(branch))
+    panels[-1].set_xlabel(with_unit(branch.data, branch.path))
     return figure
 
 
@@ -67,7 +67,7 @@ def multiplier_figure(branch: Branch) -> Figure:
     _draw(axes, branch, largest, COLOURS[0], "")
     axes.axhline(1, color="#777777", linewidth=0.8, linestyle="-", zorder=1.5)
     _settle(axes, branch, "Stability: disturbances grow above 1. Circles: folds", "largest multiplier")
-    axes.set_xlabel(_label(branch))
+    axes.set_xlabel(with_unit(branch.data, branch.path))
     return figure
 
 
@@ -94,7 +94,7 @@ def _folds(branch: Branch) -> Table:
     peak = MICRO * branch.data["peak_strain"].max("member").to_numpy()
     points = np.arange(len(peak))
     strain = "largest strain (\N{MICRO SIGN}m/m)"
-    table = table_of("Folds", _label(branch), strain, "other stable motions there")
+    table = table_of("Folds", with_unit(branch.data, branch.path), strain, "other stable motions there")
     for fold in np.flatnonzero(branch.data["fold"].to_numpy() == 1):
         value = float(branch.values[fold])
         others = [place for place, stable in branch.motions(value) if stable and abs(place - fold) > 1]
@@ -125,8 +125,3 @@ def _settle(axes: Axes, branch: Branch, title: str, label: str) -> None:
     """Set titles, labels and limits."""
     axes.set_xlim(branch.values.min(), branch.values.max())
     finish(axes, title, label)
-
-
-def _label(branch: Branch) -> str:
-    unit = branch.data[branch.path].attrs["units"]
-    return branch.path if unit == "1" else f"{branch.path} ({unit})"

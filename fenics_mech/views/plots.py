@@ -8,6 +8,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -353,6 +354,12 @@ def curve(theta: Array, values: Array) -> tuple[Array, Array]:
     """Drive angle in degrees and values, over the whole turn."""
     angle, values = one_turn(theta, values)
     return np.degrees(angle), values
+
+
+def with_unit(data: xr.Dataset, name: str) -> str:
+    """Name of a coordinate with its unit, if it has one."""
+    unit = data[name].attrs["units"]
+    return name if unit == "1" else f"{name} ({unit})"
 
 
 def finish(axes: Axes, title: str, ylabel: str, columns: int = LEGEND_COLUMNS) -> None:

@@ -21,7 +21,7 @@ from rich.text import Text
 from fenics_mech.errors import ViewError
 from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.views.geometry import Array
-from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, empty_figure, finish, save
+from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, empty_figure, finish, save, with_unit
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def sweep_summary(sweep: Sweep) -> Group:
 
 def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
     """Tabulate the largest peak strain of every member."""
-    columns = [_label(data, path) for path in paths]
+    columns = [with_unit(data, path) for path in paths]
     table = table_of("Largest strain over the sweep", "member", STRAIN, *columns, "s")
     for member in data["member"].to_numpy():
         one = data.sel(member=member)
@@ -274,8 +274,8 @@ def _map(
         figure.colorbar(mesh, ax=axes, label=label)
     if bool(values.isnull().any()):
         title += "; grey: failed"
-    axes.set_xlabel(_label(sweep.data, across))
-    finish(axes, title, _label(sweep.data, up))
+    axes.set_xlabel(with_unit(sweep.data, across))
+    finish(axes, title, with_unit(sweep.data, up))
     return figure
 
 
@@ -291,7 +291,7 @@ def _settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = Fals
         axes.plot(failed, 0 * failed, transform=floor, clip_on=False, label="failed", **look)
     axes.set_xlim(x.min(), x.max())
     if last:
-        axes.set_xlabel(_label(sweep.data, sweep.paths[0]))
+        axes.set_xlabel(with_unit(sweep.data, sweep.paths[0]))
     finish(axes, title, ylabel)
 
 
@@ -303,8 +303,3 @@ def _look(index: int, points: int) -> dict[str, Any]:
 
 def _along(sweep: Sweep) -> Array:
     return sweep.data[sweep.paths[0]].to_numpy().astype(float)
-
-
-def _label(data: xr.Dataset, path: str) -> str:
-    unit = data[path].attrs["units"]
-    return path if unit == "1" else f"{path} ({unit})"
