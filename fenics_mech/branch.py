@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.building import mechanism, rigid_tension, scene_modes
+from fenics_mech.building import mechanism, rough_tension, scene_modes
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SceneError, SolverError
@@ -181,9 +181,11 @@ def first_motion(scene: Scene, family: Family) -> Point:
     value = family.ends[0]
     equation, steps = family.at(value), Steps.of(scene)
     law = equation.system.terms.law
-    tension = np.zeros(0) if law is None else rigid_tension(scene, equation.system)
-    orbit = solve_collocation(equation, family.tableau, steps.duration, scene.petsc, None if law is None else tension)
-    if law is not None:
+    tension = rough_tension(scene, equation.system)
+    orbit = solve_collocation(equation, family.tableau, steps.duration, scene.petsc, tension)
+    if law is None or tension is None:
+        tension = np.zeros(0)
+    else:
         tension = law.tension(*equation.in_links(orbit.displacement, orbit.velocity))
     return Point(value, paced(orbit, 1 / family.rate(value)), tension)
 

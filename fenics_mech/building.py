@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._guard import guarded, require_memory
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
+from fenics_mech.beams.reduction import Reduction
 from fenics_mech.effects import NOTHING, Situation, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import Motion, solve_motion
@@ -19,9 +20,10 @@ from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import History, solve_static
-from fenics_mech.scene import Scene
-from fenics_mech.scene.meshing import member_nodes
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.meshing import member_nodes, thinned
 
+MOST_SEEN = 32  # elements of a reduced member on which strains are recovered
 MOST_UPDATES = 60  # of the axial forces by the response
 LARGEST_TURN = 0.1  # rad, of a whole link on springs; there the small motions of linear statics are 0.5 % off
 SETTLED = 1e-7  # change of the axial forces, of the largest
@@ -45,13 +47,39 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
     else:
         motion = solve_motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
     progress("beams")
-    return system_at(scene, shaped(scene, assemble_beams(scene, mesh_scene(scene))), motion)
+    return system_at(scene, links(scene), motion)
+
+
+def links(scene: Scene) -> Beams:
+    """Mesh and assemble the links, with fewer coordinates if the scene wants that."""
+    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene)))
+    if scene.analysis.reduction == "none":
+        return fine
+    members = _reducible(scene, fine)
+    coarse = thinned(scene, [fine.mesh.members[i] for i in members], MOST_SEEN)
+    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
+    cutoff = scene.analysis.cutoff
+    reduction = Reduction.of(fine, seen, members, None if cutoff == "auto" else 2 * math.pi * cutoff)
+    return replace(seen, reduction=reduction)
+
+
+def _reducible(scene: Scene, beams: Beams) -> list[int]:
+    """Members that have inner nodes, and no need of them: no pin travels along them, and they can stretch."""
+    guides = {
+        id(scene.links[joint.connect[0].split(".")[0]].members[joint.member])
+        for joint in scene.joints.values()
+        if isinstance(joint, Slot | Prismatic) and joint.member is not None
+    }
+    owners = beams.mesh.cell_member
+    needed = np.append(owners[np.isinf(beams.axial_rigidity)], np.flatnonzero(np.bincount(owners) == 1))
+    return [i for i, (_, member) in enumerate(scene.members().values()) if id(member) not in guides and i not in needed]
 
 
 def _require_memory(scene: Scene) -> None:
     """Refuse a cycle whose loops, nodes and results at all positions do not fit into memory."""
     positions = scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1
-    nodes = sum(len(member_nodes(scene, label)) for label in scene.members())
+    most = math.inf if scene.analysis.reduction == "none" else MOST_SEEN
+    nodes = sum(min(len(member_nodes(scene, label)), most) for label in scene.members())
     each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations
     hint = "Take fewer sub_intervals, stations or elements"
     require_memory(float(positions) * each, f"{positions} positions of {len(scene.links)} links", hint)
@@ -77,6 +105,12 @@ def rigid_tension(scene: Scene, bare: System) -> NDArray[np.float64]:
     linear = tuple(name for name in scene.named_effects if name not in ("geometric-stiffness", "moderate-rotations"))
     system = _with_effects(scene.changed(effects=linear), bare)
     return mean_tension(system, static_response(scene, system))
+
+
+def rough_tension(scene: Scene, system: System) -> NDArray[np.float64] | None:
+    """Axial force from loads and rigid motion (N), in the strings of the links' nonlinear law, if they have one."""
+    law = system.terms.law
+    return None if law is None else law.on_elements.mean(rigid_tension(scene, system))
 
 
 def static_response(scene: Scene, system: System) -> History:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.building import moved, rigid_tension
+from fenics_mech.building import moved, rough_tension
 from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
@@ -50,8 +50,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOST_ITERATIONS):
         equation = _equation(scene, system, theta, twist, damping)
-        law = equation.system.terms.law
-        tension = None if law is None else rigid_tension(scene, equation.system)
+        tension = rough_tension(scene, equation.system)
         orbit = solve_collocation(equation, tableau, steps.duration, scene.petsc, tension)
         found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
         change = np.abs(found[0] - twist[0]).max() / max(np.abs(found[0]).max(), np.finfo(float).tiny)

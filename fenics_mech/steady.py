@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.building import rigid_tension, settle, system_at, with_tension
+from fenics_mech.building import rough_tension, settle, system_at, with_tension
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
@@ -70,8 +70,8 @@ class Cycle:
 
     @property
     def tension(self) -> Array | None:
-        """Rough axial force of each element at the starts (N), where the links have a nonlinear law."""
-        return _tension(self.scene, self.system)
+        """Rough axial force at the starts (N), where the links have a nonlinear law."""
+        return rough_tension(self.scene, self.system)
 
     def inside(self, scheme: str, stages: int) -> Equation:
         """Give the equation at collocation points of all steps."""
@@ -179,7 +179,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
 
 
 def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:
-    jump, tension = velocity_jumps(scene, inside.system, steps), _tension(scene, inside.system)
+    jump, tension = velocity_jumps(scene, inside.system, steps), rough_tension(scene, inside.system)
     try:
         return solve_collocation(inside, tableau, steps.duration, scene.petsc, tension, jump)
     except SolverError as error:
@@ -241,8 +241,3 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         stability = cycle.stability(modes, motion)
     history = history_of(cycle.start, *series.at(np.abs(system.motion.theta)))
     return system, replace(history, stability=stability, error_estimate=series.error)
-
-
-def _tension(scene: Scene, system: System) -> Array | None:
-    """Rough axial force of each element (N), where the links have a nonlinear law."""
-    return None if system.terms.law is None else rigid_tension(scene, system)

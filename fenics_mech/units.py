@@ -32,6 +32,7 @@ EXAMPLES = {
     "rad/s": "300 rpm",
     "s": "20 ms",
     "1/s": "5 /s",
+    "Hz": "2 kHz",
     "kg*m**2": "3 kg cm^2",
     "N": "12 N",
     "N*m": "2 N m",
@@ -71,6 +72,8 @@ def _parse(text: str, unit: str) -> float:
         raise ValueError(f"cannot read {text!r} as a quantity; {example}") from error
     if unit == "rad/s" and "hertz" in str(quantity.units):
         raise ValueError(f"{text!r} is a frequency, and 1 Hz is 2 pi rad/s; write rpm or rad/s")
+    if unit == "Hz" and "hertz" not in str(quantity.units) and not quantity.unitless:
+        raise ValueError(f"{text!r} is no frequency in Hz; {example}")
     try:
         return float(quantity.magnitude if quantity.unitless else quantity.to(unit).magnitude)
     except OverflowError:  # of whole numbers of any length
@@ -118,6 +121,7 @@ Angle = _quantity("rad")
 AngularSpeed = _quantity("rad/s")
 Time = _quantity("s")
 Rate = _quantity("1/s")
+Frequency = _quantity("Hz")
 Inertia = _quantity("kg*m**2")
 Force = _quantity("N")
 Torque = _quantity("N*m")

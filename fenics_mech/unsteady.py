@@ -63,6 +63,12 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
             place="analysis.tension",
             hint="Take the effect 'moderate-rotations' in place of 'geometric-stiffness'",
         )
+    if analysis.reduction != "none" and system.terms.law is not None:
+        raise SceneError(
+            "a motion in time does not know members that are reduced and rotate moderately",
+            place="analysis.reduction",
+            hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
+        )
     course = _course(scene, system)
     parts = []
     for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import ufl
@@ -21,6 +21,9 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.stretching import Stretching
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import PointMass, RigidBody, Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.reduction import Reduction
 
 Array = NDArray[np.float64]
 DEGREE = 4  # of the polynomials that stand for a section that varies
@@ -54,6 +57,8 @@ class Beams:
         rho I as UFL coefficient (kg m); None where the sections' rotation has no inertia.
     rotary_powers
         rho I as `density_powers`, ``(elements, 1)`` where no section varies (kg m).
+    reduction
+        Fewer coordinates that say the nodal dofs, where the links are reduced.
     """
 
     layout: Layout
@@ -67,6 +72,7 @@ class Beams:
     shear_rigidity: Array | None = None
     rotary: Any | None = None
     rotary_powers: Array | None = None
+    reduction: Reduction | None = None
 
     @property
     def mesh(self) -> BeamMesh:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import each, times
+from fenics_mech._arrays import each, summed, times
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.beams.stretching import Stretching
 from fenics_mech.effects.effect import Effect, Survey
@@ -18,36 +18,43 @@ NEAR_BUCKLING = 0.8  # of a mode's stiffness, that axial forces take
 
 @dataclass(frozen=True)
 class VonKarman:
-    """Elements with the strain ``u' + w'^2/2``, its mean over each element.
+    """Strings with the strain ``u' + w'^2/2``, its mean over each: a string is an element, or a member that is reduced.
 
     Parameters
     ----------
     stretching
-        Strain of the elements.
+        Elongation of each string, padded with zeros where strings have fewer dofs than others.
     dofs
-        Nodal dofs of the elements, ``(elements, 6)``.
+        The links' coordinates of each, ``(strings, n)``.
     rigidity
-        EA over the element's length (N/m), ``(elements,)``.
+        EA over the length (N/m), ``(strings,)``.
     material
         Retardation time: the tension is ``EA (strain + material * rate of strain)`` (s). The rate is that of the whole
         strain: on the linear part alone it would damp bending away, as u' follows -w'^2/2.
+    on_elements
+        The same, element by element.
+    spread
+        Stiffness by what the tension inside a string differs from its mean, ``(angles, strings, n, n)``.
     """
 
     stretching: Stretching
     dofs: Index
     rigidity: Array
     material: float
+    on_elements: OnElements
+    spread: Array | None = None
 
     def tension(self, v: Array, rate: Array) -> Array:
-        """Axial force of each element (N), ``(angles, elements)``."""
+        """Mean axial force of each string (N), ``(angles, strings)``."""
         return self._forces(v[:, self.dofs], rate[:, self.dofs])[0]
 
     def force(self, v: Array, rate: Array) -> Array:
-        """``N (line + bow v)`` less its linear part, ``(angles, elements, 6)``."""
+        """``N (line + bow v)`` less its linear part, ``(angles, strings, n)``."""
         v, rate = v[:, self.dofs], rate[:, self.dofs]
         tension, turned = self._forces(v, rate)
         linear = self.rigidity * np.einsum("ei,tei->te", self.stretching.line, v + self.material * rate)
-        return tension[..., None] * turned - linear[..., None] * self.stretching.line
+        found = tension[..., None] * turned - linear[..., None] * self.stretching.line
+        return found if self.spread is None else found + times(self.spread, v)
 
     def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
         """Force about v, v' and a tension, see `Law`."""
@@ -61,10 +68,13 @@ class VonKarman:
         constant = found[..., None] * turned - times(by_v, v) - times(by_rate, rate)
         constant -= tension[..., None] * each(bow, v)
         straight = rigidity * line[:, :, None] * line[:, None, :]
-        return constant, by_v + tension[..., None, None] * bow - straight, by_rate - self.material * straight
+        by_v += tension[..., None, None] * bow - straight
+        if self.spread is not None:
+            by_v += self.spread
+        return constant, by_v, by_rate - self.material * straight
 
     def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
+        """Tension at a new state by the strain linearised about the old one (N), ``(angles, strings)``."""
         v, rate, new_v, new_rate = (array[:, self.dofs] for array in (v, rate, new_v, new_rate))
         found, turned = self._forces(v, rate)
         swing = self.material * each(self.stretching.bow, rate)
@@ -72,19 +82,98 @@ class VonKarman:
         return found + self.rigidity * change
 
     def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Tension, and the change of the element's elongation with its dofs, ``line + bow v``."""
+        """Tension, and the change of the string's elongation with its dofs, ``line + bow v``."""
         bent = each(self.stretching.bow, v)
         turned = self.stretching.line + bent
         elongation = np.sum((self.stretching.line + bent / 2) * v, -1)
         return self.rigidity * (elongation + self.material * np.sum(turned * rate, -1)), turned
 
 
+@dataclass(frozen=True)
+class OnElements:
+    """Von Karman's strain on the elements. Those of a string have its tension, but for what spreads inside it.
+
+    Parameters
+    ----------
+    stretching, dofs, rigidity, material
+        As of the strings, ``(elements, ...)``; the dofs are nodal.
+    string
+        String of each element, ``(elements,)``.
+    spread
+        What the tension of the elements differs from their string's (N), ``(angles, elements)``; 0 where they are one.
+    """
+
+    stretching: Stretching
+    dofs: Index
+    rigidity: Array
+    material: float
+    string: Index
+    spread: Array | float = 0.0
+
+    def mean(self, tension: Array) -> Array:
+        """Mean of an axial force over each string, ``(angles, strings)``: that of the strain times the rigidity."""
+        return self._of_strings(tension / self.rigidity)
+
+    def tension(self, v: Array, rate: Array) -> Array:
+        """Axial force of each element (N), ``(angles, elements)``."""
+        return self._tension(*self._turned(v, rate))
+
+    def force(self, v: Array, rate: Array) -> Array:
+        """Forces on the elements' ends in link axes, ``(angles, elements, 6)``, less the linear ones of the strings."""
+        v, rate, turned = self._turned(v, rate)
+        tension = self._tension(v, rate, turned)
+        line = self.stretching.line
+        linear = self._of_strings(np.einsum("ei,tei->te", line, v + self.material * rate))[:, self.string]
+        return tension[..., None] * (turned - line) + (tension - self.spread - linear)[..., None] * line
+
+    def lengthening(self, v: Array) -> Array:
+        """Elongation of each element beside that of linear theory (m), ``(angles, elements)``.
+
+        Bending shortens an element, and the tension that comes of it stretches all elements of its string. Together
+        they add up to 0 over a string: its ends have their displacement already.
+        """
+        v = v[:, self.dofs]
+        bent = np.sum(v * each(self.stretching.bow, v), -1) / 2
+        return self._of_strings(bent)[:, self.string] / self.rigidity - bent
+
+    def _turned(self, v: Array, rate: Array) -> tuple[Array, Array, Array]:
+        v, rate = v[:, self.dofs], rate[:, self.dofs]
+        return v, rate, self.stretching.line + each(self.stretching.bow, v)
+
+    def _elongation(self, v: Array, rate: Array, turned: Array) -> Array:
+        whole = np.sum((self.stretching.line + turned) * v, -1) / 2
+        return np.asarray(whole + self.material * np.sum(turned * rate, -1))
+
+    def _tension(self, v: Array, rate: Array, turned: Array) -> Array:
+        return np.asarray(self._of_strings(self._elongation(v, rate, turned))[:, self.string] + self.spread)
+
+    def _of_strings(self, elongation: Array) -> Array:
+        """Axial force of each string by the elongation of its elements, ``(angles, strings)``."""
+        count = int(self.string.max()) + 1
+        return summed(elongation, self.string, count) / np.bincount(self.string, 1 / self.rigidity)
+
+
 def terms(situation: Situation) -> Terms:
-    """Give the law of the elements."""
-    beams = situation.beams
-    rigidity = beams.axial_rigidity / beams.mesh.cell_length
-    material = situation.scene.damping.material
-    return Terms(law=VonKarman(beams.stretching, element_dofs(beams.mesh), rigidity, material))
+    """Give the law of the elements, or of the members that are reduced."""
+    beams, material = situation.beams, situation.scene.damping.material
+    rigidity, dofs = beams.axial_rigidity / beams.mesh.cell_length, element_dofs(beams.mesh)
+    bare = OnElements(beams.stretching, dofs, rigidity, material, np.arange(len(dofs)))
+    if beams.reduction is None:
+        return Terms(law=VonKarman(beams.stretching, dofs, rigidity, material, bare))
+    strings = beams.reduction.strings
+    bare = replace(bare, string=strings.of_element)
+    tension = situation.tension()
+    spread = tension - bare.mean(tension)[:, strings.of_element]
+    on_elements = replace(bare, spread=spread)
+    law = VonKarman(
+        stretching=strings.stretching(beams.stretching),
+        dofs=strings.coordinates,
+        rigidity=1 / np.bincount(strings.of_element, 1 / rigidity),
+        material=material,
+        on_elements=on_elements,
+        spread=strings.weighted(beams.stretching.bow, spread),
+    )
+    return Terms(law=law)
 
 
 def size(survey: Survey) -> float:

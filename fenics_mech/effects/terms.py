@@ -73,7 +73,11 @@ class Entries:
     @classmethod
     def of_elements(cls, mesh: BeamMesh, blocks: Array) -> Entries:
         """Give the matrix of element blocks in link axes, ``(angles or 1, elements, 6, 6)``."""
-        dofs = element_dofs(mesh)
+        return cls.of_blocks(element_dofs(mesh), blocks)
+
+    @classmethod
+    def of_blocks(cls, dofs: Index, blocks: Array) -> Entries:
+        """Give the matrix of blocks ``(angles or 1, strings, n, n)`` on `dofs`, ``(strings, n)``."""
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         return cls(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
 
@@ -87,15 +91,24 @@ class Entries:
 
 
 class Law(Protocol):
-    """A nonlinear force of the elements: what it adds to the linear elastic one.
+    """A nonlinear force of strings, which are elements, or members that are reduced, beside the linear elastic one.
 
-    Newton's method takes each element's tension as an unknown of its own, beside v. It then needs few steps and no
-    small ones: a tension that is computed from a bending not yet right is a bad guess, as elements are stiff along
-    their axes. Source: Magisano, Leonetti and Garcea, Int. J. Numer. Meth. Engng 109 (2017) 1237.
+    Its displacement v and velocity v' are those of the links' coordinates. Newton's method takes each string's tension
+    as an unknown of its own, beside v. It then needs few steps and no small ones: a tension that is computed from a
+    bending not yet right is a bad guess, as members are stiff along their axes. Source: Magisano, Leonetti and Garcea,
+    Int. J. Numer. Meth. Engng 109 (2017) 1237.
     """
 
+    @property
+    def dofs(self) -> Index:
+        """The links' coordinates of each string, ``(strings, n)``."""
+
+    @property
+    def on_elements(self) -> ElementLaw:
+        """The same on the elements, by their nodal dofs."""
+
     def force(self, v: Array, rate: Array) -> Array:
-        """Forces on the elements' ends in link axes, ``(angles, elements, 6)``, from v and v'."""
+        """Forces on the strings in link axes, ``(angles, strings, n)``, from v and v'."""
 
     def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
         """Force about v, v' and a tension, ``constant + by_v v + by_rate v'``.
@@ -103,14 +116,30 @@ class Law(Protocol):
         Returns
         -------
         tuple
-            The constant ``(angles, elements, 6)``, and two matrices ``(angles, elements, 6, 6)``.
+            The constant ``(angles, strings, n)``, and two matrices ``(angles, strings, n, n)``.
         """
 
     def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
+        """Tension at a new state by the strain linearised about the old one (N), ``(angles, strings)``."""
 
     def tension(self, v: Array, rate: Array) -> Array:
-        """Axial force of each element, with the linear part (N), ``(angles, elements)``."""
+        """Axial force of each string, with the linear part (N), ``(angles, strings)``."""
+
+
+class ElementLaw(Protocol):
+    """A nonlinear force on the elements, from their nodal v and v'."""
+
+    def mean(self, tension: Array) -> Array:
+        """Mean over each string of an axial force ``(angles, elements)``, ``(angles, strings)``."""
+
+    def tension(self, v: Array, rate: Array) -> Array:
+        """Axial force of each element (N), ``(angles, elements)``."""
+
+    def force(self, v: Array, rate: Array) -> Array:
+        """Forces on the elements' ends in link axes, ``(angles, elements, 6)``."""
+
+    def lengthening(self, v: Array) -> Array:
+        """Elongation of each element beside that of linear theory (m), ``(angles, elements)``."""
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import summed, times
 from fenics_mech._guard import ADVICE, require_memory
 from fenics_mech.effects import Entries
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.system import System
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 DENSE = 40  # matrices of a position that a solver holds at a time: measured, 35
 RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
 MOST_COORDINATES = 1500  # beyond it the dense matrices of a cycle take more memory than a workstation has
@@ -74,7 +75,7 @@ class Equation:
 
     @cached_property
     def shape(self) -> tuple[Array, Array | None, Array | None]:
-        """P, P' and P'' at all angles, ``(angles, nodal dofs, coordinates)``; the last two None when not coupled."""
+        """P, P' and P'' at all angles, ``(angles, links' coordinates, coordinates)``; the last two None when off."""
         transformation = self.system.transformation
         values = [self.system.values, *(transformation.derivatives(self.system.motion) if self.coupled else ())]
         full = np.zeros((len(values), len(values[0]), *transformation.shape))
@@ -102,9 +103,11 @@ class Equation:
             stiffness = stiffness + _product(d, first)
         back = p.transpose(0, 2, 1)
         damping = back @ damping
+        stiffness = back @ stiffness
         if self.extra_damping is not None:
             damping = damping + self.extra_damping
-        return Matrices(back @ mass, damping, back @ stiffness, self.system.load)
+            stiffness = stiffness if self.drift is None else stiffness + self.extra_damping @ self.drift
+        return Matrices(back @ mass, damping, stiffness, self.system.load)
 
     def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
@@ -116,19 +119,19 @@ class Equation:
         tension
             Axial force of each element that goes with them (N), ``(angles, elements)``.
         """
-        linear, law, mesh = self.linear, self.system.terms.law, self.system.beams.mesh
+        linear, law = self.linear, self.system.terms.law
         if law is None:
             return linear
         p, first, _ = self.shape
         constant, *tangents = law.linearised(*self.in_links(q, rate), tension)
-        by_v, by_rate = (Entries.of_elements(mesh, blocks).dense(p.shape[1]) for blocks in tangents)
+        by_v, by_rate = (Entries.of_blocks(law.dofs, blocks).dense(p.shape[1]) for blocks in tangents)
         back = p.transpose(0, 2, 1)
         stiffness = by_v @ p if first is None else by_v @ p + by_rate @ first
         return Matrices(
             mass=linear.mass,
             damping=linear.damping + back @ (by_rate @ p),
             stiffness=linear.stiffness + back @ stiffness,
-            load=linear.load - self._to_coordinates(constant),
+            load=linear.load - self._to_coordinates(constant, law.dofs),
         )
 
     def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:
@@ -141,7 +144,24 @@ class Equation:
         """``M q'' + C q' + K q + law - f``, ``(angles, coordinates)``."""
         linear, law = self.linear, self.system.terms.law
         lack = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
-        return lack if law is None else lack + self._to_coordinates(law.force(*self.in_links(q, rate)))
+        return lack if law is None else lack + self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
+
+    def straining(self, q: Array, rate: Array) -> Array:
+        """Rate of the coordinates that strains the links as they are strained, ``(angles, coordinates)``.
+
+        It is ``q' + drift q``. Modal damping goes with it: q' alone also holds the turning of the fixed frame against
+        the links, and would damp a link that turns with a strain that does not change.
+        """
+        return rate if self.drift is None else rate + times(self.drift, q)
+
+    @cached_property
+    def drift(self) -> Array | None:
+        """How coordinates that stand still strain the links as these turn, ``P^T k P drift = P^T k P'`` (1/s)."""
+        p, first, _ = self.shape
+        if first is None:
+            return None
+        along = p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, first)
+        return np.asarray(np.linalg.solve(self.links_stiffness, along))
 
     @cached_property
     def links_stiffness(self) -> Array:
@@ -149,12 +169,14 @@ class Equation:
         p = self.shape[0]
         return p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, p)
 
-    def _to_coordinates(self, ends: Array) -> Array:
-        """Carry forces on the elements' ends, ``(angles, elements, 6)``, to the coordinates."""
-        return (self.system.assembled(ends)[:, None] @ self.shape[0])[:, 0]
+    def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
+        """Carry forces on the links' coordinates `dofs`, ``(angles, strings, n)``, to the mechanism's."""
+        p = self.shape[0]
+        whole = summed(forces.reshape(len(forces), -1), dofs.ravel(), p.shape[1])
+        return (whole[:, None] @ p)[:, 0]
 
     def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
-        """Displacement v and its velocity v' in link axes, each ``(angles, nodal dofs)``."""
+        """Displacement v and its velocity v' over the links' coordinates, each ``(angles, links' coordinates)``."""
         p, first, _ = self.shape
         v_rate = times(p, rate)
         return times(p, q), v_rate if first is None else v_rate + times(first, q)
@@ -175,11 +197,11 @@ class Equation:
         """Give a constant matrix, or with entries of effects a dense one at all angles."""
         if not added:
             return constant
-        return constant.toarray() + sum(entries.dense(constant.shape[0]) for entries in added)
+        return constant.toarray() + sum(self.system.on_links(entries).dense(constant.shape[0]) for entries in added)
 
     def _scaled(self, matrix: sp.csr_matrix, by_link: Array) -> sp.csr_matrix | Array:
         """Scale the rows of each link by a factor that changes with the angle, ``(angles, links)``."""
-        rows = by_link[:, self.system.link_of_dof]
+        rows = by_link[:, self.system.link_of_coordinate]
         return rows[..., None] * matrix.toarray()
 
 
@@ -206,7 +228,7 @@ def held_matrices(system: System) -> tuple[Array, Array]:
     p[:, system.transformation.rows, system.transformation.columns] = system.values
     stiffness: sp.csr_matrix | Array = system.link_stiffness
     if system.symmetric_stiffness:
-        added = (entries.dense(p.shape[1]) for entries in system.symmetric_stiffness)
+        added = (system.on_links(entries).dense(p.shape[1]) for entries in system.symmetric_stiffness)
         stiffness = system.link_stiffness.toarray() + sum(added)
     back = p.transpose(0, 2, 1)
     return back @ _product(system.link_mass, p), back @ _product(stiffness, p)

@@ -59,7 +59,7 @@ def load_with_torque(system: System, unit: Motion) -> Array:
 
 def _lack(system: System) -> Array:
     """Forces that the rigid motion lacks, ``m a - f`` in link axes, ``(angles, nodal dofs)``."""
-    return (system.link_mass @ system.rigid_acceleration.T).T - system.applied
+    return (system.nodal_mass @ system.rigid_acceleration.T).T - system.applied
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,8 +126,8 @@ class MotorEquation(Equation):
         transformation, motion = system.transformation, system.motion
         field, lack = swing(system, self.unit), _lack(system)
         omega, alpha = motion.omega[:, link], motion.alpha[:, link]
-        s, centrifugal = system.link_gyroscopic.T, (system.link_mass - system.link_rotary_mass).T
-        momentum = (system.link_mass.T @ field.T).T  # x^T m
+        s, centrifugal = system.nodal_gyroscopic.T, (system.nodal_mass - system.nodal_rotary_mass).T
+        momentum = (system.nodal_mass.T @ field.T).T  # x^T m
         drag = terms.external * momentum + _times_transposed(terms.damping, field)  # x^T D
         turning = 2 * (s @ (omega * field).T).T + drag  # x^T (2 m_v + D)
         held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T  # x^T m_a
@@ -136,10 +136,10 @@ class MotorEquation(Equation):
         held += self.unit.omega[:, link] * carried  # P q turns with its link
         first, second = transformation.derivatives(motion)
         by_angle = transformation.derivatives(self.unit)[0]  # dP/dpsi: at 1 rad/s it is P'
-        work = transformation.backward
-        stiffness = work(second, momentum) + work(first, turning) + work(system.values, held) + work(by_angle, lack)
-        damping = 2 * work(first, momentum) + work(system.values, turning)
-        return stiffness, damping, work(system.values, momentum)
+        work = system.on_coordinates
+        stiffness = work(momentum, second) + work(turning, first) + work(held) + work(lack, by_angle)
+        damping = 2 * work(momentum, first) + work(turning)
+        return stiffness, damping, work(momentum)
 
 
 def _times_transposed(added: tuple[Entries, ...], vectors: Array) -> Array:

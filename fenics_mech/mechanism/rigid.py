@@ -117,4 +117,6 @@ def _in_coordinates(system: System, free: Array) -> Array:
     nodal = np.stack(along, axis=-1).reshape(len(free), -1)
     entries = (system.values[0], (transformation.rows, transformation.columns))
     p = sp.csr_matrix(entries, shape=transformation.shape)
+    if (reduction := system.beams.reduction) is not None:
+        p = reduction.shape @ p
     return np.atleast_2d(splu((p.T @ p).tocsc()).solve((nodal @ p).T).T)

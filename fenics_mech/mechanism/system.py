@@ -62,6 +62,14 @@ class System:
         return np.repeat(self.beams.mesh.node_link, 3)
 
     @property
+    def link_of_coordinate(self) -> NDArray[np.int64]:
+        """Link of each of the links' coordinates."""
+        reduction, mesh = self.beams.reduction, self.beams.mesh
+        if reduction is None:
+            return self.link_of_dof
+        return np.append(self.link_of_dof[reduction.kept], mesh.member_link[reduction.mode_member])
+
+    @property
     def size(self) -> int:
         """Number of coordinates q."""
         return self.transformation.shape[1]
@@ -71,25 +79,64 @@ class System:
         """Nonzeros of P at all angles, ``(angles, nonzeros)``."""
         return self.transformation.values(self.motion)
 
-    @cached_property
+    @property
     def link_mass(self) -> sp.csr_matrix:
-        """Mass matrix m of all links in link axes, for products with many vectors at once."""
+        """Mass matrix m of all links, over their coordinates."""
+        return self.nodal_mass if self.beams.reduction is None else self.beams.reduction.mass
+
+    @property
+    def link_rotary_mass(self) -> sp.csr_matrix:
+        """Share of m that the rotation of sections and point masses has, which feels no centrifugal force."""
+        return self.nodal_rotary_mass if self.beams.reduction is None else self.beams.reduction.rotary_mass
+
+    @property
+    def link_stiffness(self) -> sp.csr_matrix:
+        """Stiffness matrix k of all links, over their coordinates."""
+        return self.nodal_stiffness if self.beams.reduction is None else self.beams.reduction.stiffness
+
+    @property
+    def link_gyroscopic(self) -> sp.csr_matrix:
+        """Gyroscopic matrix s of all links, over their coordinates."""
+        return self.nodal_gyroscopic if self.beams.reduction is None else self.beams.reduction.gyroscopic
+
+    @cached_property
+    def nodal_mass(self) -> sp.csr_matrix:
+        """Matrix m over the nodal dofs in link axes, for products with many vectors at once."""
         return to_scipy(self.beams.mass)
 
     @cached_property
-    def link_rotary_mass(self) -> sp.csr_matrix:
-        """Share of m that the rotation of sections and point masses has, which feels no centrifugal force."""
+    def nodal_rotary_mass(self) -> sp.csr_matrix:
+        """Share of m that rotation has, over the nodal dofs."""
         return to_scipy(self.beams.rotary_mass)
 
     @cached_property
-    def link_stiffness(self) -> sp.csr_matrix:
-        """Stiffness matrix k of all links in link axes."""
+    def nodal_stiffness(self) -> sp.csr_matrix:
+        """Matrix k over the nodal dofs."""
         return to_scipy(self.beams.stiffness)
 
     @cached_property
-    def link_gyroscopic(self) -> sp.csr_matrix:
-        """Gyroscopic matrix s of all links in link axes."""
+    def nodal_gyroscopic(self) -> sp.csr_matrix:
+        """Matrix s over the nodal dofs."""
         return to_scipy(self.beams.gyroscopic)
+
+    def on_links(self, entries: Entries) -> Entries:
+        """Carry entries over the nodal dofs to the links' coordinates."""
+        reduction = self.beams.reduction
+        if reduction is None:
+            return entries
+        rows, columns, weights = reduction.pairs(entries.rows, entries.columns)
+        return Entries(rows, columns, np.asarray((weights.T @ entries.values.T).T))
+
+    def on_nodes(self, coordinates: Array) -> Array:
+        """Nodal dofs of links' coordinates, both ``(angles, ...)``."""
+        reduction = self.beams.reduction
+        return coordinates if reduction is None else np.ascontiguousarray((reduction.shape @ coordinates.T).T)
+
+    def on_coordinates(self, forces: Array, values: Array | None = None) -> Array:
+        """Forces on the mechanism's coordinates by those on the nodal dofs, ``(angles, ...)``: by P or a rate of it."""
+        reduction = self.beams.reduction
+        of_links = forces if reduction is None else (reduction.shape.T @ forces.T).T
+        return self.transformation.backward(self.values if values is None else values, of_links)
 
     @cached_property
     def rigid_acceleration(self) -> Array:
@@ -106,12 +153,12 @@ class System:
     @cached_property
     def load(self) -> Array:
         """Loads and inertia of the rigid motion, the right-hand side of (5.1), ``(angles, coordinates)``."""
-        inertia = (self.link_mass @ self.rigid_acceleration.T).T
-        return self.transformation.backward(self.values, self.applied - inertia)
+        inertia = (self.nodal_mass @ self.rigid_acceleration.T).T
+        return self.on_coordinates(self.applied - inertia)
 
     def to_links(self, q: Array) -> Array:
         """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``."""
-        return self.transformation.forward(self.values, q)
+        return self.on_nodes(self.transformation.forward(self.values, q))
 
     def assembled(self, ends: Array) -> Array:
         """Sum forces on the elements' ends ``(angles, elements, 6)`` to nodal forces ``(angles, nodal dofs)``."""
@@ -128,9 +175,9 @@ class System:
             How many angles further on M is taken; after the last angle comes the first.
         """
         values = np.roll(self.values, -shift, axis=0)[:, None]
-        nodal = self.transformation.forward(values, vectors)
-        momenta = (self.link_mass @ nodal.reshape(-1, nodal.shape[-1]).T).T
-        return self.transformation.backward(values, momenta.reshape(nodal.shape))
+        moved = self.transformation.forward(values, vectors)
+        momenta = (self.link_mass @ moved.reshape(-1, moved.shape[-1]).T).T
+        return self.transformation.backward(values, momenta.reshape(moved.shape))
 
     @cached_property
     def added_stiffness(self) -> tuple[Entries, ...]:
@@ -145,6 +192,14 @@ class System:
         of_elements = () if blocks is None else (Entries.of_elements(self.beams.mesh, blocks),)
         return (*self.terms.stiffness, *of_elements)
 
+    @cached_property
+    def _petsc_mass(self) -> PETSc.Mat:
+        return self.beams.mass if self.beams.reduction is None else to_petsc(self.link_mass)
+
+    @cached_property
+    def _petsc_stiffness(self) -> PETSc.Mat:
+        return self.beams.stiffness if self.beams.reduction is None else to_petsc(self.link_stiffness)
+
     def positions(self, symmetric: bool = False) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
         """Walk over the angles: yields index, M (4.57) and K (4.58).
 
@@ -157,14 +212,14 @@ class System:
         """
         p = _csr(self.transformation, self.values[0])
         pointers, columns, _ = p.getValuesCSR()
-        added = self.symmetric_stiffness if symmetric else self.added_stiffness
-        link_stiffness = _Changing(self.beams.stiffness, added)
-        mass, stiffness = (matrix.PtAP(p) for matrix in (self.beams.mass, link_stiffness.at(0)))
+        added = tuple(map(self.on_links, self.symmetric_stiffness if symmetric else self.added_stiffness))
+        link_mass, link_stiffness = self._petsc_mass, _Changing(self._petsc_stiffness, added)
+        mass, stiffness = (matrix.PtAP(p) for matrix in (link_mass, link_stiffness.at(0)))
         for k, values in enumerate(self.values):
             if k:
                 p.setValuesCSR(pointers, columns, values)
                 p.assemble()
-                self.beams.mass.PtAP(p, result=mass)  # (4.47)
+                link_mass.PtAP(p, result=mass)  # (4.47)
                 link_stiffness.at(k).PtAP(p, result=stiffness)  # (4.48)
             yield k, mass, stiffness
         for matrix in (p, mass, stiffness):
@@ -182,12 +237,12 @@ def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTH
         When members that cannot stretch brace each other.
     """
     held = Inextensible.of(beams.mesh, beams.axial_rigidity)
-    return System(beams, motion, build_transformation(scene, beams.mesh, motion, held), terms)
+    return System(beams, motion, build_transformation(scene, beams, motion, held), terms)
 
 
 def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:
     """PETSc matrix of P from its nonzeros at one angle."""
-    height = transformation.height
+    height = transformation.shape[0]
     pointers = np.searchsorted(transformation.rows, np.arange(height + 1)).astype(PETSc.IntType)
     csr = (pointers, transformation.columns.astype(PETSc.IntType), values)
     return PETSc.Mat().createAIJ(transformation.shape, csr=csr, comm=PETSc.COMM_SELF)

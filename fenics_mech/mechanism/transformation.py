@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import summed
-from fenics_mech.beams import BeamMesh
+from fenics_mech.beams import Beams
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
@@ -43,7 +43,12 @@ class Transformation:
     names
         Name of each coordinate q: "joint.X", "joint.Y", "joint.slide", or "node.x", "node.y", "node.rotation".
     height
-        Number of rows: nodal dofs of all links.
+        Nodal dofs of all links.
+    place
+        Row of P of each nodal dof: the nodal dof itself, or its place among the links' coordinates where the links are
+        reduced, -1 for a dof that is none of them.
+    modes
+        Number of the members' modes, where the links are reduced: each is a coordinate itself, and they come last.
     base
         B, where some of the unknowns are displacements relative to a base node (see `relative`), or follow from others
         by members that cannot stretch, else None.
@@ -57,13 +62,15 @@ class Transformation:
     coordinate: Index
     names: tuple[str, ...]
     height: int
+    place: Index
+    modes: int = 0
     base: sp.csr_matrix | None = None
     held: Inextensible | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Nodal dofs by coordinates."""
-        return self.height, len(self.names)
+        """Links' coordinates by the mechanism's."""
+        return int(self.place.max(initial=-1)) + 1 + self.modes, len(self.names)
 
     @cached_property
     def _pattern(self) -> tuple[Index, Index, list[NDArray[np.bool_]]]:
@@ -83,12 +90,22 @@ class Transformation:
         """Rows and columns of the nonzeros of P, sorted, and what makes their values from those of `_pattern`."""
         rows, columns, _ = self._pattern
         if self.base is None:
+            rows, columns = self._with_modes(self.place[rows], columns)
             order = np.lexsort((columns, rows))
             return rows[order], columns[order], order
         carried = self.base[: self.height].tocsc()[:, rows].tocoo()  # the nodal dofs that each value moves
-        place, which = np.unique(carried.row * np.int64(len(self.names)) + columns[carried.col], return_inverse=True)
-        gather = sp.csr_matrix((carried.data, (which, carried.col)), shape=(len(place), len(rows)))
+        inside = self.place[carried.row] >= 0
+        rows, columns = self._with_modes(self.place[carried.row[inside]], columns[carried.col[inside]])
+        data = np.append(carried.data[inside], np.ones(self.modes))
+        source = np.append(carried.col[inside], len(self._pattern[0]) + np.arange(self.modes))
+        place, which = np.unique(rows * np.int64(len(self.names)) + columns, return_inverse=True)
+        gather = sp.csr_matrix((data, (which, source)), shape=(len(place), len(self._pattern[0]) + self.modes))
         return place // len(self.names), place % len(self.names), gather
+
+    def _with_modes(self, rows: Index, columns: Index) -> tuple[Index, Index]:
+        """Add the members' modes, which are the last of the rows and the last of the columns."""
+        last = np.arange(-self.modes, 0)
+        return np.append(rows, self.shape[0] + last), np.append(columns, self.shape[1] + last)
 
     @property
     def rows(self) -> Index:
@@ -115,16 +132,17 @@ class Transformation:
         parts = [ones]
         for group, nodal in zip(self.groups, self._pattern[2]):
             parts.append([s[:, nodal].reshape(count, -1) for s in group.solution(motion, orders)])
+        parts.append([np.full((count, self.modes), float(order == 0)) for order in range(orders)])
         gather = self._layout[2]
         joined = (np.concatenate(values, axis=1) for values in zip(*parts))
         return [(gather @ j.T).T if sp.issparse(gather) else j[:, gather] for j in joined]
 
     def forward(self, values: Array, q: Array) -> Array:
-        """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., nodal dofs)``."""
-        return summed(values * q[..., self.columns], self.rows, self.height)
+        """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., links' coordinates)``."""
+        return summed(values * q[..., self.columns], self.rows, self.shape[0])
 
     def backward(self, values: Array, force: Array) -> Array:
-        """``P^T force`` at all angles: ``(angles, ..., nodal dofs)`` to ``(angles, ..., coordinates)``."""
+        """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``."""
         return summed(values * force[..., self.rows], self.columns, len(self.names))
 
     def on_unknowns(self, force: Array) -> Array:
@@ -133,7 +151,7 @@ class Transformation:
 
 
 def build_transformation(
-    scene: Scene, mesh: BeamMesh, motion: Motion, held: Inextensible | None = None
+    scene: Scene, beams: Beams, motion: Motion, held: Inextensible | None = None
 ) -> Transformation:
     """Lay out the coordinates of a scene's mechanism, some of whose members may not stretch.
 
@@ -144,20 +162,34 @@ def build_transformation(
     AssemblyError
         When the joints' equations cannot be solved at some angle of the motion.
     """
+    mesh, reduction = beams.mesh, beams.reduction
     height = 3 * len(mesh.node_name)
+    place = np.arange(height) if reduction is None else reduction.place
     constraints = build_constraints(scene, mesh)
     groups, base = eliminate(constraints, motion, height, held)
     dependent = np.concatenate([np.zeros(0, dtype=np.int64), *(group.dependent for group in groups)])
     coordinate = np.full(height + len(constraints.names), -1)
     kept = np.arange(len(coordinate)) if base is None else np.unique(base.indices)  # others have no part in B z
-    left = np.setdiff1d(kept, dependent)
+    left = np.setdiff1d(kept, np.append(dependent, np.flatnonzero(place < 0)))
     left = left[np.argsort(_places(groups, left, height), kind="stable")]
     coordinate[left] = np.arange(len(left))
     names = [f"{name}.{component}" for name in mesh.node_name for component in COMPONENTS] + list(constraints.names)
     if base is not None:
         names = [f"{name} relative" if many else name for name, many in zip(names, np.diff(base.indptr) > 1)]
     free = np.sort(left[left < height])
-    return Transformation(constraints, groups, free, coordinate, tuple(names[i] for i in left), height, base, held)
+    modes = [] if reduction is None else [mesh.members[i] for i in reduction.mode_member]
+    return Transformation(
+        constraints=constraints,
+        groups=groups,
+        free=free,
+        coordinate=coordinate,
+        names=(*(names[i] for i in left), *(f"{label}.mode" for label in modes)),
+        height=height,
+        place=place,
+        modes=len(modes),
+        base=base,
+        held=held,
+    )
 
 
 def _places(groups: tuple[Group, ...], columns: Index, height: int) -> Array:

@@ -19,20 +19,34 @@ Array = NDArray[np.float64]
 
 
 def nodal_forces(system: System, history: History) -> Array:
-    """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``."""
+    """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``.
+
+    Where members are reduced, what acts inside them stands at their ends.
+    """
+    forces, strained = without_elastic(system, history), history.strained(system)  # (4.39)
+    reduction = system.beams.reduction
+    if reduction is None:
+        return forces + (system.nodal_stiffness @ strained.T).T
+    kept, count = reduction.kept, len(reduction.kept)
+    at_ends = np.zeros_like(forces)
+    at_ends[:, kept] = (reduction.shape[:, :count].T @ forces.T).T
+    at_ends[:, kept] += (reduction.stiffness[:count, :count] @ strained[:, kept].T).T
+    return at_ends
+
+
+def without_elastic(system: System, history: History) -> Array:
+    """Force that the nodes need from joints and from the links' stress, ``m a - f``, ``(angles, nodal dofs)``."""
     terms, v = system.terms, system.to_links(history.displacement)
-    strained = v if history.viscous is None else v + history.viscous
-    forces = (system.link_stiffness @ strained.T + system.link_mass @ history.inertia.T).T - system.applied  # (4.39)
+    forces = (system.nodal_mass @ history.inertia.T).T - system.applied
     for entries in system.added_stiffness:
         forces += entries.times(v)
     if history.turning is not None and history.centripetal is not None:
-        forces += (system.link_gyroscopic @ history.turning.T - system.link_rotary_mass @ history.centripetal.T).T
+        forces += (system.nodal_gyroscopic @ history.turning.T - system.nodal_rotary_mass @ history.centripetal.T).T
     if history.velocity is not None:
-        forces += terms.material * (system.link_stiffness @ history.velocity.T).T
         for entries in terms.damping:
             forces += entries.times(history.velocity)
         if terms.law is not None:
-            forces += system.assembled(terms.law.force(v, history.velocity))
+            forces += system.assembled(terms.law.on_elements.force(v, history.velocity))
     return forces
 
 

@@ -30,7 +30,8 @@ from fenics_mech.beams.shapes import (
 )
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, SpreadLoad
-from fenics_mech.recovery.joints import held_tension
+from fenics_mech.recovery.inside import inside
+from fenics_mech.recovery.joints import held_tension, without_elastic
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -92,8 +93,9 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
     inertia, all_loads = _inertia(system, history, element), _with_spread(system, loads)
-    axial, shear, moment = _statics(system, element_forces(system, history), inertia, all_loads, element, xi)
-    displacement = _hermite(system, system.to_links(history.displacement))[:, element]
+    ends, v = _balanced(system, history)
+    axial, shear, moment = _statics(system, ends, inertia, all_loads, element, xi)
+    displacement = _hermite(system, v)[:, element]
     u, w, slope = _in_member(beams, displacement, *inertia, element, xi)
     if beams.rotary_powers is not None:
         turned, extra_w = _rotary(system, history, beams.rotary_powers, element, xi)
@@ -174,28 +176,47 @@ def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
 
 def element_forces(system: System, history: History) -> Array:
     """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
+    return _balanced(system, history)[0]
+
+
+def _balanced(system: System, history: History) -> tuple[Array, Array]:
+    """Forces on the elements' ends, ``(angles, elements, 6)``, and the displacement v that goes with them.
+
+    Inside members that are reduced both follow from equilibrium, so that the modes left out answer statically.
+    """
+    beams, strained = system.beams, history.strained(system)
+    v, ends = system.to_links(history.displacement), _on_elements(system, history)
+    if beams.reduction is None:
+        ends += each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
+    else:
+        law = system.terms.law
+        longer = None if law is None or history.velocity is None else law.on_elements.lengthening(v)
+        elastic, settled = inside(beams, strained, without_elastic(system, history), longer)
+        ends, v = ends + elastic, v + settled - strained
+    held = system.transformation.held
+    if held is not None:
+        ends[..., [0, 3]] += held_tension(system, held, history)[..., None] * [-1.0, 1.0]
+    return ends, v
+
+
+def _on_elements(system: System, history: History) -> Array:
+    """Forces on the elements' ends by everything but the links' stress, ``(angles, elements, 6)``."""
     beams, terms = system.beams, system.terms
-    v = system.to_links(history.displacement)
-    strained = v if history.viscous is None else v + history.viscous
-    ends = each(beams.element_stiffness, in_member_axes(system.beams.mesh, strained))
-    ends += each(beams.element_mass, in_member_axes(system.beams.mesh, history.inertia))
+    ends = each(beams.element_mass, in_member_axes(beams.mesh, history.inertia))
     if history.turning is not None and history.centripetal is not None:
-        ends += each(beams.element_gyroscopic, in_member_axes(system.beams.mesh, history.turning))
+        ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, history.turning))
         if beams.rotary is not None:
-            ends -= each(beams.element_rotary_mass, in_member_axes(system.beams.mesh, history.centripetal))
-    if history.velocity is not None and terms.material:
-        ends += terms.material * each(beams.element_stiffness, in_member_axes(system.beams.mesh, history.velocity))
-    rotation = member_rotation(beams.mesh)
+            ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, history.centripetal))
+    if terms.element_stiffness is None and terms.law is None and terms.line is None:
+        return ends
+    v, rotation = system.to_links(history.displacement), member_rotation(beams.mesh)
     if terms.element_stiffness is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
         ends += each(rotation, times(terms.element_stiffness, of_elements))
     if terms.line is not None:
         ends -= beams.layout.work_equivalent(terms.line)
     if terms.law is not None and history.velocity is not None:
-        ends += each(rotation, terms.law.force(v, history.velocity))
-    held = system.transformation.held
-    if held is not None:
-        ends[..., [0, 3]] += held_tension(system, held, history)[..., None] * [-1.0, 1.0]
+        ends += each(rotation, terms.law.on_elements.force(v, history.velocity))
     return ends
 
 
@@ -203,7 +224,7 @@ def element_tension(system: System, history: History) -> Array | None:
     """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory."""
     law = system.terms.law
     if law is not None and history.velocity is not None:
-        return law.tension(system.to_links(history.displacement), history.velocity)
+        return law.on_elements.tension(system.to_links(history.displacement), history.velocity)
     return system.terms.tension
 
 

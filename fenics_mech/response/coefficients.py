@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Array, Equation
@@ -96,7 +95,7 @@ class Coefficients:
         linear, self.law = equation.linear, equation.system.terms.law
         diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / REFERENCES
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        self.dofs = None if self.law is None else element_dofs(equation.system.beams.mesh)
+        self.dofs = None if self.law is None else self.law.dofs
         still = np.linalg.solve(linear.stiffness, linear.load[..., None])[..., 0]
         self.largest = float(np.abs(still * self.weight).max())
         self.energy = float(np.sqrt(np.abs(np.einsum("ti,ti->t", still, linear.load)).max()))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
+from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
@@ -72,6 +73,18 @@ class History:
             return self
         return replace(self, inertia=self.inertia + self.drag, viscous=None, drag=None)
 
+    def strained(self, system: System) -> Array:
+        """Displacement in link axes whose elastic forces are all stress of the links, ``(angles, nodal dofs)``.
+
+        Beside the displacement itself it holds what damping by the material and by modal ratios adds.
+        """
+        v = system.to_links(self.displacement)
+        if self.viscous is not None:
+            v = v + self.viscous
+        if self.velocity is not None and system.terms.material:
+            v = v + system.terms.material * self.velocity
+        return v
+
     @property
     def damping(self) -> History | None:
         """The forces of modal damping alone, and the inertia that balances them; None where there are none."""
@@ -83,17 +96,20 @@ class History:
 def history_of(equation: Equation, q: Array, rate: Array) -> History:
     """Give the history of a motion from its coordinates and their velocities, ``(angles, coordinates)`` each."""
     system, (p, first, second) = equation.system, equation.shape
-    v, v_rate = equation.in_links(q, rate)
-    inertia = times(p, equation.acceleration(q, rate)) + system.rigid_acceleration + system.terms.external * v_rate
+    v, v_rate = map(system.on_nodes, equation.in_links(q, rate))
+    of_links = times(p, equation.acceleration(q, rate))
+    if first is not None and second is not None:
+        of_links += 2 * times(first, rate) + times(second, q)
+    inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.external * v_rate
     turning = centripetal = viscous = drag = None
     if equation.extra_damping is not None:
-        forces = equation.extra_damping @ rate[..., None]
+        forces = equation.extra_damping @ equation.straining(q, rate)[..., None]
         matrices = equation.links_stiffness, equation.linear.mass
-        viscous, drag = (times(p, np.linalg.solve(matrix, forces)[..., 0]) for matrix in matrices)
+        viscous, drag = (system.on_nodes(times(p, np.linalg.solve(matrix, forces)[..., 0])) for matrix in matrices)
     if first is not None and second is not None:
         omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.motion.alpha))
         centripetal = -(omega**2) * v
-        inertia += 2 * times(first, rate) + times(second, q) + centripetal
+        inertia += centripetal
         turning = 2 * omega * v_rate + alpha * v
     return History(
         displacement=q,

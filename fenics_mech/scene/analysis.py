@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fenics_mech.scene.base import Part
-from fenics_mech.units import Angle
+from fenics_mech.units import Angle, Frequency
 
 
 class Analysis(Part):
@@ -48,6 +48,12 @@ class Analysis(Part):
         Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
     modes
         Number of modes kept, or "all".
+    reduction
+        "craig-bampton" reduces every member, once, to its ends and its lowest modes with clamped ends; the equation
+        then has few coordinates, however fine the mesh is. Strains follow from equilibrium inside the members, on the
+        whole mesh. "none" keeps all nodes.
+    cutoff
+        Frequency up to which those modes are kept (Hz).
     static_correction
         Let the modes that are left out answer statically.
     join
@@ -83,6 +89,8 @@ class Analysis(Part):
     position: Angle = 0.0
     sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
+    reduction: Literal["none", "craig-bampton"] = "none"
+    cutoff: Frequency | Literal["auto"] = "auto"
     static_correction: bool = True
     join: Literal["physical", "projected", "modal"] = "physical"
     load: Literal["constant", "linear"] = "linear"

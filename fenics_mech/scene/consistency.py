@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fenics_mech.scene.joints import Prismatic, Slot
     from fenics_mech.scene.models import Scene
 
+MOST_WHOLE = 300  # elements of a member; measured: relative strain error 4e-10 with 30, 5e-7 with 100, 6e-5 with 300
 CLOSEST = 1e-3  # of a member's length, between places at which loads need a node
 
 
@@ -34,6 +35,7 @@ def check_references(scene: Scene) -> None:
             raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
     for i, measurement in enumerate(scene.measurements):
         _check_name(measurement.member, scene.members(), "member", f"measurements.{i}.member")
+    _check_mesh(scene)
     _check_loads(scene)
     _check_drives(scene)
     if any(drive.motor is not None for drive in scene.drives):
@@ -54,6 +56,22 @@ def _check_point(scene: Scene, name: str, place: str) -> None:
     _check_name(body, ("ground", *scene.links), "link", place)
     points = scene.ground.points if body == "ground" else scene.links[body].points
     _check_name(point, points, f"point of {body}", place)
+
+
+def _check_mesh(scene: Scene) -> None:
+    """Raise where a member has more elements than rounding lets be, unless it is reduced."""
+    if scene.analysis.reduction != "none":
+        return
+    for label, (_, member) in scene.members().items():
+        mesh = member.mesh or scene.mesh
+        count = mesh.elements if mesh.stations is None else len(mesh.stations) - 1
+        if count > MOST_WHOLE:
+            raise SceneError(
+                f"{count} elements in one member: rounding grows with the 4th power of their number, and beyond "
+                f"{MOST_WHOLE} the strains would lose more than 4 digits",
+                place="mesh" if member.mesh is None else f"member {label}",
+                hint="Take fewer, or write analysis.reduction = 'craig-bampton', which does not mind",
+            )
 
 
 def _check_loads(scene: Scene) -> None:

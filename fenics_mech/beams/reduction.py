@@ -1,0 +1,187 @@
+"""Reduction of the links: the displacement of all their nodes by that of a few, and by a few modes of each member.
+
+``v = T z`` (Craig and Bampton, AIAA J. 6, 1968, p. 1313): between its ends, which are nodes of joints, a member takes
+the shape that statics gives it, and vibrates in its lowest modes with both ends clamped. The links' matrices do not
+depend on the drive angle in the links' own axes, nor does T: it is found once.
+
+The modes and the matrices over z come from the mesh as it is, however fine. What happens at every drive angle needs a
+few of its nodes only: a coarser mesh with the same members, on which strains are recovered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fenics_mech._petsc import to_scipy
+from fenics_mech.beams.assembly import Beams
+from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.beams.span import Span
+from fenics_mech.beams.strings import Strings
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+ABOVE = 20.0  # measured on the seed four-bar: strains to 4e-5, with 10 to 2e-4, with 5 to 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """The links' coordinates z, and what the nodal dofs are by them.
+
+    Parameters
+    ----------
+    fine
+        The links on the mesh that the modes are from.
+    mesh
+        The mesh whose nodal dofs are meant: some of the same nodes.
+    kept
+        Nodal dofs that are coordinates themselves, ascending: the first of z.
+    spans
+        The members whose inner nodes are not.
+    mode_member, mode_omega
+        Member and frequency (rad/s) of each mode; the modes follow the nodal dofs in z.
+    shape, fine_shape
+        T, ``(nodal dofs, coordinates)``, on both meshes.
+    stiffness
+        ``T^T k T``, which has no entries between nodal dofs and modes.
+    """
+
+    fine: Beams
+    mesh: BeamMesh
+    kept: Index
+    spans: tuple[Span, ...]
+    mode_member: Index
+    mode_omega: Array
+    shape: sp.csr_matrix
+    fine_shape: sp.csr_matrix
+    stiffness: sp.csr_matrix
+
+    @classmethod
+    def of(cls, fine: Beams, seen: Beams, members: Sequence[int], cutoff: float | None = None) -> Reduction:
+        """Reduce the links.
+
+        Parameters
+        ----------
+        fine
+            The links.
+        seen
+            The same on a mesh that has some of their nodes.
+        members
+            Those members that are to be reduced.
+        cutoff
+            Frequency up to which their modes with clamped ends are kept (rad/s); None means `ABOVE` times the lowest
+            of them all, below which the mechanism's own lowest mode is.
+        """
+        height = 3 * len(fine.mesh.node_name)
+        mass = to_scipy(fine.mass)
+        spans = [Span.of(fine, mass, member) for member in members]
+        if cutoff is None:
+            cutoff = ABOVE * min((span.lowest for span in spans), default=0.0)
+        kept = _without(height, spans)
+        static = sp.csr_matrix((np.ones(len(kept)), (kept, np.arange(len(kept)))), shape=(height, len(kept)))
+        parts, omegas = [static], [np.zeros(0)]
+        for span in spans:
+            inner = span.inner.ravel()
+            parts[0] = parts[0] + _placed(span.carried(), inner, np.searchsorted(kept, span.ends), static.shape)
+            omega, shapes = span.modes(cutoff)
+            omegas.append(omega)
+            parts.append(_placed(shapes.T, inner, np.arange(len(shapes)), (height, len(shapes))))
+        shape, omega = sp.hstack(parts, format="csr"), np.concatenate(omegas)
+        modal = sp.diags(omega**2 * (shape.T @ mass @ shape).diagonal()[len(kept) :])
+        on_seen = [Span.of(seen, to_scipy(seen.mass), member) for member in members]
+        rows = (3 * np.array([fine.mesh.node(name) for name in seen.mesh.node_name])[:, None] + np.arange(3)).ravel()
+        return cls(
+            fine=fine,
+            mesh=seen.mesh,
+            kept=_without(len(rows), on_seen),
+            spans=tuple(on_seen),
+            mode_member=np.repeat(np.array(members, dtype=np.int64), [len(part) for part in omegas[1:]]),
+            mode_omega=omega,
+            shape=shape[rows],
+            fine_shape=shape,
+            stiffness=sp.block_diag([_stiffness(fine, spans, kept), modal], format="csr"),
+        )
+
+    @cached_property
+    def mass(self) -> sp.csr_matrix:
+        """``T^T m T``."""
+        return self._carried(self.fine.mass)
+
+    @cached_property
+    def rotary_mass(self) -> sp.csr_matrix:
+        """The share of it that the rotation of sections and point masses has."""
+        return self._carried(self.fine.rotary_mass)
+
+    @cached_property
+    def gyroscopic(self) -> sp.csr_matrix:
+        """``T^T s T``."""
+        return self._carried(self.fine.gyroscopic)
+
+    def _carried(self, matrix: PETSc.Mat) -> sp.csr_matrix:
+        return (self.fine_shape.T @ to_scipy(matrix) @ self.fine_shape).tocsr()
+
+    @cached_property
+    def place(self) -> Index:
+        """Coordinate of each nodal dof, -1 for those that are none."""
+        place = np.full(self.shape.shape[0], -1)
+        place[self.kept] = np.arange(len(self.kept))
+        return place
+
+    @cached_property
+    def strings(self) -> Strings:
+        """The members as strings."""
+        return Strings.of(self.mesh, self)
+
+    def pairs(self, rows: Index, columns: Index) -> tuple[Index, Index, sp.csr_matrix]:
+        """Say what entries of a matrix over the nodal dofs add to which entries over the coordinates.
+
+        Returns
+        -------
+        tuple
+            Rows and columns over the coordinates, and the share that each of the entries has in each of those,
+            ``(entries, pairs)``.
+        """
+        size = self.shape.shape[1]
+        left, right = self.shape[rows].tocoo(), self.shape[columns]
+        count = np.diff(right.indptr)[left.row]  # nonzeros of the column's dof, beside each of the row's
+        entry = np.repeat(left.row, count)
+        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        other = right.indptr[entry] + within
+        values = np.repeat(left.data, count) * right.data[other]
+        place = np.repeat(left.col.astype(np.int64), count) * size + right.indices[other]
+        pairs, which = np.unique(place, return_inverse=True)
+        weights = sp.csr_matrix((values, (entry, which)), shape=(len(rows), len(pairs)))
+        return pairs // size, pairs % size, weights
+
+
+def _without(height: int, spans: Sequence[Span]) -> Index:
+    """Nodal dofs that are not inside spans."""
+    return np.setdiff1d(np.arange(height), np.concatenate([[-1], *(span.inner.ravel() for span in spans)]))
+
+
+def _placed(block: Array, rows: Index, columns: Index, shape: tuple[int, int]) -> sp.csr_matrix:
+    """Put a dense block into an empty matrix."""
+    r, c = np.meshgrid(rows, columns, indexing="ij")
+    return sp.csr_matrix((block.ravel(), (r.ravel(), c.ravel())), shape=shape)
+
+
+def _stiffness(beams: Beams, spans: Sequence[Span], kept: Index) -> sp.csr_matrix:
+    """Stiffness over the nodal dofs that are kept: of the elements of members that are not reduced, and of spans."""
+    mesh = beams.mesh
+    whole = ~np.isin(mesh.cell_member, [span.member for span in spans])
+    turn = member_rotation(mesh)[whole]
+    blocks = [
+        turn.transpose(0, 2, 1) @ beams.element_stiffness[whole] @ turn,
+        *(span.stiffness[None] for span in spans),
+    ]
+    dofs = np.searchsorted(kept, np.concatenate([element_dofs(mesh)[whole], *(span.ends[None] for span in spans)]))
+    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+    values = np.concatenate(blocks).ravel()
+    return sp.csr_matrix((values, (rows.ravel(), columns.ravel())), shape=(len(kept), len(kept)))

@@ -1,0 +1,59 @@
+"""What happens inside members that are reduced: by statics, from what acts on them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import each
+from fenics_mech.beams import Beams
+from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.reduction import Span
+
+Array = NDArray[np.float64]
+
+
+def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None = None) -> tuple[Array, Array]:
+    """Balance the inner nodes of reduced members: the modes left out answer statically (mode acceleration).
+
+    Parameters
+    ----------
+    beams
+        The links.
+    strained
+        Displacement whose elastic forces are all stress of the links, ``(angles, nodal dofs)``.
+    lack
+        Force that the nodes need from the links' stress, in link axes, ``(angles, nodal dofs)``.
+    elongation
+        What elements are longer than in linear theory (m), ``(angles, elements)``; it adds up to 0 over a member.
+
+    Returns
+    -------
+    tuple
+        Elastic forces on the elements' ends in member axes, ``(angles, elements, 6)``, and the displacement that they
+        go with, ``(angles, nodal dofs)``.
+    """
+    assert beams.reduction is not None
+    mesh, spans = beams.mesh, beams.reduction.spans
+    settled, elastic = strained.copy(), np.zeros((len(strained), len(mesh.cell), 6))
+    whole = ~np.isin(mesh.cell_member, [span.member for span in spans])
+    if whole.any():
+        v = each(member_rotation(mesh)[whole], strained[:, element_dofs(mesh)[whole]])
+        elastic[:, whole] = each(beams.element_stiffness[whole], v)
+    for span in spans:
+        elastic[:, span.cells], settled[:, span.inner] = _balanced(span, strained, lack)
+        if elongation is not None:
+            along = np.cumsum(elongation[:, span.cells], axis=1)[:, :-1, None]
+            settled[:, span.inner] += along * span.rotation[0]
+    return elastic, settled
+
+
+def _balanced(span: Span, strained: Array, lack: Array) -> tuple[Array, Array]:
+    """Elastic forces on the ends of a member's elements, and the displacement of its inner nodes in link axes."""
+    ends = strained[:, span.ends.reshape(2, 3)] @ span.rotation.T
+    moved, forces = span.chain.carried(ends.reshape(-1, 6))
+    bent, more = span.chain.clamped(-lack[:, span.inner] @ span.rotation.T)
+    second = forces + more
+    first = -second
+    first[..., 2] -= span.chain.length * second[..., 1]
+    return np.concatenate([first, second], axis=-1), (moved + bent) @ span.rotation
