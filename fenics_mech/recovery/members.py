@@ -95,14 +95,12 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     inertia, all_loads = _inertia(system, history, element), _with_spread(system, loads)
     ends, v = _balanced(system, history)
     axial, shear, moment = _statics(system, ends, inertia, all_loads, element, xi)
-    displacement = _hermite(system, v)[:, element]
-    u, w, slope = _in_member(beams, displacement, *inertia, element, xi)
     if beams.rotary_powers is not None:
-        turned, extra_w = _rotary(system, history, beams.rotary_powers, element, xi)
-        moment, w = moment + turned, w + extra_w / beams.bending_rigidity[element]
-    for load in all_loads:
-        extra_u, extra_w = load.displacement(element, xi, h)
-        u, w = u + extra_u / beams.axial_rigidity[element], w + extra_w / beams.bending_rigidity[element]
+        moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
+    displacement = _hermite(system, v)[:, element]
+    u, w, slope = _of_nodes(displacement, h, xi)
+    extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia)
+    u, w = u + extra_u, w + extra_w
     tension = element_tension(system, history)
     if tension is not None:  # the axial force acts on the bent axis
         shear += tension[:, element] * slope
@@ -325,18 +323,46 @@ def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Ar
     return np.einsum("sg,sgj->sj", share, shapes), np.einsum("sg,sgj->sj", share * arm, shapes)
 
 
-def _in_member(
-    beams: Beams, displacement: Array, along: Array, across: Array, element: NDArray[np.int64], xi: Array
-) -> tuple[Array, Array, Array]:
-    """Displacements u and w by the shape functions and the inertia's particular solution, and the slope of w."""
-    h, rho_a = beams.mesh.cell_length[element], beams.line_density[element]
-    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
-    u += rho_a * h**2 / beams.axial_rigidity[element] * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
+def between_nodes(
+    system: System,
+    history: History,
+    element: NDArray[np.int64],
+    xi: Array,
+    loads: Sequence[PointLoad] = (),
+    inertia: tuple[Array, Array] | None = None,
+) -> tuple[Array, Array]:
+    """Displacements along and across the member that the shape functions lack, ``(angles, places)`` each (m).
+
+    They are those of an element with fixed, clamped ends under its own inertia and the loads on it.
+
+    Parameters
+    ----------
+    system, history, loads
+        As of `recover_members`.
+    element, xi
+        Places 0..1 in elements.
+    inertia
+        From `_inertia`, where it is known.
+    """
+    beams = system.beams
+    h, rho_a, number = beams.mesh.cell_length[element], beams.line_density[element], _at(_shear_number(beams), element)
+    along, across = _inertia(system, history, element) if inertia is None else inertia
+    u = rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
+    w = -rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
+    if beams.rotary_powers is not None:
+        w += _rotary(system, history, beams.rotary_powers, element, xi)[1]
+    for load in _with_spread(system, loads):
+        extra_u, extra_w = load.displacement(element, xi, h)
+        u, w = u + extra_u, w + extra_w
+    return u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
+
+
+def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
+    """Displacements u and w by the shape functions, and the slope of w."""
     bent = _scaled(displacement[..., NORMAL], h)
     slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
-    w = np.sum(bent * evaluate(CUBIC, xi), -1)
-    particular = np.sum(across * between_clamped_ends(SHAPES, xi, _at(_shear_number(beams), element)), -1)
-    return u, w - rho_a * h**4 / beams.bending_rigidity[element] * particular, np.sum(bent * slopes, -1)
+    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
+    return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
 
 
 def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int64]) -> Array:
