@@ -1,0 +1,132 @@
+"""What the elements neglect: the inertia of the deflection between their nodes, as a line load.
+
+The nodes of an element move as they should under any load that does not depend on the motion, but the deflection b that
+its own load adds between them has no inertia, and feels no axial force. In the equation of the nodes that leaves out
+``-int (rho A b'' N + T b' N') dx``, b'' being an acceleration. The response to this load is the error, to its first
+order: it falls with the fourth power of the element's length in bending, with the second along the axis.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams import Beams
+from fenics_mech.beams.layout import in_member_axes, member_rotation
+from fenics_mech.beams.shapes import CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.mechanism import System
+from fenics_mech.recovery.contacts import point_loads
+from fenics_mech.recovery.joints import nodal_forces, reactions
+from fenics_mech.recovery.members import between_nodes, element_tension
+from fenics_mech.response import History
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Values = TypeVar("Values", Array, Complex)
+ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
+PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
+ORDER = 4  # in the length of the elements
+
+
+def neglected(system: System, history: History, step: float | None, closed: bool = True) -> Terms:
+    """Give the loads that the elements neglect.
+
+    Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
+    are on its nodes. Differences in time stand for derivatives: of what is too fast for the positions they give less,
+    and no noise.
+
+    Parameters
+    ----------
+    system, history
+        The mechanism and its motion at equal steps of time.
+    step
+        The step (s); None where the elastic motion has no inertia.
+    closed
+        Whether the last position is followed by the first.
+    """
+    count, tension = len(system.beams.mesh.cell), element_tension(system, history)
+    if step is None and tension is None:
+        return NOTHING
+    element, xi = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+    found = reactions(system, nodal_forces(system, history)) if system.transformation.constraints.contacts else {}
+    u, w = between_nodes(system, history, element, xi, point_loads(system, found))
+    z = (u + 1j * w).reshape(len(u), count, -1)
+    line = None
+    if step is not None:
+        line = _line(-_line_density(system.beams) * _acceleration(system, z, step, closed))
+        if not system.terms.coupled:
+            line += _of_joints(system, history.displacement, step, closed)
+    return Terms(line=line, force=None if tension is None else _by_tension(system, tension, z.imag))
+
+
+def _line(force: Complex) -> Array:
+    """Give the loads linear along each element that are to it what forces at `PLACES` are (N/m)."""
+    parts = []
+    for values, functions in ((force.real, LINEAR), (force.imag, ROTATIONS)):
+        products = [[(f * g).integ()(1.0) for g in LINEAR] for f in functions]
+        parts.append((values * WEIGHTS) @ evaluate(functions, PLACES) @ np.linalg.inv(products).T)
+    return np.concatenate(parts, axis=-1)
+
+
+def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
+    """Give the load by which the inertia beside joints is that of the links' own axes, as it is everywhere else.
+
+    Without coupling the acceleration is P q'', and not (P q)''. That differs where the coordinates are not those of
+    nodes in link axes, in the elements beside joints, and so depends on the mesh.
+    """
+    nodal = _second(system.to_links(q), step, closed) - system.to_links(_second(q, step, closed))
+    ends = in_member_axes(system.beams.mesh, nodal)
+    return -system.beams.line_density[:, None] * ends[..., [0, 3, 1, 4]]
+
+
+def _by_tension(system: System, tension: Array, w: Array) -> Array:
+    """Give the forces on nodal dofs by the axial force on deflections w at `PLACES`, ``int T w N'' dx``."""
+    mesh = system.beams.mesh
+    bent = (w * WEIGHTS) @ evaluate(tuple(f.deriv(2) for f in CUBIC), PLACES)
+    ends = np.zeros((*tension.shape, 6))
+    ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
+    return _assembled(system, ends)
+
+
+def _assembled(system: System, ends: Array) -> Array:
+    """Sum forces on the elements' ends in their members' axes, ``(angles, elements, 6)``, to nodal ones."""
+    return system.assembled(np.einsum("eji,tej->tei", member_rotation(system.beams.mesh), ends))
+
+
+def load_of(system: System, terms: Terms) -> Array:
+    """Give what loads are to the coordinates, ``(angles, coordinates)``."""
+    nodal = np.zeros((len(system.values), system.transformation.height)) if terms.force is None else terms.force
+    if terms.line is not None:
+        nodal = nodal + _assembled(system, system.beams.layout.work_equivalent(terms.line))
+    return system.transformation.backward(system.values, nodal)
+
+
+def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
+    """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members."""
+    second = _second(z, step, closed)
+    if not system.terms.coupled:
+        return second
+    first = (np.roll(z, -1, axis=0) - np.roll(z, 1, axis=0)) / (2 * step)
+    if not closed:
+        first[[0, -1]] = first[[1, -2]]
+    mesh, motion = system.beams.mesh, system.motion
+    omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, motion.alpha))
+    return second + 2j * omega * first + (1j * alpha - omega**2) * z
+
+
+def _second(values: Values, step: float, closed: bool) -> Values:
+    """Second differences in time, ``(angles, ...)``."""
+    found = (np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2
+    if not closed:
+        found[[0, -1]] = found[[1, -2]]
+    return found
+
+
+def _line_density(beams: Beams) -> Array:
+    """Mass per length at `PLACES` of every element (kg/m), ``(elements, places)``."""
+    if beams.density_powers is None:
+        return np.repeat(beams.line_density[:, None], len(PLACES), axis=1)
+    return beams.density_powers @ PLACES ** np.arange(beams.density_powers.shape[-1])[:, None]
