@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
+from fenics_mech.better import still_better
 from fenics_mech.building import boundary_load, mechanism, scene_modes, settle, static_response
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
@@ -17,7 +19,9 @@ from fenics_mech.modes import Modes
 from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
+from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
 from fenics_mech.response import History, solve_periodic
+from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
 from fenics_mech.steady import by_collocation, by_harmonic_balance
 from fenics_mech.unsteady import by_time
@@ -70,6 +74,7 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
             if scene.analysis.tension == "settled" and system.terms.tension is not None:
                 system = settle(system, lambda changed: static_response(scene, changed))
             history = static_response(scene, system)
+            history = replace(history, better={"mesh": still_better(scene, system, history)})
     progress("recovery")
     result = collect(scene, system, history, modes, choices)
     _refuse_infinite(result)
@@ -110,7 +115,10 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 
 
 def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
-    return system, solve_periodic(scene, system, modes, boundary_load(scene, system))
+    history = solve_periodic(scene, system, modes, boundary_load(scene, system))
+    lack = neglected(system, history.elastic, scene.period / len(modes.theta))
+    found = Neighbours(scene, system, modes, history).better(load_of(system, lack), lack, ORDER)
+    return system, replace(history, better=found)
 
 
 SOLVERS = {

@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.better import mesh_better
 from fenics_mech.building import moved, rough_tension
 from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.mechanism.motor import MotorEquation, at_rate, load_with_torque
 from fenics_mech.modes import Modes
 from fenics_mech.response import History
@@ -22,11 +23,12 @@ from fenics_mech.response.collocation import between, corrected, solve_collocati
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.floquet import floquet
 from fenics_mech.response.flow import Flow
-from fenics_mech.response.history import history_of
+from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
+from fenics_mech.steady import SAFETY
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
@@ -87,9 +89,16 @@ def _at_starts(
         if not analysis.allow_unstable:
             stability.refuse_unstable()
     q, rate = corrected(orbit, flows[better], scene.petsc)
+    motion = orbit.start[:, :-1], orbit.start_velocity[:, :-1]
+    order = 2 * analysis.stages - (analysis.scheme == "radau")
+    assert orbit.flow is not None
+    matrices = _linearised(start, orbit.start, orbit.start_velocity)
     history = replace(
-        history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1]),
-        better=history_of(crank, q[:, :-1], rate[:, :-1]),
+        history_of(crank, *motion),
+        better={
+            "time": Better(history_of(crank, q[:, :-1], rate[:, :-1]), order, SAFETY),
+            "mesh": mesh_better(scene, crank, motion, matrices, orbit.flow, steps.regular),
+        },
         twist=twist,
         stability=stability,
     )
@@ -101,10 +110,13 @@ def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: 
     theta = steps.angles(tableau.points, scene.cycle_rate)
     damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
     equation, _ = _accelerated(scene, system, theta, *motion, damping)
-    law, matrices = equation.system.terms.law, equation.linear
-    if law is not None:
-        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
-    return Flow(matrices, tableau, steps.duration)
+    return Flow(_linearised(equation, *motion), tableau, steps.duration)
+
+
+def _linearised(equation: MotorEquation, q: Array, rate: Array) -> Matrices:
+    """Linearise about a motion."""
+    law = equation.system.terms.law
+    return equation.linear if law is None else equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
 
 
 def _accelerated(

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.better import mesh_better
 from fenics_mech.building import rough_tension, settle, system_at, with_tension
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
@@ -17,12 +18,12 @@ from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import History
-from fenics_mech.response.collocation import between, corrected, solve_collocation
+from fenics_mech.response.collocation import between, corrected, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.floquet import Stability, floquet
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.harmonic_balance import solve_harmonic_balance
-from fenics_mech.response.history import history_of
+from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import velocity_jumps
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
@@ -30,6 +31,8 @@ from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
+SAFETY = 2  # by which differences of steps are raised: they are 0.3 to 1 of the true error in what was tried
+HARMONIC_ORDER = 8  # the series falls faster than any power; this one asks for harmonics enough
 States = Callable[[Array], tuple[Array, Array]]  # q and q' at places 0..1 in every step of the cycle
 
 
@@ -139,8 +142,21 @@ class Cycle:
         q, rate = corrected(orbit, self.flow(*better, self.motion(orbit)), self.scene.petsc)
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
-        history = history_of(start, orbit.start[at], orbit.start_velocity[at])
-        return start, replace(history, better=history_of(start, q[at], rate[at]))
+        motion = orbit.start[at], orbit.start_velocity[at]
+        order = 2 * analysis.stages - (analysis.scheme == "radau")
+        assert orbit.flow is not None
+        better = {
+            "time": Better(history_of(start, q[at], rate[at]), order, SAFETY),
+            "mesh": self.without_mesh(start, motion, orbit.flow),
+        }
+        return start, replace(history_of(start, *motion), better=better)
+
+    def without_mesh(self, start: Equation, motion: tuple[Array, Array], flow: Flow) -> Better:
+        """Give a motion without the error of the mesh, from the equation at the starts and a flow about the motion."""
+        law, matrices = start.system.terms.law, start.linear
+        if law is not None:
+            matrices = start.linearised(*motion, law.tension(*start.in_links(*motion)))
+        return mesh_better(self.scene, start, motion, matrices, flow, self.steps.regular)
 
 
 def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
@@ -239,5 +255,11 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
 
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
-    history = history_of(cycle.start, *series.at(np.abs(system.motion.theta)))
-    return system, replace(history, stability=stability, error_estimate=series.error)
+    q, rate = series.at(np.abs(system.motion.theta))
+    flow = cycle.flow("gauss", analysis.stages, motion)
+    better = {
+        "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow, scene.petsc)), HARMONIC_ORDER),
+        "mesh": cycle.without_mesh(cycle.start, (q, rate), flow),
+    }
+    return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better)
+

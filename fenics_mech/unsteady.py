@@ -10,16 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.building import moved
+from fenics_mech.effects import Terms
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
 from fenics_mech.response import History
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.damping import modal_damping
-from fenics_mech.response.history import history_of
+from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import blows_between
+from fenics_mech.response.perturbation import change_in_time
 from fenics_mech.response.tableau import Tableau
 from fenics_mech.response.transient import Course, Span, integrate
 from fenics_mech.scene import Scene
@@ -70,13 +73,51 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
             hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
         )
     course = _course(scene, system)
-    parts = []
+    parts, better, state = [], [], np.zeros((3, system.size))
     for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
         part = slice(k, k + analysis.sub_intervals)
         equation = _equation(scene, system, course.time[part])
-        parts.append(history_of(equation, course.displacement[part], course.velocity[part]))
+        motion = course.displacement[part], course.velocity[part]
+        parts.append(history_of(equation, *motion))
+        found, state = _without_mesh(equation, motion, scene.period / analysis.sub_intervals, state)
+        better.append(found)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
-    return whole, replace(_joined(parts), course=course)
+    lines, forces = ([getattr(part.loads, name) for part in better] for name in ("line", "force"))
+    loads = Terms(
+        line=np.concatenate(lines), force=None if forces[0] is None else np.concatenate(forces)
+    )
+    mesh = Better(_joined([part.history for part in better]), ORDER, loads=loads)
+    return whole, replace(_joined(parts), course=course, better={"mesh": mesh})
+
+
+def _without_mesh(
+    equation: Equation, motion: tuple[Array, Array], step: float, state: Array
+) -> tuple[Better, Array]:
+    """Give a part of a motion without the error of the mesh.
+
+    Parameters
+    ----------
+    equation, motion
+        The equation of the part, and its q and q'.
+    step
+        Of its positions (s).
+    state
+        Changes of q, q' and q'' by the mesh one step before the part, ``(3, coordinates)``.
+
+    Returns
+    -------
+    tuple
+        The motion, and the change at its end.
+    """
+    law, matrices = equation.system.terms.law, equation.linear
+    if law is not None:
+        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
+    lack = neglected(equation.system, history_of(equation, *motion), step, closed=False)
+    load = load_of(equation.system, lack)
+    change = change_in_time(load, matrices, step, state)
+    q, rate, _ = change
+    found = history_of(equation, motion[0] + q, motion[1] + rate, load)
+    return Better(found, ORDER, loads=lack), change[:, -1]
 
 
 def _course(scene: Scene, system: System) -> Course:
@@ -141,6 +182,6 @@ def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
 
 def _joined(parts: list[History]) -> History:
     """Put histories one after the other."""
-    values = {field.name: [getattr(part, field.name) for part in parts] for field in fields(History)}
+    values = {f.name: [getattr(part, f.name) for part in parts] for f in fields(History) if f.name != "better"}
     given = {name: np.concatenate(found) for name, found in values.items() if found[0] is not None}
     return replace(parts[0], **given)

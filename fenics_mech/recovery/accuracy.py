@@ -1,69 +1,186 @@
-"""Errors of strains and joint forces by the steps in time, from a better motion that the solver gives too."""
+"""Errors of strains and joint forces, one by each source, from motions that the solver gives without that error."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
-from fenics_mech.recovery.members import recover_members, stiffnesses
+from fenics_mech.recovery.members import element_tension, recover_members, section_forces, stiffnesses
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
+Array = NDArray[np.float64]
 STATIONS = 5  # of each member at which strains are compared
-SAFETY = 2  # by which differences are raised: they are 0.3 to 1 of the true error in what was tried
 LARGEST_ERROR = 0.02  # of the largest strain
+LARGEST_OF_CHAPTER_5 = 0.05  # whose equation (5.1) leaves more out than that
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
+NUMERICAL = ("time", "harmonics", "modes", "mesh")  # sources that are judged
+MARGIN = 1.2  # of the numbers that a refusal asks for
 
 
-def time_errors(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray]:
-    """Compare the outer fibres' strains, and the joint forces, with those of the better motion.
+@dataclass(frozen=True)
+class Errors:
+    """Errors by their sources: "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "effects".
 
-    Returns
-    -------
-    tuple
-        Twice the largest difference of the strain in each member, ``(members,)``, and of the force in each joint (N),
-        ``(joints,)``.
+    Parameters
+    ----------
+    strain, force
+        Of the strain of each member, and of the force in each joint (N): by source, ``(members,)`` and ``(joints,)``.
+    order
+        With which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
+        it does not.
+    largest
+        The largest strain of each member, ``(members,)``.
     """
-    assert history.better is not None
-    (axial, bending, forces), better = (_recovered(scene, system, h.elastic) for h in (history, history.better))
-    error = SAFETY * (np.abs(better[0] - axial) + np.abs(better[1] - bending)).max(axis=(0, 2))
-    return error, SAFETY * np.linalg.norm(better[2] - forces, axis=-1).max(axis=1, initial=0.0)
 
+    strain: Mapping[str, Array]
+    force: Mapping[str, Array]
+    order: Mapping[str, float]
+    largest: Array
 
-def judged(scene: Scene, error: np.ndarray, largest: np.ndarray) -> float:
-    """Give the largest error of a strain relative to the member's largest strain; both are ``(members,)``.
+    @property
+    def measure(self) -> Array:
+        """Strain of each member that its error is relative to."""
+        return np.maximum(np.maximum(self.largest, LEAST * self.largest.max()), np.finfo(float).tiny)
 
-    Raises
-    ------
-    SolverError
-        When that is more than `LARGEST_ERROR`, unless the scene lets it pass.
-    """
-    measure = np.maximum(np.maximum(largest, LEAST * largest.max()), np.finfo(float).tiny)
-    relative = error / measure
-    worst = int(relative.argmax())
-    analysis = scene.analysis
-    if not relative[worst] <= LARGEST_ERROR and not analysis.allow_coarse:
-        order = 2 * analysis.stages - (analysis.scheme == "radau")
-        finer = math.ceil(1.2 * analysis.sub_intervals * (relative[worst] / LARGEST_ERROR) ** (1 / order))
+    @property
+    def relative(self) -> dict[str, float]:
+        """Largest error of a strain by each source, relative to the member's largest strain."""
+        return {source: float((error / self.measure).max()) for source, error in self.strain.items()}
+
+    @property
+    def total(self) -> float:
+        """Largest error of a strain by all sources together, relative to the member's largest strain."""
+        return float((sum(self.strain.values()) / self.measure).max())
+
+    def judge(self, scene: Scene) -> None:
+        """Raise `SolverError` where the numerical errors are too large, unless the scene lets them pass."""
+        numerical = {source: self.strain[source] / self.measure for source in NUMERICAL if source in self.strain}
+        if not numerical or scene.analysis.allow_coarse:
+            return
+        limit = LARGEST_OF_CHAPTER_5 if "modes" in numerical else LARGEST_ERROR
+        total = np.sum(list(numerical.values()), axis=0)
+        worst = int(total.argmax())
+        if total[worst] <= limit:
+            return
+        shares = {source: float(error[worst]) for source, error in numerical.items()}
+        source = max(shares, key=shares.__getitem__)
+        room = max(limit - (total[worst] - shares[source]), limit / 2)
         raise SolverError(
-            f"the sub-intervals are too long: the strain of {list(scene.members())[worst]!r} is uncertain by "
-            f"{relative[worst]:.2g} of its largest value, by estimate. Take at least {finer} sub_intervals; "
+            f"{_fault(source)}: the strain of {list(scene.members())[worst]!r} is uncertain by "
+            f"{total[worst]:.2g} of its largest value, by estimate, {shares[source]:.2g} of it by the {source}. "
+            f"{_advice(scene, source, (shares[source] / room) ** (1 / self.order[source]))}; "
             "analysis.allow_coarse lets it pass"
         )
-    return float(relative[worst])
 
 
-def _recovered(scene: Scene, system: System, history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def estimated(
+    scene: Scene,
+    system: System,
+    history: History,
+    strain: Array,
+    sampling: Array | None = None,
+    choices: Sequence[Choice] = (),
+) -> Errors:
+    """Estimate the errors of a result by all sources that can be told.
+
+    Parameters
+    ----------
+    scene, system, history
+        What was analysed, and its motion with those that are better.
+    strain
+        Strains of the outer fibres, ``(angles, members, stations, fibres)``.
+    sampling
+        Error of the members' strains by the number of positions, ``(members,)``; it counts as "time".
+    choices
+        What was decided about effects.
+    """
+    base = _recovered(scene, system, history.elastic)
+    largest, forces = np.abs(strain).max(axis=(0, 2, 3)), np.linalg.norm(base[2], axis=-1).max(axis=1, initial=0.0)
+    strains, by_joint, order = {}, {}, {}
+    for source, better in history.better.items():
+        order[source] = better.order
+        if better.history is history:
+            strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)
+            continue
+        there = replace(system, terms=system.terms + better.loads)
+        differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
+        strains[source] = better.safety * (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
+        by_joint[source] = better.safety * np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
+    if sampling is not None:
+        strains["time"] = strains.get("time", 0.0) + sampling
+        by_joint.setdefault("time", np.zeros_like(forces))
+        order.setdefault("time", 1.0)
+    strains["stations"], by_joint["stations"], order["stations"] = between_stations(strain), np.zeros_like(forces), 2.0
+    if (left := left_out(choices)) is not None:
+        strains["effects"], by_joint["effects"], order["effects"] = left * largest, left * forces, 0.0
+    return Errors(strains, by_joint, order, largest)
+
+
+def left_out(choices: Sequence[Choice]) -> float | None:
+    """Sum of the sizes of effects that are off, relative to the strains; None where they were not estimated."""
+    if all(choice.size is None for choice in choices):
+        return None
+    inside = {choice.effect.replaces for choice in choices if choice.acts}
+    return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
+
+
+def between_stations(strain: Array) -> Array:
+    """By how much parabolas through three stations surpass the largest strain at the stations, ``(members,)``."""
+    size = np.abs(strain)
+    highest = size.max(axis=(0, 2, 3))
+    if strain.shape[2] < 3:
+        return np.zeros_like(highest)
+    before, middle, after = strain[:, :, :-2], strain[:, :, 1:-1], strain[:, :, 2:]
+    bend, slope = after - 2 * middle + before, (after - before) / 2
+    inside = (np.abs(slope) < np.abs(bend)) & (bend != 0)
+    vertex = middle - np.where(inside, slope**2 / (2 * np.where(inside, bend, 1.0)), 0.0)
+    return np.maximum(np.abs(vertex).max(axis=(0, 2, 3)) - highest, 0.0)
+
+
+def _fault(source: str) -> str:
+    """Say what is too coarse."""
+    return {
+        "time": "the sub-intervals are too long",
+        "mesh": "the elements are too long",
+        "modes": "the modes kept are too few",
+        "harmonics": "the harmonics are too few",
+    }[source]
+
+
+def _advice(scene: Scene, source: str, times: float) -> str:
+    """Say how many more it takes."""
+    analysis = scene.analysis
+    if source == "mesh":
+        return f"Take {math.ceil(MARGIN * times * 100) / 100:.3g} times as many elements"
+    name, now = {
+        "time": ("sub_intervals", analysis.sub_intervals),
+        "modes": ("modes", analysis.modes),
+        "harmonics": ("harmonics", analysis.harmonics),
+    }[source]
+    assert not isinstance(now, str)  # all modes leave none out
+    return f"Take at least {math.ceil(MARGIN * now * times)} {name}"
+
+
+def _recovered(scene: Scene, system: System, history: History) -> tuple[Array, Array, Array]:
     """Axial and bending strain at few stations, ``(angles, members, stations)``, forces ``(joints, angles, 2)``."""
     found = reactions(system, nodal_forces(system, history))
-    s = np.linspace(0, 1, STATIONS)
-    members = recover_members(system, history, s, point_loads(system, found))
+    s, loads = np.linspace(0, 1, STATIONS), point_loads(system, found)
     ea, ei, _, fibre = stiffnesses(scene, s)
-    axial = members.axial_force / ea
+    if element_tension(system, history) is None:
+        axial, _, moment = section_forces(system, history, s, loads)
+        axial, moment = (part.reshape(len(part), *ea.shape) for part in (axial, moment))
+    else:
+        members = recover_members(system, history, s, loads)
+        axial, moment = members.axial_force, members.moment
     forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, len(axial), 2)
-    return axial, members.moment * np.abs(fibre).max(axis=-1) / ei, forces
+    return axial / ea, moment * np.abs(fibre).max(axis=-1) / ei, forces

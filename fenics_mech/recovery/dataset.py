@@ -16,7 +16,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import judged, time_errors
+from fenics_mech.recovery.accuracy import Errors, estimated
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
@@ -31,8 +31,10 @@ from fenics_mech.scene import Scene
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
-    "strain_error": ("1", "error of the member's strain by the steps in time, estimated"),
-    "joint_force_error": ("N", "error of the joint's force by the steps in time, estimated"),
+    "strain_error": ("1", "error of the member's strain by each source, estimated"),
+    "joint_force_error": ("N", "error of the joint's force by each source, estimated"),
+    "relative_error": ("1", "largest error of a strain by each source, over the member's largest strain"),
+    "error_order": ("1", "power of the number of steps, elements, modes and so on with which the error falls"),
     "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
     "stress": ("Pa", "stress of the outer fibre"),
@@ -83,8 +85,9 @@ def collect(
     variables: dict[str, Any] = _of_members(scene, members, elastic) | _of_springs(scene, system, history)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
-    errors, estimate = _errors(scene, system, history, variables)
-    variables |= errors
+    _, sampling = variables.pop("sampling_error", (None, None))
+    errors = estimated(scene, system, history, variables["strain"][1], sampling, choices)
+    errors.judge(scene)
     coordinates: dict[str, object] = {
         "theta": system.motion.theta,
         "time": ("theta", system.motion.time),
@@ -105,12 +108,10 @@ def collect(
             "drive_rate": (("theta",), scene.cycle_rate + history.twist[1]),
         }
     data = xr.Dataset(variables, coordinates, stamp(scene) | _decisions(system, choices))
-    parts = _of_modes(modes), _of_stability(history.stability), _of_course(history.course)
+    parts = _of_modes(modes), _of_stability(history.stability), _of_course(history.course), _of_errors(errors)
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(scene, system) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
-    if estimate is not None:
-        data.attrs["error_estimate"] = estimate
     for name, (units, meaning) in ATTRIBUTES.items():
         if name in data:
             data[name].attrs.update(units=units, long_name=meaning)
@@ -134,20 +135,19 @@ def _with_viscous_forces(
     return members, elastic, {key: force + viscous[key] for key, force in found.items()}
 
 
-def _errors(
-    scene: Scene, system: System, history: History, variables: dict[str, Any]
-) -> tuple[dict[str, Any], float | None]:
-    """Errors of strains and joint forces where they are known, and the largest relative one."""
-    errors: dict[str, Any] = {}
-    error = variables["strain_error"][1] if "strain_error" in variables else None
-    if history.better is not None:
-        by_time, force_error = time_errors(scene, system, history)
-        error = by_time if error is None else error + by_time
-        errors["joint_force_error"] = (("joint",), force_error)
-    if error is None:
-        return errors, history.error_estimate
-    errors["strain_error"] = (("member",), error)
-    return errors, judged(scene, error, np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+def _of_errors(errors: Errors) -> xr.Dataset:
+    """Errors by source, and the largest relative one by all of them."""
+    sources = list(errors.strain)
+    return xr.Dataset(
+        {
+            "strain_error": (("source", "member"), np.stack(list(errors.strain.values()))),
+            "joint_force_error": (("source", "joint"), np.stack([errors.force[source] for source in sources])),
+            "relative_error": (("source",), list(errors.relative.values())),
+            "error_order": (("source",), [float(errors.order[source]) for source in sources]),
+        },
+        {"source": sources},
+        {"error_estimate": errors.total},
+    )
 
 
 def _of_modes(modes: Modes | None) -> xr.Dataset:
@@ -265,5 +265,5 @@ def _of_members(
         "rotation": (("member",), rotation(members)),
     }
     if scene.damping.material and scene.analysis.method in ("periodic", "transient"):
-        found["strain_error"] = (("member",), sampling_error(scene, whole[0][..., None] + whole[1]))
+        found["sampling_error"] = (("member",), sampling_error(scene, whole[0][..., None] + whole[1]))
     return found

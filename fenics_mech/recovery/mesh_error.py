@@ -111,7 +111,7 @@ def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Comp
         return second
     first = (np.roll(z, -1, axis=0) - np.roll(z, 1, axis=0)) / (2 * step)
     if not closed:
-        first[[0, -1]] = first[[1, -2]]
+        first[[0, -1]] = first[[1, -2]] if len(z) > 2 else 0
     mesh, motion = system.beams.mesh, system.motion
     omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, motion.alpha))
     return second + 2j * omega * first + (1j * alpha - omega**2) * z
@@ -119,6 +119,8 @@ def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Comp
 
 def _second(values: Values, step: float, closed: bool) -> Values:
     """Second differences in time, ``(angles, ...)``."""
+    if len(values) < 3:
+        return np.zeros_like(values)
     found = (np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2
     if not closed:
         found[[0, -1]] = found[[1, -2]]

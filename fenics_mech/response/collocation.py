@@ -124,6 +124,28 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
     return states[:, :n], states[:, n:] / pace
 
 
+def refined(q: Array, rate: Array, flow: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
+
+    Parameters
+    ----------
+    q, rate
+        q and q' at the starts of the steps.
+    flow
+        The steps, of the equation linearised about the motion.
+    options
+        PETSc options with the prefix "periodic_".
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    states = np.concatenate([q, flow.pace * rate], axis=1)
+    states += solve_cycle(flow.transitions, flow.ends(states) - np.roll(states, -1, axis=0), options)
+    return states[:, : flow.size], states[:, flow.size :] / flow.pace
+
+
 def between(orbit: Orbit, tableau: Tableau, step: float | Array, places: Array) -> tuple[Array, Array]:
     """Give q and q' at places 0..1 in every step, on the collocation polynomials, ``(steps x places, coordinates)``.
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
+from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.floquet import Stability
@@ -45,10 +47,8 @@ class History:
     twist
         Angle of the crank ahead of its drive and two time derivatives, ``(3, angles)``, where the drive has a motor:
         all the rest then belongs to the crank's own motion.
-    error_estimate
-        Error of the displacement, relative to its largest value, where a solver estimates it.
     better
-        The same motion more accurately, where a solver gives it: the difference is the error of the steps in time.
+        By source of error ("time", "mesh", "modes"), the same motion without it, to first order.
     course
         How a motion in time came about.
     """
@@ -62,8 +62,7 @@ class History:
     drag: Array | None = None
     stability: Stability | None = None
     twist: Array | None = None
-    error_estimate: float | None = None
-    better: History | None = None
+    better: Mapping[str, Better] = field(default_factory=dict)
     course: Course | None = None
 
     @property
@@ -93,11 +92,39 @@ class History:
         return History(displacement=np.zeros_like(self.displacement), inertia=-self.drag, viscous=self.viscous)
 
 
-def history_of(equation: Equation, q: Array, rate: Array) -> History:
-    """Give the history of a motion from its coordinates and their velocities, ``(angles, coordinates)`` each."""
+@dataclass(frozen=True)
+class Better:
+    """A motion without one source of error.
+
+    Parameters
+    ----------
+    history
+        The motion; the difference is the error.
+    order
+        With which power the error falls: of the number of steps, or of elements.
+    safety
+        By which differences are raised, as they are less than the true error.
+    loads
+        Loads that act beside.
+    """
+
+    history: History
+    order: float
+    safety: float = 1.0
+    loads: Terms = NOTHING
+
+
+def history_of(equation: Equation, q: Array, rate: Array, load: Array | None = None) -> History:
+    """Give the history of a motion from its coordinates and their velocities, ``(angles, coordinates)`` each.
+
+    A load beside that of the equation is ``(angles, coordinates)``.
+    """
     system, (p, first, second) = equation.system, equation.shape
     v, v_rate = map(system.on_nodes, equation.in_links(q, rate))
-    of_links = times(p, equation.acceleration(q, rate))
+    acceleration = equation.acceleration(q, rate)
+    if load is not None:
+        acceleration += np.linalg.solve(equation.linear.mass, load[..., None])[..., 0]
+    of_links = times(p, acceleration)
     if first is not None and second is not None:
         of_links += 2 * times(first, rate) + times(second, q)
     inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.external * v_rate

@@ -27,7 +27,7 @@ class Oscillators:
     omega: Array
     zeta: Array
 
-    def transition(self, time: float) -> Array:
+    def transition(self, time: Array | float) -> Array:
         """Matrix from the state at 0 to the free state after `time` (s), shape ``(..., 2, 2)``."""
         root = np.sqrt(1 - self.zeta**2)
         decay = np.exp(-self.zeta * self.omega * time)
@@ -35,12 +35,12 @@ class Oscillators:
         s = decay * np.sin(root * self.omega * time) / root
         return np.stack([np.stack([c + self.zeta * s, s], -1), np.stack([-s, c - self.zeta * s], -1)], -2)
 
-    def particular(self, load: Array, slope: Array, time: float) -> Array:
+    def particular(self, load: Array, slope: Array, time: Array | float) -> Array:
         """State at `time` that follows the load ``load + slope t`` without free vibration, ``(..., 2)``."""
         y = (load + slope * time) / self.omega**2 - 2 * self.zeta * slope / self.omega**3
         return np.stack([y, slope / self.omega**3], -1)
 
-    def forced(self, load: Array, slope: Array, time: float) -> Array:
+    def forced(self, load: Array, slope: Array, time: Array | float) -> Array:
         """State at `time` from rest at 0, the Duhamel integral of (5.12), ``(..., 2)``."""
         start = self.particular(load, slope, 0.0)
         return self.particular(load, slope, time) - np.einsum("...ij,...j->...i", self.transition(time), start)

@@ -7,7 +7,9 @@ linear system for the states at their starts, (5.16).
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,26 +49,57 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     SolverError
         When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
     """
-    analysis = scene.analysis
     step = scene.period / len(modes.theta)
-    oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
+    chain = Chain.of(scene, modes, np.full(len(modes.theta), step))
     load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
     slope = np.zeros_like(load)
     if boundary_load is not None:
         rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
-    start = load - slope * step / 2
-    carry = _carry_over(scene, modes, step)
-    states = solve_cycle(
-        carry @ _block_diagonal(oscillators.transition(step)),
-        times(carry, _flat(oscillators.forced(start, slope, step))),
-        scene.petsc,
-    )
-    half = oscillators.transition(step / 2)
-    state = np.einsum("kmij,kmj->kmi", half, _unflat(states)) + oscillators.forced(start, slope, step / 2)
-    if not analysis.allow_ringing:
-        _refuse_ringing(modes, state, state - oscillators.particular(start, slope, step / 2), scene.period)
+    state = chain.middles(load, slope)
+    if not scene.analysis.allow_ringing:
+        free = state - chain.oscillators.particular(load - slope * step / 2, slope, step / 2)
+        _refuse_ringing(modes, state, free, scene.period)
     return _superpose(system, modes, state, load, scene)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Modes in sub-intervals, joined to a cycle.
+
+    Parameters
+    ----------
+    oscillators
+        The modes, ``(sub-intervals, modes)``.
+    duration
+        Of the sub-intervals (s), ``(sub-intervals, 1)``.
+    carry
+        From the states at the end of each to those at the start of the next, see `_carry_over`.
+    options
+        PETSc options with the prefix "periodic_".
+    """
+
+    oscillators: Oscillators
+    duration: Array
+    carry: Array
+    options: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, scene: Scene, modes: Modes, duration: Array) -> Chain:
+        """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s)."""
+        oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
+        return cls(oscillators, duration[:, None], _carry_over(scene, modes, duration[:, None, None]), scene.petsc)
+
+    def middles(self, load: Array, slope: Array) -> Array:
+        """Give the states at the middles, ``(sub-intervals, modes, 2)``, under modal loads there with slopes in time."""
+        start, step = load - slope * self.duration / 2, self.duration
+        states = solve_cycle(
+            self.carry @ _block_diagonal(self.oscillators.transition(step)),
+            times(self.carry, _flat(self.oscillators.forced(start, slope, step))),
+            self.options,
+        )
+        half = self.oscillators.transition(step / 2)
+        return np.einsum("kmij,kmj->kmi", half, _unflat(states)) + self.oscillators.forced(start, slope, step / 2)
 
 
 def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> None:
@@ -106,14 +139,14 @@ def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> N
 def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> History:
     """Displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out."""
     y = state[..., 0]
-    displacement, elastic = _sum(modes, y), -(modes.omega**2) * y
+    displacement, elastic = superposed(modes, y), -(modes.omega**2) * y
     inertia = np.zeros_like(system.rigid_acceleration)
     if scene.analysis.static_correction:
         static = solve_static(system, scene.petsc)
-        displacement += static.displacement - _sum(modes, load / modes.omega**2)
+        displacement += static.displacement - superposed(modes, load / modes.omega**2)
         elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
         inertia += system.rigid_acceleration
-    inertia += system.to_links(_sum(modes, elastic))
+    inertia += system.to_links(superposed(modes, elastic))
     return _damped(scene, system, modes, state[..., 1], History(displacement=displacement, inertia=inertia))
 
 
@@ -130,22 +163,22 @@ def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: H
     share = 2 * damping_ratios(scene, modes.omega) * rate
     if not share.any():
         return balanced
-    drag = _sum(modes, modes.omega**2 * share)
+    drag = superposed(modes, modes.omega**2 * share)
     if system.symmetric_stiffness:
         forces = system.mass_times(drag[:, None])[:, 0]
         viscous = displacement_under(replace(system, terms=NOTHING), forces, scene.petsc)
     else:
-        viscous = _sum(modes, share)  # M Phi omega^2 = P^T k P Phi
+        viscous = superposed(modes, share)  # M Phi omega^2 = P^T k P Phi
     drag = system.to_links(drag)
     return replace(balanced, inertia=balanced.inertia - drag, viscous=system.to_links(viscous), drag=drag)
 
 
-def _sum(modes: Modes, values: Array) -> Array:
+def superposed(modes: Modes, values: Array) -> Array:
     """Sum of the modes' shapes times modal coordinates ``(angles, modes)``, ``(angles, coordinates)``."""
     return np.einsum("kmi,km->ki", modes.shapes, values)
 
 
-def _carry_over(scene: Scene, modes: Modes, step: float) -> Array:
+def _carry_over(scene: Scene, modes: Modes, step: Array) -> Array:
     """From the states at the end of each sub-interval to those at the start of the next, ``(angles, 2m, 2m)``.
 
     Projected join: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. The modes kept

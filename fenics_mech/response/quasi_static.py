@@ -48,7 +48,9 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
 def displacement_under(
     system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None
 ) -> NDArray[np.float64]:
-    """Give the q of ``K q = load`` at every angle, ``(angles, coordinates)``.
+    """Give the q of ``K q = load`` at every angle, of the shape of the load.
+
+    That is ``(angles, coordinates)``, or with several loads ``(angles, coordinates, loads)``.
 
     Raises
     ------
@@ -63,15 +65,15 @@ def displacement_under(
         for k, _, stiffness in system.positions():
             if system.terms.tension is not None:
                 _refuse_buckled(to_scipy(stiffness).toarray(), system.motion.theta[k])
-            force.array[:] = load[k]
             ksp.setOperators(stiffness)
-            ksp.solve(force, displacement)
-            if ksp.getConvergedReason() <= 0:
-                found = name_of(PETSc.KSP.ConvergedReason, ksp.getConvergedReason())
-                raise SolverError(
-                    f"no static answer at drive angle {np.degrees(system.motion.theta[k]):.6g} deg (PETSc says {found})"
-                )
-            answer[k] = displacement.array_r
+            for part, found in zip(load[k].reshape(system.size, -1).T, answer[k].reshape(system.size, -1).T):
+                force.array[:] = part
+                ksp.solve(force, displacement)
+                if ksp.getConvergedReason() <= 0:
+                    reason = name_of(PETSc.KSP.ConvergedReason, ksp.getConvergedReason())
+                    angle = np.degrees(system.motion.theta[k])
+                    raise SolverError(f"no static answer at drive angle {angle:.6g} deg (PETSc says {reason})")
+                found[:] = displacement.array_r
     return answer
 
 

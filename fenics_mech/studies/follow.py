@@ -30,7 +30,7 @@ OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
     "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),
     "strain_lowest": (("member",), "1", "lowest strain of the outer fibres over the cycle"),
     "multiplier": (("disturbance", "part"), "1", "Floquet multiplier, largest magnitude first"),
-    "strain_error": (("member",), "1", "error of the member's strain by the steps in time, estimated"),
+    "strain_error": (("member",), "1", "error of the member's strain by all sources, estimated"),
     "stable": ((), "1", "1 where no disturbance grows, else 0"),
     "fold": ((), "1", "1 where the branch turns back in the number, else 0"),
     "iterations": ((), "1", "iterations of Newton's method"),
@@ -192,7 +192,7 @@ def _record(result: Result, point: Point, gauge: Gauge) -> Record:
     record["values"] |= {
         "strain_highest": strain.max(over).to_numpy(),
         "strain_lowest": strain.min(over).to_numpy(),
-        "strain_error": data["strain_error"].to_numpy(),
+        "strain_error": data["strain_error"].sum("source").to_numpy(),
         "multiplier": multiplier,
         "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + TOLERANCE,
         "fold": point.fold,

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import LARGEST_ERROR
+from fenics_mech.recovery.accuracy import LARGEST_ERROR, LARGEST_OF_CHAPTER_5, LEAST, NUMERICAL
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
@@ -107,11 +107,8 @@ def _decisions(result: Result) -> Table:
     ):
         if name in result.data.attrs:
             rows[text] = f"{result.data.attrs[name]:.2g}"
-    if "joint_force_error" in result.data:
-        relative = result.data["joint_force_error"].max() / np.abs(result.data["joint_force"]).max()
-        rows["error estimate"] += f" of the strain, {float(relative):.2g} of the joint forces"
-        if result.data.attrs["error_estimate"] > LARGEST_ERROR:
-            rows["error estimate"] += ": TOO LARGE, expect wrong numbers"
+    if "error_estimate" in result.data.attrs:
+        rows["error estimate"] += _errors(result)
     rows["damping"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
@@ -119,6 +116,21 @@ def _decisions(result: Result) -> Table:
     for name, value in rows.items():
         table.add_row(name, escape(value))
     return table
+
+
+def _errors(result: Result) -> str:
+    """Tell the errors by their sources."""
+    data = result.data
+    by_source = dict(zip(data["source"].to_numpy(), data["relative_error"].to_numpy()))
+    text = f" of the strain ({', '.join(f'{source} {error:.1g}' for source, error in by_source.items())})"
+    if data.sizes["joint"]:
+        force = data["joint_force_error"].sum("source").max() / np.abs(data["joint_force"]).max()
+        text += f", {float(force):.2g} of the joint forces"
+    numerical = data["strain_error"].sel(source=[source for source in by_source if source in NUMERICAL]).sum("source")
+    largest = np.abs(data["strain"]).max(("theta", "s", "fibre"))
+    limit = LARGEST_OF_CHAPTER_5 if "modes" in by_source else LARGEST_ERROR
+    too_large = (numerical / np.maximum(largest, LEAST * largest.max())).max() > limit
+    return text + (": TOO LARGE, expect wrong numbers" if too_large else "")
 
 
 def _solver(result: Result) -> str:

@@ -1,0 +1,64 @@
+"""Motions without the error of the mesh: what the loads do that elements neglect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
+from fenics_mech.response import History
+from fenics_mech.response.flow import Flow
+from fenics_mech.response.history import Better, history_of
+from fenics_mech.response.perturbation import periodic_change
+from fenics_mech.response.quasi_static import displacement_under
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+SAFETY = 2  # where the elastic motion has no inertia: the axial force of an element is a mean, which is left out
+
+
+def mesh_better(
+    scene: Scene, equation: Equation, motion: tuple[Array, Array], matrices: Matrices, flow: Flow, regular: Array
+) -> Better:
+    """Give a periodic motion without the error of the mesh.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    equation
+        Its equation at the starts of the sub-intervals.
+    motion
+        q and q' there.
+    matrices
+        The equation linearised about the motion. It may have more coordinates, on which the load does not act.
+    flow, regular
+        The steps of the cycle, and which of them are sub-intervals' starts.
+    """
+    system, step = equation.system, scene.period / len(motion[0])
+    lack = neglected(system, history_of(equation, *motion), step)
+    load = load_of(system, lack)
+    size = load.shape[1]
+    whole = np.pad(load, ((0, 0), (0, matrices.load.shape[1] - size)))
+    q, rate = (change[:, :size] for change in periodic_change(whole, matrices, flow, regular, scene.petsc))
+    return Better(history_of(equation, motion[0] + q, motion[1] + rate, load), ORDER, loads=lack)
+
+
+def still_better(scene: Scene, system: System, history: History) -> Better:
+    """Give a static or quasi-static answer without the error of the mesh: there is none without axial forces."""
+    lack = neglected(system, history, None)
+    if lack.force is None:
+        return Better(history, ORDER)
+    law, load = system.terms.law, load_of(system, lack)
+    if law is None:
+        q = displacement_under(system, load, scene.petsc)
+    else:
+        equation, still = Equation(system), np.zeros_like(history.displacement)
+        tension = law.tension(*equation.in_links(history.displacement, still))
+        tangents = equation.linearised(history.displacement, still, tension)
+        q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
+    return Better(replace(history, displacement=history.displacement + q), ORDER, SAFETY, lack)

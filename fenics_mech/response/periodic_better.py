@@ -1,0 +1,138 @@
+"""What the sub-intervals of chapter 5 get wrong: by their number, by the modes left out, and by a load left out.
+
+Half as many sub-intervals are those about every second position: their modes are known, and their loads. The modes left
+out answer statically, which lacks their inertia: it bends them as one more load would.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.effects import Terms
+from fenics_mech.mechanism import System
+from fenics_mech.modes import Modes
+from fenics_mech.response.history import Better, History
+from fenics_mech.response.periodic import Chain, superposed
+from fenics_mech.response.quasi_static import displacement_under
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+ORDERS = {"time": 1, "modes": 2}  # measured
+SAFETY = 2  # of both
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """Motions beside one by sub-intervals.
+
+    Parameters
+    ----------
+    scene, system, modes, history
+        As of `solve_periodic`, and its answer.
+    """
+
+    scene: Scene
+    system: System
+    modes: Modes
+    history: History
+
+    def better(self, load: Array, terms: Terms, order: float) -> Mapping[str, Better]:
+        """Give the motion without the errors by steps, by modes, and by a load of the mesh, which is that of `terms`."""
+        lack, inertia = self._left_out()
+        answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
+        return {
+            "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
+            "modes": Better(self._moved(answers[..., 0], inertia), ORDERS["modes"], SAFETY),
+            "mesh": Better(self._moved(*self._under(load, answers[..., 1])), order, loads=terms),
+        }
+
+    @property
+    def step(self) -> float:
+        """Duration of the sub-intervals (s)."""
+        return self.scene.period / len(self.modes.theta)
+
+    @cached_property
+    def momenta(self) -> Array:
+        """``M Phi``, ``(angles, modes, coordinates)``."""
+        return self.system.mass_times(self.modes.shapes)
+
+    @cached_property
+    def load(self) -> Array:
+        """Modal load at the middles, ``(angles, modes)``."""
+        return self._modal(self.system.load)
+
+    def _modal(self, load: Array) -> Array:
+        return np.einsum("kmi,ki->km", self.modes.shapes, load)
+
+    def _moved(self, displacement: Array, inertia: Array) -> History:
+        """Give the elastic motion with a change of q and of the nodal inertia."""
+        elastic = self.history.elastic
+        return replace(
+            elastic, displacement=elastic.displacement + displacement, inertia=elastic.inertia + inertia
+        )
+
+    def _left_out(self) -> tuple[Array, Array]:
+        """Load on the modes left out that the static answer lacks, and inertia of the nodal dofs with it."""
+        q = self.history.displacement
+        acceleration = (np.roll(q, -1, axis=0) - 2 * q + np.roll(q, 1, axis=0)) / self.step**2
+        kept = np.einsum("kmi,ki->km", self.momenta, acceleration)
+        acceleration -= superposed(self.modes, kept)
+        lack = -self.system.mass_times(acceleration[:, None])[:, 0]
+        inertia = self.system.to_links(acceleration)
+        if not self.scene.analysis.static_correction:
+            lack += self.system.load - np.einsum("kmi,km->ki", self.momenta, self.load)
+            inertia += self.system.rigid_acceleration + self.system.to_links(superposed(self.modes, self.load))
+        return lack, inertia
+
+    def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
+        """Change of q and of the nodal inertia under a load, whose static answer is known."""
+        modal, square = self._modal(load), self.modes.omega**2
+        chain = Chain.of(self.scene, self.modes, np.full(len(load), self.step))
+        y = chain.middles(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
+        q = superposed(self.modes, y - modal / square) + static
+        return q, self.system.to_links(superposed(self.modes, modal - square * y))
+
+    def _halved(self) -> tuple[Array, Array]:
+        """Change of q and of the nodal inertia by half as many sub-intervals.
+
+        Of an odd number one sub-interval is left; at its position nothing is compared. Modes that half as many are too
+        few for answer statically.
+        """
+        count, square = len(self.modes.theta), self.modes.omega**2
+        middles = np.arange(0, count - 1, 2)
+        every = middles if count % 2 == 0 else np.append(middles, count - 1)
+        y = np.einsum("kmi,ki->km", self.momenta, self.history.displacement)
+        followed = 2 * self.modes.frequency.max(axis=0) * self.scene.period <= len(every)
+        change = np.zeros_like(y)
+        change[middles] = (self.load / square - y)[middles]
+        if followed.any():
+            change[np.ix_(middles, followed)] = (self._at(every, followed) - y[every][:, followed])[: len(middles)]
+        return superposed(self.modes, change), self.system.to_links(superposed(self.modes, -square * change))
+
+    def _at(self, every: Index, followed: Array) -> Array:
+        """Coordinates y of some modes at every second position, by sub-intervals about these, ``(positions, modes)``."""
+        modes, count = self.modes, len(self.modes.theta)
+        shapes, momenta = modes.shapes[every][:, followed], self.momenta[every][:, followed]
+        thinned = Modes(
+            theta=modes.theta[every],
+            omega=modes.omega[every][:, followed],
+            shapes=shapes,
+            transfer=np.roll(momenta, -1, axis=0) @ shapes.transpose(0, 2, 1),
+            back=momenta @ np.roll(shapes, -1, axis=0).transpose(0, 2, 1),
+            size=modes.size[every][:, followed],
+        )
+        load, duration = self.system.load, np.full(len(every), 2 * self.step)
+        middle, rise = load[every], load[(every + 1) % count] - load[every - 1]
+        if count % 2:  # the last begins and ends at a position, and is not about one
+            duration[-1] = self.step
+            middle[-1], rise[-1] = (load[-2] + load[-1]) / 2, load[-1] - load[-2]
+        if self.scene.analysis.load == "constant":
+            rise[:] = 0
+        modal, slope = (np.einsum("kmi,ki->km", shapes, part) for part in (middle, rise / duration[:, None]))
+        return Chain.of(self.scene, thinned, duration).middles(modal, slope)[..., 0]

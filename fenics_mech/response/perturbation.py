@@ -1,0 +1,75 @@
+"""What a small load more does to a motion: the linearised response, by steps that carried the motion itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.flow import Flow
+
+
+def periodic_change(
+    load: Array, matrices: Matrices, flow: Flow, regular: Array, options: Mapping[str, Any]
+) -> tuple[Array, Array]:
+    """Give the changes of q and q' that a load makes, ``(angles, coordinates)`` each.
+
+    The load is taken as linear in each step. What follows it without inertia is a state whose velocity jumps at the
+    starts of the steps; the free vibration against these jumps is carried round the cycle.
+
+    Parameters
+    ----------
+    load
+        At equal steps of the cycle, ``(angles, coordinates)``.
+    matrices
+        The equation of motion there, linearised about the motion.
+    flow
+        The steps of the cycle, which may be cut.
+    regular
+        Which of them begin at the angles, ``(steps,)``.
+    options
+        PETSc options with the prefix "periodic_".
+    """
+    still = np.linalg.solve(matrices.stiffness, load[..., None])[..., 0]
+    n, pace, duration = flow.size, flow.pace, flow.duration[:, None]
+    if not regular.all():
+        start = np.cumsum(duration) - duration[:, 0]
+        period = float(duration.sum())
+        still = np.stack([np.interp(start, start[regular], column, period=period) for column in still.T], axis=1)
+    rate = (np.roll(still, -1, axis=0) - still) / duration
+    jump = np.concatenate([np.zeros_like(still), pace * (rate - np.roll(rate, -1, axis=0))], axis=1)
+    free = solve_cycle(flow.transitions, jump, options)
+    return (still + free[:, :n])[regular], (rate + free[:, n:] / pace)[regular]
+
+
+def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:
+    """Give the changes that a load makes in time, by Newmark's method (average acceleration).
+
+    Parameters
+    ----------
+    load, matrices
+        The load and the linearised equation at equal steps of time.
+    step
+        The step (s).
+    before
+        q, q' and q'' a step before the first time, ``(3, coordinates)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Changes of q, q' and q'', ``(3, times, coordinates)``.
+    """
+    change = np.zeros((3, *load.shape))
+    whole = np.linalg.inv(matrices.mass + step / 2 * matrices.damping + step**2 / 4 * matrices.stiffness)
+    q, rate, acceleration = before
+    for k, (mass, damping, stiffness) in enumerate(zip(whole, matrices.damping, matrices.stiffness)):
+        rate = rate + step / 2 * acceleration
+        q = q + step * rate - step**2 / 4 * acceleration
+        acceleration = mass @ (load[k] - damping @ rate - stiffness @ q)
+        q, rate = q + step**2 / 4 * acceleration, rate + step / 2 * acceleration
+        change[:, k] = q, rate, acceleration
+    return change
+
