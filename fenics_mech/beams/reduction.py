@@ -109,6 +109,13 @@ class Reduction:
             stiffness=sp.block_diag([_stiffness(fine, spans, kept), modal], format="csr"),
         )
 
+    @property
+    def fineness(self) -> float:
+        """How many times as many elements the modes are from, at least, as the mesh has."""
+        members = [span.member for span in self.spans]
+        fine, seen = (np.bincount(mesh.cell_member)[members] for mesh in (self.fine.mesh, self.mesh))
+        return float((fine / seen).min(initial=np.inf)) if members else 1.0
+
     @cached_property
     def mass(self) -> sp.csr_matrix:
         """``T^T m T``."""

@@ -197,6 +197,11 @@ def _balanced(system: System, history: History) -> tuple[Array, Array]:
     return ends, v
 
 
+def left_to_statics(system: System, history: History) -> Array:
+    """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia."""
+    return _balanced(system, history)[1] - system.to_links(history.displacement)
+
+
 def _on_elements(system: System, history: History) -> Array:
     """Forces on the elements' ends by everything but the links' stress, ``(angles, elements, 6)``."""
     beams, terms = system.beams, system.terms

@@ -20,7 +20,7 @@ from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import nodal_forces, reactions
-from fenics_mech.recovery.members import between_nodes, element_tension
+from fenics_mech.recovery.members import between_nodes, element_tension, left_to_statics
 from fenics_mech.response import History
 
 Array = NDArray[np.float64]
@@ -59,7 +59,22 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         line = _line(-_line_density(system.beams) * _acceleration(system, z, step, closed))
         if not system.terms.coupled:
             line += _of_joints(system, history.displacement, step, closed)
-    return Terms(line=line, force=None if tension is None else _by_tension(system, tension, z.imag))
+    force = None if tension is None else _by_tension(system, tension, z.imag)
+    if system.beams.reduction is not None and step is not None:
+        line = system.beams.reduction.fineness ** -ORDER * line
+        more = _by_modes_left_out(system, left_to_statics(system, history), step, closed)
+        force = more if force is None else force + more
+    return Terms(line=line, force=force)
+
+
+def _by_modes_left_out(system: System, v: Array, step: float, closed: bool) -> Array:
+    """Give the forces on nodal dofs by the inertia of displacements v that have none, ``(angles, nodal dofs)``."""
+    inertia = _second(v, step, closed)
+    if not system.terms.coupled:
+        return -(system.nodal_mass @ inertia.T).T
+    omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.motion.alpha))
+    turning = 2 * omega * _first(v, step, closed) + alpha * v
+    return -(system.nodal_mass @ (inertia - omega**2 * v).T + system.nodal_gyroscopic @ turning.T).T
 
 
 def _line(force: Complex) -> Array:
@@ -101,7 +116,7 @@ def load_of(system: System, terms: Terms) -> Array:
     nodal = np.zeros((len(system.values), system.transformation.height)) if terms.force is None else terms.force
     if terms.line is not None:
         nodal = nodal + _assembled(system, system.beams.layout.work_equivalent(terms.line))
-    return system.transformation.backward(system.values, nodal)
+    return system.on_coordinates(nodal)
 
 
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
@@ -109,12 +124,18 @@ def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Comp
     second = _second(z, step, closed)
     if not system.terms.coupled:
         return second
-    first = (np.roll(z, -1, axis=0) - np.roll(z, 1, axis=0)) / (2 * step)
-    if not closed:
-        first[[0, -1]] = first[[1, -2]] if len(z) > 2 else 0
+    first = _first(z, step, closed)
     mesh, motion = system.beams.mesh, system.motion
     omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, motion.alpha))
     return second + 2j * omega * first + (1j * alpha - omega**2) * z
+
+
+def _first(values: Values, step: float, closed: bool) -> Values:
+    """First differences in time, ``(angles, ...)``."""
+    found = (np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) / (2 * step)
+    if not closed:
+        found[[0, -1]] = found[[1, -2]] if len(values) > 2 else 0
+    return found
 
 
 def _second(values: Values, step: float, closed: bool) -> Values:
