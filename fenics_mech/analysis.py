@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from fenics_mech.better import still_better
 from fenics_mech.building import boundary_load, mechanism, scene_modes, settle, static_response
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
+from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
@@ -24,6 +25,7 @@ from fenics_mech.response import History, solve_periodic
 from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
 from fenics_mech.steady import by_collocation, by_harmonic_balance
+from fenics_mech.tolerance import within
 from fenics_mech.unsteady import by_time
 
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery")
@@ -57,7 +59,13 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
             hint="Add a [drive], or write method = 'quasi-static'",
         )
     progress("effects")
-    scene, choices = choose(scene)
+    if scene.tolerance is not None:
+        return within(scene, lambda trial, choices: _as_stated(trial, choices, progress))
+    return _as_stated(*choose(scene), progress)
+
+
+def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str], None]) -> Result:
+    """Analyse a scene with the effects, the mesh and the steps that it states."""
     system = mechanism(scene, progress)
     modes, solver = None, str(scene.analysis.method)
     if scene.analysis.method == "periodic":

@@ -56,7 +56,7 @@ def examine(scene: Scene) -> Survey:
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
     """Let those effects act whose size is above half the tolerance of the analysis: what is left out adds up."""
     sizes = {name: effect.size(found) for name, effect in EFFECTS.items() if effect.size is not None}
-    large = {name for name, size in sizes.items() if size > scene.analysis.tolerance / 2}
+    large = {name for name, size in sizes.items() if size > scene.neglected / 2}
     for effect in EFFECTS.values():
         if effect.replaces in large and effect.name in large:
             large.discard(effect.replaces)

@@ -53,6 +53,9 @@ def run(
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
     csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
     refine: Refine = 0,
+    tolerance: Annotated[
+        float | None, typer.Option("--tol", help="Largest error of the strains: the program chooses mesh and steps.")
+    ] = None,
 ) -> None:
     """Analyse a scene: writes result.nc and plots, prints a summary."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
@@ -60,6 +63,8 @@ def run(
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
     loaded = refined(load(scene), refine)
+    if tolerance is not None:
+        loaded = loaded.changed(tolerance=tolerance)
     make_folder(folder)
     with progress_bar(len(STEPS) + 1 + plots + csv) as step:
         result = analyse(loaded, step)
@@ -143,7 +148,7 @@ def effects(
     with progress_bar(1) as step:
         step("effects")
         chosen, choices = choose(loaded)
-    out.print(views.effects_table(choices, loaded.analysis.tolerance))
+    out.print(views.effects_table(choices, loaded.neglected))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
     out.print(f"effects = 'auto' means effects = [{names}]{enough}", highlight=False, markup=False, soft_wrap=True)

@@ -262,4 +262,3 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         "mesh": cycle.without_mesh(cycle.start, (q, rate), flow),
     }
     return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better)
-

@@ -83,16 +83,12 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         better.append(found)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     lines, forces = ([getattr(part.loads, name) for part in better] for name in ("line", "force"))
-    loads = Terms(
-        line=np.concatenate(lines), force=None if forces[0] is None else np.concatenate(forces)
-    )
+    loads = Terms(line=np.concatenate(lines), force=None if forces[0] is None else np.concatenate(forces))
     mesh = Better(_joined([part.history for part in better]), ORDER, loads=loads)
     return whole, replace(_joined(parts), course=course, better={"mesh": mesh})
 
 
-def _without_mesh(
-    equation: Equation, motion: tuple[Array, Array], step: float, state: Array
-) -> tuple[Better, Array]:
+def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, state: Array) -> tuple[Better, Array]:
     """Give a part of a motion without the error of the mesh.
 
     Parameters

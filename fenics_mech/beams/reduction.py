@@ -45,6 +45,8 @@ class Reduction:
         Nodal dofs that are coordinates themselves, ascending: the first of z.
     spans
         The members whose inner nodes are not.
+    cutoff
+        Frequency up to which their modes are kept (rad/s).
     mode_member, mode_omega
         Member and frequency (rad/s) of each mode; the modes follow the nodal dofs in z.
     shape, fine_shape
@@ -57,6 +59,7 @@ class Reduction:
     mesh: BeamMesh
     kept: Index
     spans: tuple[Span, ...]
+    cutoff: float
     mode_member: Index
     mode_omega: Array
     shape: sp.csr_matrix
@@ -102,6 +105,7 @@ class Reduction:
             mesh=seen.mesh,
             kept=_without(len(rows), on_seen),
             spans=tuple(on_seen),
+            cutoff=cutoff,
             mode_member=np.repeat(np.array(members, dtype=np.int64), [len(part) for part in omegas[1:]]),
             mode_omega=omega,
             shape=shape[rows],

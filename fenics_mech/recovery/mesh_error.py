@@ -61,7 +61,7 @@ def neglected(system: System, history: History, step: float | None, closed: bool
             line += _of_joints(system, history.displacement, step, closed)
     force = None if tension is None else _by_tension(system, tension, z.imag)
     if system.beams.reduction is not None and step is not None:
-        line = system.beams.reduction.fineness ** -ORDER * line
+        line = system.beams.reduction.fineness**-ORDER * line
         more = _by_modes_left_out(system, left_to_statics(system, history), step, closed)
         force = more if force is None else force + more
     return Terms(line=line, force=force)

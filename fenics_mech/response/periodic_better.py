@@ -73,9 +73,7 @@ class Neighbours:
     def _moved(self, displacement: Array, inertia: Array) -> History:
         """Give the elastic motion with a change of q and of the nodal inertia."""
         elastic = self.history.elastic
-        return replace(
-            elastic, displacement=elastic.displacement + displacement, inertia=elastic.inertia + inertia
-        )
+        return replace(elastic, displacement=elastic.displacement + displacement, inertia=elastic.inertia + inertia)
 
     def _left_out(self) -> tuple[Array, Array]:
         """Load on the modes left out that the static answer lacks, and inertia of the nodal dofs with it."""

@@ -72,4 +72,3 @@ def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) 
         q, rate = q + step**2 / 4 * acceleration, rate + step / 2 * acceleration
         change[:, k] = q, rate, acceleration
     return change
-

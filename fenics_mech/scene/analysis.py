@@ -71,8 +71,6 @@ class Analysis(Part):
         with the elastic response until it changes no more (collocation, quasi-static and static).
     stations
         Number of equally spaced points along each member at which results are given.
-    tolerance
-        Share of the strains that ``effects = "auto"`` may neglect.
     """
 
     method: Literal["periodic", "transient", "quasi-static", "static"] = "periodic"
@@ -98,4 +96,3 @@ class Analysis(Part):
     allow_coarse: bool = False
     tension: Literal["rigid", "settled"] = "rigid"
     stations: Annotated[int, Field(ge=2, le=10_001)] = 21
-    tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01

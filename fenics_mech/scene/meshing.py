@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 import numpy as np
@@ -68,6 +69,28 @@ def refined(scene: Scene, times: int) -> Scene:
         }
         links[name] = link.model_copy(update={"members": members})
     return scene.model_copy(update={"links": links, "mesh": _halved(scene.mesh, times)})
+
+
+def with_elements(scene: Scene, count: int) -> Scene:
+    """Give every member so many elements; one whose nodes are stated has its own cut into at least that many."""
+
+    def cut(mesh: Mesh) -> Mesh:
+        if mesh.stations is None:
+            return Mesh(elements=count, grading=mesh.grading ** (mesh.elements / count))
+        return _halved(mesh, max(0, math.ceil(math.log2(count / (len(mesh.stations) - 1)))))
+
+    links = {
+        name: link.model_copy(
+            update={
+                "members": {
+                    label: member.model_copy(update={"mesh": cut(member.mesh)}) if member.mesh else member
+                    for label, member in link.members.items()
+                }
+            }
+        )
+        for name, link in scene.links.items()
+    }
+    return scene.model_copy(update={"links": links, "mesh": cut(scene.mesh)})
 
 
 def thinned(scene: Scene, labels: Collection[str], most: int) -> Scene:

@@ -60,6 +60,7 @@ class Material(Part):
         return self.modulus / (2 * (1 + self.poisson))
 
 
+DEFAULT_NEGLECTED = 0.01  # of the strains, by effects that are left out
 MOST_LINKS = 500  # the loops are solved with dense matrices
 MOST_ELEMENTS = 20_000  # in a member
 
@@ -220,7 +221,11 @@ Drives = Annotated[
 
 
 class Scene(Part):
-    """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format."""
+    """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format.
+
+    With a `tolerance`, the largest error of a strain relative to its member's largest, the program chooses mesh and
+    steps.
+    """
 
     name: Annotated[str, Field(max_length=200)] = "scene"
     materials: dict[Name, Material]
@@ -236,6 +241,7 @@ class Scene(Part):
     dampers: dict[Name, Damper] = Field(default_factory=dict)
     drive: Drives = ()
     effects: Literal["auto"] | tuple[str, ...] = ()
+    tolerance: Annotated[float, Field(gt=1e-8, lt=1)] | None = None
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
@@ -266,6 +272,11 @@ class Scene(Part):
     def named_effects(self) -> tuple[str, ...]:
         """Effects that the scene lists; none where it leaves the choice to the program."""
         return () if self.effects == "auto" else self.effects
+
+    @property
+    def neglected(self) -> float:
+        """Share of the strains that ``effects = "auto"`` may neglect."""
+        return DEFAULT_NEGLECTED if self.tolerance is None else self.tolerance
 
     @property
     def drives(self) -> tuple[Drive, ...]:

@@ -112,6 +112,10 @@ def _decisions(result: Result) -> Table:
     rows["damping"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
+    if analysis.reduction != "none":
+        rows["mesh"] = f"{rows['mesh']} by Craig-Bampton reduction"
+    if "chosen" in result.data.attrs:
+        rows["tolerance"] = str(result.data.attrs["chosen"])
     table = Table.grid(padding=(0, 2))
     for name, value in rows.items():
         table.add_row(name, escape(value))
@@ -151,7 +155,7 @@ def _effects(result: Result) -> str:
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    chosen = f"; chosen, as above {result.scene.analysis.tolerance / 2:g}; left out: {', '.join(left) or 'none'}"
+    chosen = f"; chosen, as above {result.scene.neglected / 2:g}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
     return (", ".join(acting) or "none") + (chosen if estimated else "")
 

@@ -1,0 +1,86 @@
+"""Scenes that state an accuracy: the true error is below it, and not far below."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fenics_mech.tolerance
+from fenics_mech import analyse, load
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.scene.meshing import with_elements
+
+DEMOS = Path(__file__).parents[2] / "demos"
+
+
+def true_error(result):
+    """Largest error of a strain, relative to its member's largest, against twice the elements and 500 steps or more."""
+    scene = result.scene
+    times = math.ceil(500 / scene.analysis.sub_intervals)
+    finer = with_elements(scene, 2 * scene.mesh.elements).changed(
+        tolerance=None, analysis__sub_intervals=times * scene.analysis.sub_intervals, analysis__stability=False
+    )
+    if scene.analysis.reduction != "none":
+        finer = finer.changed(analysis__cutoff=3 * scene.analysis.cutoff)
+    best = analyse(finer).data["strain"].to_numpy()[::times]
+    largest = np.abs(best).max(axis=(0, 2, 3))
+    error = np.abs(result.data["strain"].to_numpy() - best).max(axis=(0, 2, 3))
+    return float((error / np.maximum(largest, 0.1 * largest.max())).max())
+
+
+def scene_of(name):
+    return seed_four_bar(effects=("coupling",)) if name == "seed" else load(DEMOS / f"{name}.toml")
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("name", ["seed", "slider_crank", "manipulator", "pulsating_column"])
+def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
+    result = analyse(scene_of(name).changed(tolerance=tolerance))
+    assert tolerance / 100 < true_error(result) < tolerance
+    assert result.data.attrs["chosen"].startswith(f"{tolerance:g}, met by collocation")
+
+
+def test_whole_equation_is_reduced_and_the_truncated_one_is_not():
+    assert analyse(scene_of("seed").changed(tolerance=1e-2)).scene.analysis.reduction == "craig-bampton"
+    assert analyse(scene_of("slider_crank").changed(tolerance=1e-2)).scene.analysis.reduction == "none"
+
+
+def test_effects_are_chosen_by_the_tolerance():
+    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto")
+    acting = [set(analyse(scene.changed(tolerance=t)).scene.effects) for t in (0.5, 1e-3)]
+    assert acting[0] < acting[1]
+
+
+def test_static_answers_need_no_mesh():
+    result = analyse(seed_four_bar(analysis__method="quasi-static", tolerance=1e-3))
+    exact = analyse(seed_four_bar(analysis__method="quasi-static", analysis__stations=result.data.sizes["s"]))
+    assert np.abs(result.data["strain"] - exact.data["strain"]).max() < 1e-9 * np.abs(exact.data["strain"]).max()
+
+
+def test_motion_in_time_has_the_tolerance_too():
+    drive = {"analysis__method": "transient", "analysis__cycles": 1, "analysis__sub_intervals": 36}
+    scene = seed_four_bar(effects=("coupling",), **drive)
+    result = analyse(scene.changed(tolerance=1e-2))
+    fine = scene.changed(analysis__time_tolerance=1e-6, mesh__elements=5, analysis__stations=result.data.sizes["s"])
+    best = analyse(fine).data["strain"]
+    assert np.abs(result.data["strain"].to_numpy() - best.to_numpy()).max() < 1e-2 * np.abs(best).max()
+
+
+def test_graded_and_stated_meshes_keep_their_kind():
+    scene = seed_four_bar(mesh={"elements": 4, "grading": 1.5})
+    assert with_elements(scene, 8).mesh.grading == pytest.approx(1.5**0.5)
+    stated = with_elements(seed_four_bar(mesh={"stations": [0, 0.2, 1]}), 3).mesh.stations
+    assert stated == pytest.approx((0, 0.1, 0.2, 0.6, 1))
+
+
+def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
+    monkeypatch.setattr(fenics_mech.tolerance, "MOST_ROUNDS", 1)
+    with pytest.raises(SolverError, match="not met in 1 rounds: the largest error left is .*, by the time"):
+        analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
+
+
+def test_tolerance_is_a_share():
+    with pytest.raises(SceneError, match="tolerance"):
+        seed_four_bar(tolerance=2.0)
