@@ -106,7 +106,7 @@ class Equation:
         stiffness = back @ stiffness
         if self.extra_damping is not None:
             damping = damping + self.extra_damping
-            stiffness = stiffness if self.drift is None else stiffness + self.extra_damping @ self.drift
+            stiffness = stiffness + self.extra_damping @ self.drift
         return Matrices(back @ mass, damping, stiffness, self.system.load)
 
     def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
@@ -152,14 +152,15 @@ class Equation:
         It is ``q' + drift q``. Modal damping goes with it: q' alone also holds the turning of the fixed frame against
         the links, and would damp a link that turns with a strain that does not change.
         """
-        return rate if self.drift is None else rate + times(self.drift, q)
+        return rate + times(self.drift, q)
 
     @cached_property
-    def drift(self) -> Array | None:
+    def drift(self) -> Array:
         """How coordinates that stand still strain the links as these turn, ``P^T k P drift = P^T k P'`` (1/s)."""
         p, first, _ = self.shape
         if first is None:
-            return None
+            first, transformation = np.zeros_like(p), self.system.transformation
+            first[:, transformation.rows, transformation.columns] = transformation.derivatives(self.system.motion)[0]
         along = p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, first)
         return np.asarray(np.linalg.solve(self.links_stiffness, along))
 
