@@ -22,7 +22,12 @@ SAFETY = 2  # where the elastic motion has no inertia: the axial force of an ele
 
 
 def mesh_better(
-    scene: Scene, equation: Equation, motion: tuple[Array, Array], matrices: Matrices, flow: Flow, regular: Array
+    scene: Scene,
+    equation: Equation,
+    motion: tuple[Array, Array],
+    matrices: Matrices,
+    flow: Flow,
+    regular: NDArray[np.bool_],
 ) -> Better:
     """Give a periodic motion without the error of the mesh.
 

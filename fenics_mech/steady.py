@@ -138,8 +138,8 @@ class Cycle:
             The equation there, with axial forces of the motion where they act on it, and the history.
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
-        better = better_than(analysis.scheme, analysis.stages, self.steps.disturbed)
-        q, rate = corrected(orbit, self.flow(*better, self.motion(orbit)), self.scene.petsc)
+        finer = better_than(analysis.scheme, analysis.stages, self.steps.disturbed)
+        q, rate = corrected(orbit, self.flow(*finer, self.motion(orbit)), self.scene.petsc)
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         motion = orbit.start[at], orbit.start_velocity[at]

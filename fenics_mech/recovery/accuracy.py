@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
@@ -20,10 +21,18 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 STATIONS = 5  # of each member at which strains are compared
-LARGEST_ERROR = 0.02  # of the largest strain
-LARGEST_OF_CHAPTER_5 = 0.05  # whose equation (5.1) leaves more out than that
+LARGEST_BY_TIME = 0.02  # of the largest strain
+LARGEST_ERROR = 0.05  # by all numerical sources
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
-NUMERICAL = ("time", "harmonics", "modes", "mesh")  # sources that are judged
+KEPT = ("values", "link_mass", "link_rotary_mass", "link_stiffness", "link_gyroscopic", "rigid_acceleration")
+STEPS = ("time", "harmonics")
+NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
+FAULTS = {
+    "time": "the sub-intervals are too long",
+    "mesh": "the elements are too long",
+    "modes": "the modes kept are too few",
+    "harmonics": "the harmonics are too few",
+}
 MARGIN = 1.2  # of the numbers that a refusal asks for
 
 
@@ -60,24 +69,37 @@ class Errors:
     @property
     def total(self) -> float:
         """Largest error of a strain by all sources together, relative to the member's largest strain."""
-        return float((sum(self.strain.values()) / self.measure).max())
+        return float(self.of(list(self.strain)).max())
 
     def judge(self, scene: Scene) -> None:
         """Raise `SolverError` where the numerical errors are too large, unless the scene lets them pass."""
-        numerical = {source: self.strain[source] / self.measure for source in NUMERICAL if source in self.strain}
-        if not numerical or scene.analysis.allow_coarse:
+        if scene.analysis.allow_coarse:
             return
-        limit = LARGEST_OF_CHAPTER_5 if "modes" in numerical else LARGEST_ERROR
-        total = np.sum(list(numerical.values()), axis=0)
-        worst = int(total.argmax())
-        if total[worst] <= limit:
-            return
-        shares = {source: float(error[worst]) for source, error in numerical.items()}
+        for sources, limit in ((STEPS, LARGEST_BY_TIME), (NUMERICAL, LARGEST_ERROR)):
+            errors = self.of(sources)
+            worst = int(errors.argmax())
+            if not errors[worst] <= limit:
+                raise self._refusal(scene, sources, worst, limit)
+
+    def of(self, sources: Sequence[str]) -> Array:
+        """Error of each member's strain by some sources together, relative to its largest strain, ``(members,)``."""
+        found = [self.strain[source] for source in sources if source in self.strain]
+        return np.sum(found, axis=0) / self.measure if found else np.zeros_like(self.largest)
+
+    @property
+    def too_large(self) -> bool:
+        """Whether they are larger than `judge` lets pass."""
+        return bool(self.of(STEPS).max() > LARGEST_BY_TIME or self.of(NUMERICAL).max() > LARGEST_ERROR)
+
+    def _refusal(self, scene: Scene, sources: Sequence[str], worst: int, limit: float) -> SolverError:
+        """Say which source has the largest part in the error of a member, and what to do about it."""
+        total = self.of(sources)[worst]
+        shares = {source: float(self.of([source])[worst]) for source in sources}
         source = max(shares, key=shares.__getitem__)
-        room = max(limit - (total[worst] - shares[source]), limit / 2)
-        raise SolverError(
-            f"{_fault(source)}: the strain of {list(scene.members())[worst]!r} is uncertain by "
-            f"{total[worst]:.2g} of its largest value, by estimate, {shares[source]:.2g} of it by the {source}. "
+        room = max(limit - (total - shares[source]), limit / 2)
+        return SolverError(
+            f"{FAULTS[source]}: the strain of {list(scene.members())[worst]!r} is uncertain by "
+            f"{total:.2g} of its largest value, by estimate, {shares[source]:.2g} of it by the {source}. "
             f"{_advice(scene, source, (shares[source] / room) ** (1 / self.order[source]))}; "
             "analysis.allow_coarse lets it pass"
         )
@@ -112,7 +134,7 @@ def estimated(
         if better.history is history:
             strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)
             continue
-        there = replace(system, terms=system.terms + better.loads)
+        there = system if better.loads is NOTHING else _loaded(system, better.loads)
         differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
         strains[source] = better.safety * (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
         by_joint[source] = better.safety * np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
@@ -147,16 +169,6 @@ def between_stations(strain: Array) -> Array:
     return np.maximum(np.abs(vertex).max(axis=(0, 2, 3)) - highest, 0.0)
 
 
-def _fault(source: str) -> str:
-    """Say what is too coarse."""
-    return {
-        "time": "the sub-intervals are too long",
-        "mesh": "the elements are too long",
-        "modes": "the modes kept are too few",
-        "harmonics": "the harmonics are too few",
-    }[source]
-
-
 def _advice(scene: Scene, source: str, times: float) -> str:
     """Say how many more it takes."""
     analysis = scene.analysis
@@ -169,6 +181,15 @@ def _advice(scene: Scene, source: str, times: float) -> str:
     }[source]
     assert not isinstance(now, str)  # all modes leave none out
     return f"Take at least {math.ceil(MARGIN * now * times)} {name}"
+
+
+def _loaded(system: System, loads: Terms) -> System:
+    """Give a mechanism with loads more; what does not depend on them is not made again."""
+    there = replace(system, terms=system.terms + loads)
+    there.__dict__.update(
+        {name: there.__dict__.get(name, value) for name, value in vars(system).items() if name in KEPT}
+    )
+    return there
 
 
 def _recovered(scene: Scene, system: System, history: History) -> tuple[Array, Array, Array]:

@@ -146,7 +146,7 @@ def _of_errors(errors: Errors) -> xr.Dataset:
             "error_order": (("source",), [float(errors.order[source]) for source in sources]),
         },
         {"source": sources},
-        {"error_estimate": errors.total},
+        {"error_estimate": errors.total, "too_coarse": int(errors.too_large)},
     )
 
 

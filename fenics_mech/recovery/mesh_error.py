@@ -127,7 +127,8 @@ def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Comp
     first = _first(z, step, closed)
     mesh, motion = system.beams.mesh, system.motion
     omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, motion.alpha))
-    return second + 2j * omega * first + (1j * alpha - omega**2) * z
+    turning: Complex = (2j * omega) * first + (1j * alpha - omega**2) * z
+    return second + turning
 
 
 def _first(values: Values, step: float, closed: bool) -> Values:

@@ -91,7 +91,7 @@ class Chain:
         return cls(oscillators, duration[:, None], _carry_over(scene, modes, duration[:, None, None]), scene.petsc)
 
     def middles(self, load: Array, slope: Array) -> Array:
-        """Give the states at the middles, ``(sub-intervals, modes, 2)``, under modal loads there with slopes in time."""
+        """Give the states at the middles, ``(sub-intervals, modes, 2)``, under modal loads and their slopes in time."""
         start, step = load - slope * self.duration / 2, self.duration
         states = solve_cycle(
             self.carry @ _block_diagonal(self.oscillators.transition(step)),

@@ -43,7 +43,7 @@ class Neighbours:
     history: History
 
     def better(self, load: Array, terms: Terms, order: float) -> Mapping[str, Better]:
-        """Give the motion without the errors by steps, by modes, and by a load of the mesh, which is that of `terms`."""
+        """Give the motion without the errors by steps, by modes, and by a load of the mesh, that of `terms`."""
         lack, inertia = self._left_out()
         answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
         return {
@@ -118,7 +118,7 @@ class Neighbours:
         return superposed(self.modes, change), self.system.to_links(superposed(self.modes, -square * change))
 
     def _at(self, every: Index, followed: Array) -> Array:
-        """Coordinates y of some modes at every second position, by sub-intervals about these, ``(positions, modes)``."""
+        """Coordinates y of modes at every second position, by sub-intervals about these, ``(positions, modes)``."""
         modes, count = self.modes, len(self.modes.theta)
         shapes, momenta = modes.shapes[every][:, followed], self.momenta[every][:, followed]
         thinned = Modes(

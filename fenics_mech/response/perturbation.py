@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.response.cyclic import solve_cycle
@@ -13,12 +14,12 @@ from fenics_mech.response.flow import Flow
 
 
 def periodic_change(
-    load: Array, matrices: Matrices, flow: Flow, regular: Array, options: Mapping[str, Any]
+    load: Array, matrices: Matrices, flow: Flow, regular: NDArray[np.bool_], options: Mapping[str, Any]
 ) -> tuple[Array, Array]:
     """Give the changes of q and q' that a load makes, ``(angles, coordinates)`` each.
 
-    The load is taken as linear in each step. What follows it without inertia is a state whose velocity jumps at the
-    starts of the steps; the free vibration against these jumps is carried round the cycle.
+    The load is taken as linear in each step. What follows it without inertia is a state that jumps at the starts of the
+    steps; the free vibration against these jumps is carried round the cycle.
 
     Parameters
     ----------
@@ -33,16 +34,21 @@ def periodic_change(
     options
         PETSc options with the prefix "periodic_".
     """
-    still = np.linalg.solve(matrices.stiffness, load[..., None])[..., 0]
     n, pace, duration = flow.size, flow.pace, flow.duration[:, None]
-    if not regular.all():
-        start = np.cumsum(duration) - duration[:, 0]
+    start = np.cumsum(flow.duration) - flow.duration
+
+    def everywhere(values: Array) -> Array:
+        if regular.all():
+            return values
         period = float(duration.sum())
-        still = np.stack([np.interp(start, start[regular], column, period=period) for column in still.T], axis=1)
+        return np.stack([np.interp(start, start[regular], column, period=period) for column in values.T], axis=1)
+
+    still = everywhere(np.linalg.solve(matrices.stiffness, load[..., None])[..., 0])
     rate = (np.roll(still, -1, axis=0) - still) / duration
-    jump = np.concatenate([np.zeros_like(still), pace * (rate - np.roll(rate, -1, axis=0))], axis=1)
+    lag = everywhere(np.linalg.solve(matrices.stiffness, matrices.damping @ rate[regular][..., None])[..., 0])
+    jump = np.concatenate([np.roll(lag, -1, axis=0) - lag, pace * (rate - np.roll(rate, -1, axis=0))], axis=1)
     free = solve_cycle(flow.transitions, jump, options)
-    return (still + free[:, :n])[regular], (rate + free[:, n:] / pace)[regular]
+    return (still - lag + free[:, :n])[regular], (rate + free[:, n:] / pace)[regular]
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:

@@ -12,7 +12,6 @@ from rich.text import Text
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import LARGEST_ERROR, LARGEST_OF_CHAPTER_5, LEAST, NUMERICAL
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
@@ -130,11 +129,7 @@ def _errors(result: Result) -> str:
     if data.sizes["joint"]:
         force = data["joint_force_error"].sum("source").max() / np.abs(data["joint_force"]).max()
         text += f", {float(force):.2g} of the joint forces"
-    numerical = data["strain_error"].sel(source=[source for source in by_source if source in NUMERICAL]).sum("source")
-    largest = np.abs(data["strain"]).max(("theta", "s", "fibre"))
-    limit = LARGEST_OF_CHAPTER_5 if "modes" in by_source else LARGEST_ERROR
-    too_large = (numerical / np.maximum(largest, LEAST * largest.max())).max() > limit
-    return text + (": TOO LARGE, expect wrong numbers" if too_large else "")
+    return text + (": TOO LARGE, expect wrong numbers" if data.attrs["too_coarse"] else "")
 
 
 def _solver(result: Result) -> str:

@@ -15,7 +15,10 @@ def forms_of(scene):
 
 
 def test_a_scene_without_effects_compiles_two_forms(seed):
-    assert forms_of(seed.changed(analysis__sub_intervals=24, analysis__allow_ringing=True)) == 2
+    assert (
+        forms_of(seed.changed(analysis__sub_intervals=24, analysis__allow_ringing=True, analysis__allow_coarse=True))
+        == 2
+    )
 
 
 @pytest.mark.parametrize("name", EFFECTS)

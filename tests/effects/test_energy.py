@@ -101,7 +101,12 @@ def test_truncated_equation_does_not_balance(seed):
 @pytest.mark.parametrize(("effects", "conserves"), [(("coupling",), True), ((), False)])
 def test_undamped_disturbances_keep_their_energy_in_the_full_equation_only(seed, effects, conserves):
     # C = M' + skew: the full equation is Hamiltonian, its multipliers lie on the unit circle; those of (5.1) need not
-    changes = QUIET | {"analysis__stability": True, "analysis__allow_unstable": True, "analysis__scheme": "gauss"}
+    changes = QUIET | {
+        "analysis__stability": True,
+        "analysis__allow_unstable": True,
+        "analysis__allow_coarse": True,
+        "analysis__scheme": "gauss",
+    }
     scene = seed.changed(effects=effects, analysis__sub_intervals=360, analysis__solver="collocation", **changes)
     data = analyse(scene).data["multiplier"].to_numpy()
     off = np.abs(np.hypot(*data.T) - 1).max()

@@ -110,14 +110,15 @@ def test_error_estimate_of_the_seed_four_bar():
         steps = {"sub_intervals": count, "stages": stages, "scheme": scheme, "allow_coarse": True}
         data = analyse(scene.changed(analysis=scene.analysis.model_copy(update=steps))).data
         error = np.abs(data["strain"] - fine[:: 1080 // count].to_numpy()).max(dim=("theta", "s", "fibre"))
-        assert (data["strain_error"] < 3 * error).all()
-        assert (data["strain_error"] > error / 3).all()
+        assert (data["strain_error"].sel(source="time") < 3 * error).all()
+        assert (data["strain_error"].sel(source="time") > error / 3).all()
         force = np.hypot(
             *np.moveaxis((data["joint_force"] - finest["joint_force"][:: 1080 // count].to_numpy()).to_numpy(), 2, 0)
         )
-        assert (data["joint_force_error"] > force.max(axis=0) / 3).all()
-        assert (data["joint_force_error"] < 4 * force.max(axis=0)).all()
-        assert data.attrs["error_estimate"] == pytest.approx(float((data["strain_error"] / peak).max()), rel=0.05)
+        assert (data["joint_force_error"].sel(source="time") > force.max(axis=0) / 3).all()
+        assert (data["joint_force_error"].sel(source="time") < 4 * force.max(axis=0)).all()
+        whole = float((data["strain_error"].sum("source") / peak).max())
+        assert data.attrs["error_estimate"] == pytest.approx(whole, rel=0.05)
     with pytest.raises(SolverError, match=r"sub-intervals are too long: .* Take at least \d+ sub_intervals"):
         analyse(scene.changed(analysis__sub_intervals=24))
 
@@ -146,13 +147,13 @@ def test_steps_are_cut_where_a_load_jumps(scheme, speed):
 def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(method):
     """It is filtered out of the stress at the positions: 24 of them are too few, whatever the steps."""
     scene = seed_four_bar(effects=("coupling",), damping={"material": 5e-3}, mesh={"elements": 2})
-    fine = analyse(scene.changed(analysis__stability=False)).data["strain"]
+    fine = analyse(scene.changed(analysis__stability=False, analysis__allow_coarse=True)).data["strain"]
     analysis = {"sub_intervals": 24, "stability": False, "allow_coarse": True, "method": method, "settled": 1e-6}
     found = analyse(scene.changed(analysis=scene.analysis.model_copy(update=analysis))).data
     turn = np.round(np.degrees(found["theta"].to_numpy()[-24:])).astype(int) % 360
     error = np.abs(found["strain"][-24:] - fine[turn].to_numpy()).max(dim=("theta", "s", "fibre"))
     assert float(error.max()) > 0.02 * np.abs(fine).max()  # measured 2 and 3 %
-    assert (found["strain_error"] > error / 4).all()
+    assert (found["strain_error"].sel(source="time") > error / 4).all()
     with pytest.raises(SolverError, match="sub-intervals are too long"):
         analyse(scene.changed(analysis=scene.analysis.model_copy(update=analysis | {"allow_coarse": False})))
 
@@ -163,4 +164,4 @@ def test_error_after_a_blow_is_estimated():
     scene = seed_four_bar(effects=("coupling",), impulses=blow, analysis={"stability": False, "allow_coarse": True})
     fine, coarse = (analyse(scene.changed(analysis__sub_intervals=n)).data for n in (1440, 240))
     error = np.abs(coarse["strain"] - fine["strain"][::6].to_numpy()).max(dim=("theta", "s", "fibre"))
-    assert (coarse["strain_error"] > error / 3).all()
+    assert (coarse["strain_error"].sel(source="time") > error / 3).all()

@@ -1,0 +1,109 @@
+"""Estimates of errors by each source against the true ones, from runs without that source."""
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.effects import EFFECTS
+from fenics_mech.effects.effect import Choice
+from fenics_mech.errors import SolverError
+from fenics_mech.recovery.accuracy import between_stations, left_out
+from fenics_mech.scene.factories import seed_four_bar
+
+EVERY = ("theta", "s", "fibre")
+CHAPTER_5 = {"solver": "sub-intervals", "sub_intervals": 360, "allow_coarse": True}
+WHOLE = {"solver": "collocation", "sub_intervals": 120, "allow_coarse": True, "stability": False}
+
+
+def distance(found, exact):
+    """Largest difference of each member's strain, positions of the finer of both thinned out."""
+    every = exact.sizes["theta"] // found.sizes["theta"]
+    return np.abs(found["strain"] - exact["strain"][::every].to_numpy()).max(EVERY)
+
+
+def ratio(found, exact, *sources):
+    """Estimate over the true error, by member."""
+    return (found["strain_error"].sel(source=list(sources)).sum("source") / distance(found, exact)).to_numpy()
+
+
+@pytest.mark.parametrize("elements", [2, 3])
+@pytest.mark.parametrize(
+    "effects", [(), ("coupling",), ("coupling", "geometric-stiffness"), ("coupling", "moderate-rotations")]
+)
+def test_mesh(effects, elements):
+    """Against 8 elements a link. Measured 1.0 to 1.5: a load that is not linear is made so with its end moments."""
+    scene = seed_four_bar(effects=effects, damping={"material": 1.34e-4}, analysis=WHOLE)
+    found, exact = (analyse(scene.changed(mesh__elements=n)).data for n in (elements, 8))
+    assert ratio(found, exact, "mesh") == pytest.approx(1.25, abs=0.45)
+    assert float(found["error_order"].sel(source="mesh")) == 4
+
+
+def test_mesh_of_chapter_5_and_in_time():
+    """The same error by other solvers, on the same equation: that of collocation, within the error of the modes."""
+    scene = seed_four_bar(mesh={"elements": 2}, effects=("coupling",), damping={"material": 1.34e-4}, analysis=WHOLE)
+    plain = scene.changed(effects=(), damping={"ratio": 0.02})
+    solvers = [(plain, CHAPTER_5), (scene, {"method": "transient", "settled": 1e-5, "allow_coarse": True})]
+    for case, analysis in solvers:
+        expected = analyse(case).data["strain_error"].sel(source="mesh")
+        found = analyse(case.changed(analysis=case.analysis.model_copy(update=WHOLE | analysis))).data
+        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=0.3)
+
+
+def test_mesh_is_exact_in_quasi_statics_but_for_axial_forces():
+    scene = seed_four_bar(
+        drive__speed=45.0, mesh={"elements": 2}, analysis={"method": "quasi-static", "sub_intervals": 40}
+    )
+    assert (analyse(scene).data["strain_error"].sel(source="mesh") == 0).all()
+    pressed = scene.changed(effects=("geometric-stiffness",), analysis__allow_coarse=True)
+    found, exact = (analyse(pressed.changed(mesh__elements=n)).data for n in (2, 12))
+    bent = ratio(found, exact, "mesh")[1:]  # the crank only stretches
+    assert (bent > 0.5).all()
+    assert (bent < 3).all()
+
+
+@pytest.mark.parametrize(("count", "modes"), [(96, 5), (97, 5), (360, 3), (360, 5), (361, 5), (360, 8)])
+def test_sub_intervals_and_modes_of_chapter_5(count, modes):
+    """Against collocation of the same equation. Measured 1.1 to 3.6, with even and odd numbers of sub-intervals."""
+    scene = seed_four_bar(analysis=CHAPTER_5 | {"sub_intervals": count, "modes": modes, "allow_ringing": True})
+    exact = analyse(scene.changed(analysis__solver="collocation", analysis__stability=False)).data
+    found = ratio(analyse(scene).data, exact, "time", "modes")
+    assert (found > 1).all()
+    assert (found < 5).all()
+
+
+def test_modes_left_out_without_their_static_answer():
+    scene = seed_four_bar(analysis=CHAPTER_5 | {"modes": 3, "static_correction": False})
+    exact = analyse(scene.changed(analysis__solver="collocation", analysis__stability=False)).data
+    found = ratio(analyse(scene).data, exact, "time", "modes")
+    assert (found > 1).all()
+    assert (found < 3).all()
+
+
+def test_harmonics():
+    """Against collocation. The error of a series that is too short is that of the harmonics left out."""
+    analysis = WHOLE | {"solver": "harmonic-balance", "sub_intervals": 240, "harmonics": 50}
+    scene = seed_four_bar(effects=("coupling",), analysis=analysis)
+    exact = analyse(scene.changed(analysis__solver="collocation")).data
+    assert ratio(analyse(scene).data, exact, "harmonics") == pytest.approx(1, abs=0.3)
+
+
+def test_too_coarse_a_mesh_is_refused_with_what_to_do():
+    scene = seed_four_bar(mesh={"elements": 1}, effects=("coupling",), analysis={"sub_intervals": 180})
+    with pytest.raises(SolverError, match=r"elements are too long: .* by the mesh\. Take \S+ times as many elements"):
+        analyse(scene)
+
+
+def test_strain_between_stations():
+    """A parabola is exact: its vertex at 0.45 is missed by stations at every quarter by (0.05)^2."""
+    s = np.linspace(0, 1, 5)
+    strain = np.stack([(1 - (s - 0.45) ** 2), s])[None, :, :, None]
+    assert between_stations(strain) == pytest.approx([0.05**2, 0], abs=1e-12)
+
+
+def test_sizes_of_what_is_left_out_add_up():
+    effects = list(EFFECTS.values())
+    inside = next(effect for effect in effects if effect.replaces)
+    rest = [effect for effect in effects if effect.name not in (inside.name, inside.replaces)][:2]
+    choices = [Choice(inside, 0.3, True), Choice(EFFECTS[inside.replaces], 0.2, False)]
+    assert left_out([*choices, Choice(rest[0], 0.003, False), Choice(rest[1], None, False)]) == pytest.approx(0.003)
+    assert left_out([Choice(rest[0], None, True)]) is None
