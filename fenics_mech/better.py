@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
 from fenics_mech.response import History
 from fenics_mech.response.flow import Flow
@@ -25,7 +25,6 @@ def mesh_better(
     scene: Scene,
     equation: Equation,
     motion: tuple[Array, Array],
-    matrices: Matrices,
     flow: Flow,
     regular: NDArray[np.bool_],
 ) -> Better:
@@ -39,17 +38,16 @@ def mesh_better(
         Its equation at the starts of the sub-intervals.
     motion
         q and q' there.
-    matrices
-        The equation linearised about the motion. It may have more coordinates, on which the load does not act.
     flow, regular
-        The steps of the cycle, and which of them are sub-intervals' starts.
+        The steps of the cycle, linearised about the motion, and which of them are sub-intervals' starts. They may have
+        more coordinates, on which the load does not act.
     """
     system, step = equation.system, scene.period / len(motion[0])
     lack = neglected(system, history_of(equation, *motion), step)
     load = load_of(system, lack)
     size = load.shape[1]
-    whole = np.pad(load, ((0, 0), (0, matrices.load.shape[1] - size)))
-    q, rate = (change[:, :size] for change in periodic_change(whole, matrices, flow, regular, scene.petsc))
+    whole = np.pad(load, ((0, 0), (0, flow.size - size)))
+    q, rate = (change[:, :size] for change in periodic_change(whole, flow, regular, scene.petsc))
     return Better(history_of(equation, motion[0] + q, motion[1] + rate, load), ORDER, loads=lack)
 
 

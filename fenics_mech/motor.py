@@ -15,7 +15,7 @@ from fenics_mech.building import moved, rough_tension
 from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.motor import MotorEquation, at_rate, load_with_torque
 from fenics_mech.modes import Modes
 from fenics_mech.response import History
@@ -92,12 +92,11 @@ def _at_starts(
     motion = orbit.start[:, :-1], orbit.start_velocity[:, :-1]
     order = 2 * analysis.stages - (analysis.scheme == "radau")
     assert orbit.flow is not None
-    matrices = _linearised(start, orbit.start, orbit.start_velocity)
     history = replace(
         history_of(crank, *motion),
         better={
             "time": Better(history_of(crank, q[:, :-1], rate[:, :-1]), order, SAFETY),
-            "mesh": mesh_better(scene, crank, motion, matrices, orbit.flow, steps.regular),
+            "mesh": mesh_better(scene, crank, motion, orbit.flow, steps.regular),
         },
         twist=twist,
         stability=stability,
@@ -110,13 +109,10 @@ def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: 
     theta = steps.angles(tableau.points, scene.cycle_rate)
     damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
     equation, _ = _accelerated(scene, system, theta, *motion, damping)
-    return Flow(_linearised(equation, *motion), tableau, steps.duration)
-
-
-def _linearised(equation: MotorEquation, q: Array, rate: Array) -> Matrices:
-    """Linearise about a motion."""
-    law = equation.system.terms.law
-    return equation.linear if law is None else equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
+    law, matrices = equation.system.terms.law, equation.linear
+    if law is not None:
+        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
+    return Flow(matrices, tableau, steps.duration)
 
 
 def _accelerated(

@@ -153,10 +153,7 @@ class Cycle:
 
     def without_mesh(self, start: Equation, motion: tuple[Array, Array], flow: Flow) -> Better:
         """Give a motion without the error of the mesh, from the equation at the starts and a flow about the motion."""
-        law, matrices = start.system.terms.law, start.linear
-        if law is not None:
-            matrices = start.linearised(*motion, law.tension(*start.in_links(*motion)))
-        return mesh_better(self.scene, start, motion, matrices, flow, self.steps.regular)
+        return mesh_better(self.scene, start, motion, flow, self.steps.regular)
 
 
 def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:

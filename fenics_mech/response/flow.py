@@ -66,6 +66,20 @@ class Flow:
         by_state, by_load = np.split(self._response, [2 * self.size], axis=-1)
         return np.einsum("kinm,km->kin", by_state, starts) + by_load @ np.asarray(loads)
 
+    def added_by(self, load: Array) -> Array:
+        """What another load adds to the state in each step, ``(steps, 2n)``; it is ``(steps, s, n)`` at the points."""
+        parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
+        blocks = (part.reshape(*load.shape, self.size) for part in parts)
+        matrix = self.tableau.stage_matrix(self.duration, *blocks)
+        found = np.linalg.solve(matrix, load.reshape(len(load), -1, 1)).reshape(load.shape)
+        return np.einsum("kri,kin->krn", self._to_ends, found).reshape(len(load), -1)
+
+    @property
+    def _to_ends(self) -> Array:
+        """From accelerations at the points to displacement and ``pace q'`` at the ends, ``(steps, 2, s)``."""
+        h, weights = self.duration[:, None, None], self.tableau.weights
+        return h * np.concatenate([h * (weights @ self.tableau.inner), np.full_like(h, self.pace) * weights], axis=1)
+
     @cached_property
     def _response(self) -> Array:
         """Accelerations at the points by a state at the start, and in the last columns by the loads.
@@ -87,10 +101,8 @@ class Flow:
     @cached_property
     def _ends(self) -> Array:
         """State at the ends by that at the start, and by the loads, ``(steps, 2n, 2n + loads)``."""
-        n, tableau, h = self.size, self.tableau, self.duration[:, None, None]
-        to_ends = h * (tableau.weights @ tableau.inner), np.full_like(h, self.pace) * tableau.weights
-        ends = h * np.concatenate(to_ends, axis=1)
-        found = np.einsum("kri,kinm->krnm", ends, self._response).reshape(len(h), 2 * n, -1)
+        n, h = self.size, self.duration[:, None, None]
+        found = np.einsum("kri,kinm->krnm", self._to_ends, self._response).reshape(len(h), 2 * n, -1)
         found[..., : 2 * n] += np.eye(2 * n)
         found[:, :n, n : 2 * n] += h / self.pace * np.eye(n)
         return found

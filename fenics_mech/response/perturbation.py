@@ -14,41 +14,29 @@ from fenics_mech.response.flow import Flow
 
 
 def periodic_change(
-    load: Array, matrices: Matrices, flow: Flow, regular: NDArray[np.bool_], options: Mapping[str, Any]
+    load: Array, flow: Flow, regular: NDArray[np.bool_], options: Mapping[str, Any]
 ) -> tuple[Array, Array]:
     """Give the changes of q and q' that a load makes, ``(angles, coordinates)`` each.
-
-    The load is taken as linear in each step. What follows it without inertia is a state that jumps at the starts of the
-    steps; the free vibration against these jumps is carried round the cycle.
 
     Parameters
     ----------
     load
-        At equal steps of the cycle, ``(angles, coordinates)``.
-    matrices
-        The equation of motion there, linearised about the motion.
+        At equal steps of the cycle, ``(angles, coordinates)``; between them it is linear.
     flow
-        The steps of the cycle, which may be cut.
+        The steps of the cycle, linearised about the motion. They may be cut.
     regular
         Which of them begin at the angles, ``(steps,)``.
     options
         PETSc options with the prefix "periodic_".
     """
-    n, pace, duration = flow.size, flow.pace, flow.duration[:, None]
-    start = np.cumsum(flow.duration) - flow.duration
-
-    def everywhere(values: Array) -> Array:
-        if regular.all():
-            return values
-        period = float(duration.sum())
-        return np.stack([np.interp(start, start[regular], column, period=period) for column in values.T], axis=1)
-
-    still = everywhere(np.linalg.solve(matrices.stiffness, load[..., None])[..., 0])
-    rate = (np.roll(still, -1, axis=0) - still) / duration
-    lag = everywhere(np.linalg.solve(matrices.stiffness, matrices.damping @ rate[regular][..., None])[..., 0])
-    jump = np.concatenate([np.roll(lag, -1, axis=0) - lag, pace * (rate - np.roll(rate, -1, axis=0))], axis=1)
-    free = solve_cycle(flow.transitions, jump, options)
-    return (still - lag + free[:, :n])[regular], (rate + free[:, n:] / pace)[regular]
+    n, start = flow.size, np.cumsum(flow.duration) - flow.duration
+    if not regular.all():
+        period = float(flow.duration.sum())
+        load = np.stack([np.interp(start, start[regular], column, period=period) for column in load.T], axis=1)
+    rise = np.roll(load, -1, axis=0) - load
+    added = flow.added_by(load[:, None] + flow.tableau.points[:, None] * rise[:, None])
+    change = solve_cycle(flow.transitions, added, options)[regular]
+    return change[:, :n], change[:, n:] / flow.pace
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:
