@@ -127,8 +127,9 @@ def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Comp
     first = _first(z, step, closed)
     mesh, motion = system.beams.mesh, system.motion
     omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, motion.alpha))
-    second += 2j * omega * first + (1j * alpha - omega**2) * z
-    return second.astype(np.complex128)
+    turning: Complex = (2j * omega) * first + (1j * alpha - omega**2) * z
+    total: Complex = np.add(second, turning)
+    return total
 
 
 def _first(values: Values, step: float, closed: bool) -> Values:
