@@ -1,0 +1,138 @@
+"""Converged strains to measure errors by: fine meshes and steps, extrapolated, and checked by other ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.analysis import analyse
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.accuracy import LEAST
+from fenics_mech.recovery.signal import harmonics
+from fenics_mech.scene import Scene
+from fenics_mech.studies.cost_grid import meshed
+
+Array = NDArray[np.float64]
+FINE = {"sub_intervals": 240, "scheme": "radau", "stages": 4}
+OTHER = {"sub_intervals": 360, "scheme": "radau", "stages": 3}
+ORDER = 2  # of the strains in the length of the elements: that of axial displacements, linear in each
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Largest differences of strain curves, over each member's largest strain.
+
+    Parameters
+    ----------
+    everywhere
+        Of all members, stations and fibres.
+    mid_span
+        Of all members at mid-span.
+    """
+
+    everywhere: float
+    mid_span: float
+
+
+@dataclass(frozen=True)
+class Converged:
+    """Strains to measure errors by.
+
+    Parameters
+    ----------
+    strain
+        ``(angles, members, stations, fibres)``, stations from 0 to 1 with one at mid-span.
+    uncertainty
+        Difference from other settings.
+    how
+        How they were found and checked.
+    """
+
+    strain: Array
+    uncertainty: Difference
+    how: str
+
+    def error(self, strain: Array) -> Difference:
+        """Compare strains of another run with these."""
+        return difference(strain, self.strain)
+
+
+def strains(result: Result) -> Array:
+    """Strains of the outer fibres, ``(angles, members, stations, fibres)``."""
+    return result.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy()
+
+
+def difference(strain: Array, other: Array) -> Difference:
+    """Compare strains with others, relative to the largest of each member of those.
+
+    Where a member's largest is below a tenth of that of all, that tenth is the measure, as in the program's estimate.
+    They are compared at common angles: those of the coarser curve where all of them are in the finer one, else those of
+    the first, at which the other's Fourier series is evaluated.
+    """
+    largest = np.abs(other).max(axis=(0, 2, 3))
+    measure = np.maximum(largest, LEAST * largest.max())
+    one, two = at_common_angles(strain, other)
+    relative = np.abs(one - two).max(axis=(0, 3)) / measure[:, None]
+    return Difference(float(relative.max()), float(relative[:, relative.shape[1] // 2].max()))
+
+
+def at_common_angles(curves: Array, others: Array) -> tuple[Array, Array]:
+    """Give two sets of curves over one cycle, ``(angles, ...)``, at angles that they share."""
+    count, known = len(curves), len(others)
+    if count % known == 0:
+        return curves[:: count // known], others
+    if known % count == 0:
+        return curves, others[:: known // count]
+    series = harmonics(others)
+    waves = np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(len(series))) / count)
+    return curves, np.tensordot(waves, series, axes=1).real
+
+
+def extrapolated(fine: Array, coarse: Array, ratio: float) -> Array:
+    """Extrapolate to elements of no length (Richardson), from two meshes with a ratio of their numbers of elements."""
+    fine, coarse = at_common_angles(fine, coarse)
+    return fine + (fine - coarse) / (ratio**ORDER - 1)
+
+
+def converged(scene: Scene, meshes: tuple[int, int, int]) -> Converged:
+    """Solve for the converged periodic strains of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene with its effects.
+    meshes
+        Elements per member of three meshes, the finest first. The answer is extrapolated from the first two; that from
+        the last two, with other steps and another order, is its check.
+
+    Raises
+    ------
+    MechanismError
+        When one of the runs fails.
+    """
+    settings = {"solver": "collocation", "method": "periodic", "allow_coarse": True}
+
+    def run(elements: int, choice: dict[str, object]) -> Array:
+        changes = {f"analysis__{name}": value for name, value in (settings | choice).items()}
+        return strains(analyse(meshed(scene.changed(**changes), elements)))
+
+    first, second, third = run(meshes[0], FINE), run(meshes[1], FINE), run(meshes[2], OTHER)
+    found = extrapolated(first, second, meshes[0] / meshes[1])
+    check = extrapolated(second, third, meshes[1] / meshes[2])
+    how = (
+        f"collocation with {FINE['stages']} Radau points in {FINE['sub_intervals']} sub-intervals, extrapolated from "
+        f"{meshes[0]} and {meshes[1]} elements per member; checked by {meshes[1]} and {meshes[2]} elements with "
+        f"{OTHER['stages']} points in {OTHER['sub_intervals']} sub-intervals on the last"
+    )
+    return Converged(found, difference(check, found), how)
+
+
+def converged_quasi_static(scene: Scene, elements: int) -> Converged:
+    """Give the quasi-static strains of a scene, which are exact on any mesh but for rounding and travelling pins."""
+    fine, other = (
+        strains(analyse(meshed(scene.changed(analysis__method="quasi-static", analysis__sub_intervals=240), n)))
+        for n in (elements, max(1, elements // 2))
+    )
+    return Converged(fine, difference(other, fine), f"{elements} elements per member; checked by half as many")

@@ -1,0 +1,279 @@
+"""What accuracy costs: error against time of every method and setting, in one run on one thread.
+
+Every run is measured against two converged answers: that of its own equation, which leaves what the solver and the mesh
+do, and that of the equation with all effects that the scene calls for: effects left out are an error too.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import MechanismError, SolverError
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.accuracy import LEAST
+from fenics_mech.recovery.result import read_dataset, stamp, write_dataset, write_whole
+from fenics_mech.scene import Scene
+from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
+from fenics_mech.studies.cost_grid import KNOBS, QUASI_STATIC, TRUNCATED, Trial, equations_of, grid, reference_meshes
+from fenics_mech.studies.timing import Clock, Timing, bare_seconds, machine, timed
+
+LONGEST = 12.0  # seconds of a run, after which a method is not made finer
+NUMBERS = {  # by variable: unit, meaning
+    "seconds": ("s", "processor time of one thread, median of the repeats"),
+    "wall_seconds": ("s", "time on the wall, median of the repeats"),
+    "repeats": ("1", "repeats after the warm-up"),
+    "error": ("1", "largest difference of strains from the converged ones of the same equation, over the largest"),
+    "error_mid_span": ("1", "the same at mid-span"),
+    "error_all": ("1", "the same from the converged strains with all effects"),
+    "error_all_mid_span": ("1", "the same at mid-span"),
+    "estimate": ("1", "the program's own estimate of the error (error_estimate)"),
+    "strain_error": ("1", "its estimate of the strains' errors (strain_error), the largest relative one"),
+    "estimate_ratio": ("1", "estimate over error"),
+}
+TEXTS = {
+    "method": "solver",
+    "equation": "equation that is solved",
+    "failure": "kind of error that the run ended with",
+    "message": "what it said",
+}
+TEXT_KNOBS = ("join", "reduction")
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Line:
+    """What one run of the grid gave.
+
+    Parameters
+    ----------
+    method, equation, knobs
+        Which run it is.
+    numbers
+        Of `NUMBERS`, as far as they are known.
+    failure, message
+        Kind and text of the error that it ended with.
+    """
+
+    method: str
+    equation: str
+    knobs: dict[str, Any]
+    numbers: dict[str, float] = field(default_factory=dict)
+    failure: str = ""
+    message: str = ""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the runs of a grid cost and how good they are.
+
+    Parameters
+    ----------
+    data
+        Dimension "run"; variables as in `NUMBERS`, `TEXTS` and `cost_grid.KNOBS`, NaN or an empty text where a run has
+        none. Attributes: scene, machine, threads, versions, times of imports and compiling, overhead, and
+        "references": how the converged answers were found and how sure they are.
+    """
+
+    data: xr.Dataset
+
+    @property
+    def references(self) -> dict[str, dict[str, Any]]:
+        """By equation: how its converged answer was found, its uncertainty, or the error that it ended with."""
+        return dict(json.loads(self.data.attrs["references"]))
+
+    def save(self, path: str | Path) -> Path:
+        """Write as NetCDF 3; the file appears whole or not at all.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        write_dataset(Path(path), self.data, "scipy")
+        return Path(path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Cost:
+        """Read what was saved.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be read or holds something else.
+        """
+        return cls(read_dataset(path, "scipy", "table of costs", ("fenics_mech", "references")))
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write the table, one run a line; the file appears whole or not at all.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        table = self.data.to_dataframe()
+        units = {str(name): variable.attrs.get("units", "1") for name, variable in self.data.data_vars.items()}
+        table = table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})
+        write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
+        return Path(path)
+
+
+def measure_costs(
+    scene: Scene,
+    *,
+    quick: bool = False,
+    progress: Progress = lambda step: None,
+    clock: Clock = time.process_time,
+) -> Cost:
+    """Run the grid of a scene.
+
+    Parameters
+    ----------
+    scene
+        A scene with a periodic response.
+    quick
+        Few and coarse runs, against coarse references.
+    progress
+        Called with the name of each step before it; there are `steps_of` many.
+    clock
+        Gives the time by which runs are measured (s).
+
+    Raises
+    ------
+    SceneError
+        When the scene has no periodic response.
+    MechanismError
+        When the converged answer with all effects is not found: there is nothing to measure by then.
+    """
+    imports = clock()
+    equations = equations_of(scene)
+    trials, meshes = grid(equations, quick), reference_meshes(scene, quick)
+    compiling = _compiling(trials, clock)
+    references = _references(equations, meshes, progress)
+    known = {name: found for name, found in references.items() if isinstance(found, Converged)}
+    whole = list(equations)[-1]
+    if whole not in known:
+        raise SolverError(f"there is no converged answer to measure by: {references[whole]}")
+    lines: list[Line] = []
+    slow: set[tuple[str, str]] = set()
+    for number, each in enumerate(trials):
+        progress(f"{number + 1} of {len(trials)}: {each.method}, {each.equation}")
+        line = _run(each, known.get(each.equation), known[whole], (each.method, each.equation) in slow, clock)
+        lines.append(line)
+        if line.numbers.get("seconds", 0.0) > LONGEST:
+            slow.add((each.method, each.equation))
+    progress("overhead")
+    described = {
+        name: found if isinstance(found, str) else {"how": found.how, **vars(found.uncertainty)}
+        for name, found in references.items()
+    }
+    attributes = stamp(scene) | machine() | {"import_seconds": imports, "compile_seconds": compiling}
+    attributes |= {"references": json.dumps(described), "equation": whole, "meshes": list(meshes)}
+    return Cost(dataset(lines).assign_attrs(attributes | overhead(equations[whole], clock)))
+
+
+def steps_of(scene: Scene, quick: bool = False) -> int:
+    """Give the number of steps that `measure_costs` reports."""
+    equations = equations_of(scene)
+    return len(grid(equations, quick)) + len(equations) + 2
+
+
+def overhead(scene: Scene, clock: Clock = time.process_time) -> dict[str, float]:
+    """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s)."""
+    coarse = scene.changed(analysis__allow_coarse=True, analysis__solver="auto", analysis__allow_ringing=True)
+    _, timing = timed(lambda: analyse(coarse), clock)
+    bare = float(np.median([bare_seconds(lambda: analyse(coarse)) for _ in range(3)]))
+    return {"analyse_seconds": timing.seconds, "bare_seconds": bare}
+
+
+def _compiling(trials: Sequence[Trial], clock: Clock) -> float:
+    """Time by which the first run of each equation is longer than the second: it compiles, or reads what is compiled."""
+    found = 0.0
+    for scene in {each.equation: each.scene for each in reversed(trials)}.values():
+        times = [clock()]
+        for _ in range(2):
+            with suppress(MechanismError):  # what fails is told when it is measured
+                analyse(scene)
+            times.append(clock())
+        found += max(0.0, 2 * times[1] - times[0] - times[2])
+    return found
+
+
+def _references(
+    equations: dict[str, Scene], meshes: tuple[int, int, int], progress: Progress
+) -> dict[str, Converged | str]:
+    """Find converged answers, or the messages of what they ended with."""
+    found: dict[str, Converged | str] = {}
+    for name, scene in {QUASI_STATIC: equations[TRUNCATED], **equations}.items():
+        progress(f"converged answer: {name}")
+        try:
+            if name == QUASI_STATIC:
+                found[name] = converged_quasi_static(scene, meshes[0])
+            else:
+                found[name] = converged(scene, meshes)
+        except MechanismError as error:
+            found[name] = str(error)
+    return found
+
+
+def _run(trial: Trial, own: Converged | None, whole: Converged, slow: bool, clock: Clock) -> Line:
+    """Make one run, whatever it ends with."""
+    identity = (trial.method, trial.equation, trial.knobs)
+    if slow:
+        return Line(*identity, {}, "not run", f"a coarser run took more than {LONGEST:g} s")
+    try:
+        result, timing = timed(lambda: analyse(trial.scene), clock)
+    except MechanismError as error:
+        return Line(*identity, {}, type(error).__name__, str(error))
+    return Line(*identity, _of_time(timing) | measured(result, own, whole))
+
+
+def _of_time(timing: Timing) -> dict[str, float]:
+    return {"seconds": timing.seconds, "wall_seconds": timing.wall, "repeats": timing.repeats}
+
+
+def measured(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
+    """Give the errors of a result, and what the program itself estimates."""
+    found, numbers = strains(result), {}
+    if own is not None:
+        error = own.error(found)
+        numbers |= {"error": error.everywhere, "error_mid_span": error.mid_span}
+    error = whole.error(found)
+    numbers |= {"error_all": error.everywhere, "error_all_mid_span": error.mid_span}
+    if (estimate := result.data.attrs.get("error_estimate")) is not None:
+        numbers["estimate"] = float(estimate)
+        if own is not None:
+            numbers["estimate_ratio"] = float(estimate) / max(numbers["error"], np.finfo(float).tiny)
+    if "strain_error" in result.data:
+        largest = np.abs(found).max(axis=(0, 2, 3))
+        error_of_each = result.data["strain_error"].to_numpy()
+        numbers["strain_error"] = float((error_of_each / np.maximum(largest, LEAST * largest.max())).max())
+    return numbers
+
+
+def dataset(lines: Sequence[Line]) -> xr.Dataset:
+    """Label the numbers of some runs."""
+    data = xr.Dataset()
+    for name, meaning in TEXTS.items():
+        data[name] = ("run", np.array([getattr(line, name) for line in lines], dtype=object), {"long_name": meaning})
+    for name, meaning in KNOBS.items():
+        values = [line.knobs.get(name) for line in lines]
+        if name in TEXT_KNOBS:
+            column: Any = np.array(["" if value is None else value for value in values], dtype=object)
+        else:
+            column = np.array([np.nan if value is None else 0 if value == "all" else value for value in values], float)
+        data[name] = ("run", column, {"long_name": meaning})
+    for name, (unit, meaning) in NUMBERS.items():
+        column = np.array([line.numbers.get(name, np.nan) for line in lines])
+        data[name] = ("run", column, {"units": unit, "long_name": meaning})
+    return data

@@ -1,0 +1,175 @@
+"""The runs of `fenics-mech cost`: which equations, which solvers, and how fine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from fenics_mech.choice import choose
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis import Analysis
+from fenics_mech.scene.models import Mesh
+
+QUASI_STATIC, TRUNCATED = "quasi-static", "(5.1)"
+KNOBS = {  # of the table, and their meaning
+    "elements": "elements per member",
+    "sub_intervals": "sub-intervals of the cycle",
+    "modes": "modes kept, 0: all",
+    "join": "how sub-intervals are joined",
+    "stages": "collocation points in a sub-interval",
+    "harmonics": "harmonics of the Fourier series",
+    "reduction": "reduction of the links",
+}
+MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member of references, finest first
+MOST_ELEMENTS = 40  # of all members together, in a reference: the time grows with their third power
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of the grid.
+
+    Parameters
+    ----------
+    method
+        Name of the solver: one line of the figure.
+    equation
+        Name of the equation that it solves.
+    scene
+        What is analysed.
+    knobs
+        Its settings, of `KNOBS`.
+    """
+
+    method: str
+    equation: str
+    scene: Scene
+    knobs: dict[str, Any] = field(default_factory=dict)
+
+
+def equations_of(scene: Scene) -> dict[str, Scene]:
+    """Give the scene with its effects added one at a time, by name; the last has all that it calls for.
+
+    The first is the truncated equation (5.1), with what the scene states. Stability is not judged, and answers that are
+    too coarse are refused, as the scene says.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no periodic response, or one with a motor.
+    """
+    if scene.analysis.method != "periodic" or not scene.drives:
+        raise SceneError(
+            f"what accuracy costs is measured on periodic responses, and this one is {scene.analysis.method}"
+            + ("" if scene.drives else " without a drive"),
+            place="analysis.method",
+            hint="Write method = 'periodic', and a [drive]",
+        )
+    if any(drive.motor is not None for drive in scene.drives):
+        raise SceneError("what accuracy costs is not measured with a motor: it has one solver only", place="drive")
+    effects = sorted(choose(scene)[0].named_effects, key=lambda name: name != "coupling")
+    plain = scene.changed(effects=(), analysis__stability=False)
+    found = {TRUNCATED: plain}
+    for count in range(1, len(effects) + 1):
+        found[" + ".join(effects[:count])] = plain.changed(effects=tuple(effects[:count]))
+    return found
+
+
+def meshed(scene: Scene, elements: int) -> Scene:
+    """Give a scene whose members have so many elements each."""
+    links = {
+        name: link.model_copy(
+            update={"members": {label: m.model_copy(update={"mesh": None}) for label, m in link.members.items()}}
+        )
+        for name, link in scene.links.items()
+    }
+    return scene.model_copy(update={"links": links, "mesh": Mesh(elements=elements)})
+
+
+def reference_meshes(scene: Scene, quick: bool = False) -> tuple[int, int, int]:
+    """Elements per member of a converged answer: three meshes, the finest first, as fine as time allows."""
+    if quick:
+        return MESHES[-2]
+    members = len(scene.members())
+    return next((mesh for mesh in MESHES if mesh[0] * members <= MOST_ELEMENTS), MESHES[-1])
+
+
+def grid(equations: dict[str, Scene], quick: bool = False) -> list[Trial]:
+    """Give all runs, each method from coarse to fine.
+
+    Parameters
+    ----------
+    equations
+        By name, from `equations_of`.
+    quick
+        Few and coarse ones.
+    """
+    trials = list(_quasi_static(equations[TRUNCATED], quick))
+    trials += _sub_intervals(equations[TRUNCATED], quick)
+    for name, scene in equations.items():
+        if name != TRUNCATED or len(equations) == 1:
+            trials += _whole_equation(name, scene, quick)
+    return trials
+
+
+def trial(method: str, equation: str, scene: Scene, /, **knobs: Any) -> Trial:
+    """Make a run from its knobs; other keywords are of the analysis, and not of the table."""
+    named = {name: knobs[name] for name in knobs if name in KNOBS}
+    analysis = {f"analysis__{name}": value for name, value in knobs.items() if name != "elements"}
+    return Trial(method, equation, meshed(scene.changed(**analysis), knobs["elements"]), named)
+
+
+def _quasi_static(scene: Scene, quick: bool) -> Iterator[Trial]:
+    for count in (24,) if quick else (60, 240):
+        for elements in (1, 3):
+            yield trial(
+                QUASI_STATIC, QUASI_STATIC, scene, method="quasi-static", elements=elements, sub_intervals=count
+            )
+
+
+def _sub_intervals(scene: Scene, quick: bool) -> Iterator[Trial]:
+    """Chapter 5: joins, modes and sub-intervals, and two meshes."""
+    settings: list[tuple[str, tuple[int | str, ...], tuple[int, ...], tuple[int, ...]]] = [
+        ("physical", (3, 5, 8), (60, 120, 240, 480), (3,)),
+        ("physical", (5, 8, "all"), (240, 480), (6,)),
+        ("projected", (5,), (60, 240, 480), (3,)),
+        ("modal", (5,), (60, 240), (3,)),
+    ]
+    if quick:
+        settings = [("physical", (3,), (24, 48), (2,)), ("modal", (3,), (24,), (2,))]
+    for join, modes, counts, meshes in settings:
+        for elements in meshes:
+            for kept in modes:
+                for count in counts:
+                    yield trial(
+                        f"sub-intervals, {join}", TRUNCATED, scene, solver="sub-intervals", elements=elements,
+                        sub_intervals=count, modes=kept, join=join,
+                    )  # fmt: skip
+
+
+def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
+    """Collocation with its schemes, stages and reductions, and harmonic balance."""
+    steps = {1: ((240, 3), (720, 3)), 2: ((120, 3), (240, 3), (240, 6)),
+             3: ((40, 2), (60, 2), (60, 3), (80, 3), (120, 3), (120, 4), (120, 6), (240, 6), (240, 8))}  # fmt: skip
+    series = ((30, 2), (30, 3), (60, 3), (60, 6), (90, 6))
+    if quick:
+        steps, series = {3: ((24, 1), (80, 2))}, ((8, 2),)
+    for scheme in ("radau", "gauss"):
+        for stages, settings in steps.items():
+            for count, elements in settings:
+                yield from _reductions(
+                    f"collocation, {scheme}", name, scene, solver="collocation", scheme=scheme, elements=elements,
+                    sub_intervals=count, stages=stages,
+                )  # fmt: skip
+    for harmonics, elements in series:
+        count = 60 * (4 * harmonics // 60 + 1)  # more than four times as many are needed
+        yield trial("harmonic balance", name, scene, solver="harmonic-balance", elements=elements,
+                    sub_intervals=count, harmonics=harmonics)  # fmt: skip
+
+
+def _reductions(method: str, equation: str, scene: Scene, **knobs: Any) -> Iterator[Trial]:
+    """Give a run without reduction, and with each reduction that the analysis knows."""
+    yield trial(method, equation, scene, **knobs)
+    if "reduction" in Analysis.model_fields and knobs["stages"] == 3:
+        yield trial(f"{method}, reduced", equation, scene, reduction="craig-bampton", **knobs)

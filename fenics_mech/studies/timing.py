@@ -1,0 +1,110 @@
+"""Timing on one thread: the median of repeats after a warm-up, and what of it is not Python."""
+
+from __future__ import annotations
+
+import cProfile
+import os
+import platform
+import pstats
+import re
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fenics_mech._version import __version__
+
+Found = TypeVar("Found")
+Clock = Callable[[], float]
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+MOST_REPEATS, ENOUGH = 5, 1.5  # repeats, and seconds after which there are no more
+BARE = re.compile(r"petsc4py|slepc4py|_sparsetools|superlu|lapack|numpy.linalg")
+LINEAR_ALGEBRA = re.compile(r"numpy/linalg|scipy/linalg|_solvers|scipy/sparse/linalg")
+PACKAGES = ("numpy", "scipy", "petsc4py", "slepc4py", "fenics-dolfinx", "exudyn")
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How long a piece of work took.
+
+    Parameters
+    ----------
+    seconds
+        Median of the processor time of its repeats (s).
+    wall
+        Median of the time on the wall (s): longer where other programs use the machine too.
+    first
+        Processor time of the first run, which compiles or reads what is compiled (s).
+    repeats
+        Number of repeats.
+    """
+
+    seconds: float
+    wall: float
+    first: float
+    repeats: int
+
+
+def timed(
+    work: Callable[[], Found], clock: Clock = time.process_time, wall: Clock = time.perf_counter
+) -> tuple[Found, Timing]:
+    """Do a piece of work once to warm up, then again until there are enough repeats."""
+    start = clock()
+    found = work()
+    first = clock() - start
+    times: list[tuple[float, float]] = []
+    while len(times) < MOST_REPEATS and (not times or sum(each for each, _ in times) < ENOUGH):
+        begin, start = wall(), clock()
+        work()
+        times.append((clock() - start, wall() - begin))
+    seconds, walls = np.median(times, axis=0)
+    return found, Timing(float(seconds), float(walls), first, len(times))
+
+
+def one_thread() -> None:
+    """Let numerical libraries that are loaded from now on use one thread."""
+    os.environ |= dict.fromkeys(THREADS, "1")
+
+
+def machine() -> dict[str, str]:
+    """Say what runs: processor, threads, versions."""
+    named = re.search(r"^model name\s*:\s*(.*)$", _read("/proc/cpuinfo"), re.MULTILINE)
+    found = {"fenics_mech": __version__, "python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            module = sys.modules.get(package.removeprefix("fenics-"))
+            found |= {package: module.__version__} if hasattr(module, "__version__") else {}
+    return {
+        "machine": f"{named[1] if named else platform.processor() or platform.machine()}, {os.cpu_count()} processors",
+        "threads": os.environ.get(THREADS[0], "not limited"),
+        "versions": ", ".join(f"{name} {number}" for name, number in found.items()),
+    }
+
+
+def _read(path: str) -> str:
+    try:
+        return Path(path).read_text()
+    except OSError:
+        return ""
+
+
+def bare_seconds(work: Callable[[], Any]) -> float:
+    """Processor time that a piece of work spends inside PETSc, SLEPc, LAPACK and sparse products (s).
+
+    That is what the same calls with the same matrices would take without anything around them. Products of dense
+    matrices are not in it, as no profile tells them from other work on arrays.
+    """
+    profile = cProfile.Profile(time.process_time)
+    profile.runcall(work)
+    bare = 0.0
+    for (file, _, name), (_, _, inside, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
+        if LINEAR_ALGEBRA.search(file) or (file == "~" and BARE.search(name)):
+            bare += inside
+    return bare
