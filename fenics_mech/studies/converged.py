@@ -15,8 +15,8 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.cost_grid import meshed
 
 Array = NDArray[np.float64]
-FINE = {"sub_intervals": 240, "scheme": "radau", "stages": 4}
-OTHER = {"sub_intervals": 360, "scheme": "radau", "stages": 3}
+STEPS = ((240, 4), (360, 3))  # sub-intervals and Radau points: of the answer, and of its check
+QUICK = ((120, 3), (80, 4))
 ORDER = 2  # of the strains in the length of the elements: that of axial displacements, linear in each
 
 
@@ -96,7 +96,7 @@ def extrapolated(fine: Array, coarse: Array, ratio: float) -> Array:
     return fine + (fine - coarse) / (ratio**ORDER - 1)
 
 
-def converged(scene: Scene, meshes: tuple[int, int, int]) -> Converged:
+def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -> Converged:
     """Solve for the converged periodic strains of a scene.
 
     Parameters
@@ -105,26 +105,31 @@ def converged(scene: Scene, meshes: tuple[int, int, int]) -> Converged:
         The scene with its effects.
     meshes
         Elements per member of three meshes, the finest first. The answer is extrapolated from the first two; that from
-        the last two, with other steps and another order, is its check.
+        the last two, with other steps and another order on the last, is its check.
+    quick
+        With longer steps.
 
     Raises
     ------
     MechanismError
         When one of the runs fails.
     """
-    settings = {"solver": "collocation", "method": "periodic", "allow_coarse": True}
+    fine, other = QUICK if quick else STEPS
 
-    def run(elements: int, choice: dict[str, object]) -> Array:
-        changes = {f"analysis__{name}": value for name, value in (settings | choice).items()}
-        return strains(analyse(meshed(scene.changed(**changes), elements)))
+    def run(elements: int, steps: tuple[int, int]) -> Array:
+        changed = scene.changed(
+            analysis__method="periodic", analysis__solver="collocation", analysis__allow_coarse=True,
+            analysis__scheme="radau", analysis__sub_intervals=steps[0], analysis__stages=steps[1],
+        )  # fmt: skip
+        return strains(analyse(meshed(changed, elements)))
 
-    first, second, third = run(meshes[0], FINE), run(meshes[1], FINE), run(meshes[2], OTHER)
+    first, second, third = run(meshes[0], fine), run(meshes[1], fine), run(meshes[2], other)
     found = extrapolated(first, second, meshes[0] / meshes[1])
     check = extrapolated(second, third, meshes[1] / meshes[2])
     how = (
-        f"collocation with {FINE['stages']} Radau points in {FINE['sub_intervals']} sub-intervals, extrapolated from "
-        f"{meshes[0]} and {meshes[1]} elements per member; checked by {meshes[1]} and {meshes[2]} elements with "
-        f"{OTHER['stages']} points in {OTHER['sub_intervals']} sub-intervals on the last"
+        f"collocation with {fine[1]} Radau points in {fine[0]} sub-intervals, extrapolated from {meshes[0]} and "
+        f"{meshes[1]} elements per member; checked by {meshes[1]} and {meshes[2]}, the last with {other[1]} points in "
+        f"{other[0]} sub-intervals"
     )
     return Converged(found, difference(check, found), how)
 

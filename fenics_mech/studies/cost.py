@@ -159,7 +159,7 @@ def measure_costs(
     equations = equations_of(scene)
     trials, meshes = grid(equations, quick), reference_meshes(scene, quick)
     compiling = _compiling(trials, clock)
-    references = _references(equations, meshes, progress)
+    references = _references(equations, meshes, quick, progress)
     known = {name: found for name, found in references.items() if isinstance(found, Converged)}
     whole = list(equations)[-1]
     if whole not in known:
@@ -210,7 +210,7 @@ def _compiling(trials: Sequence[Trial], clock: Clock) -> float:
 
 
 def _references(
-    equations: dict[str, Scene], meshes: tuple[int, int, int], progress: Progress
+    equations: dict[str, Scene], meshes: tuple[int, int, int], quick: bool, progress: Progress
 ) -> dict[str, Converged | str]:
     """Find converged answers, or the messages of what they ended with."""
     found: dict[str, Converged | str] = {}
@@ -220,7 +220,7 @@ def _references(
             if name == QUASI_STATIC:
                 found[name] = converged_quasi_static(scene, meshes[0])
             else:
-                found[name] = converged(scene, meshes)
+                found[name] = converged(scene, meshes, quick)
         except MechanismError as error:
             found[name] = str(error)
     return found

@@ -1,0 +1,226 @@
+"""What accuracy costs, as figure, table and advice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.views.geometry import Array
+from fenics_mech.views.plots import COLOURS, STYLE, save
+from fenics_mech.views.tables import number, table_of
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.cost import Cost
+
+LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # of error, for the advice
+LINES, MARKS = ("-", "--", ":", "-."), ("o", "s", "^", "D", "v", "P", "X", "*", "h")
+WIDTH, HEIGHT = 11.0, 5.4  # inches
+LARGEST, SMALLEST = 3.0, 3e-5  # errors that are drawn; smaller ones stand on the lower edge
+NAMED = {"elements": "elements", "sub_intervals": "sub-intervals", "modes": "modes", "stages": "points",
+         "harmonics": "harmonics", "tolerance": "tolerance"}  # fmt: skip
+
+
+def front(seconds: Array, error: Array) -> Array:
+    """Numbers of the runs than which none is both faster and better, the fastest first; NaN is no run."""
+    order = [i for i in np.lexsort((error, seconds)) if np.isfinite(seconds[i]) and np.isfinite(error[i])]
+    kept: list[int] = []
+    for i in order:
+        if not kept or error[i] < error[kept[-1]]:
+            kept.append(int(i))
+    return np.array(kept, dtype=int)
+
+
+def write_cost(cost: Cost, folder: Path, name: str) -> list[Path]:
+    """Write the table as CSV and NetCDF, and the figure, each whole or not at all.
+
+    Raises
+    ------
+    ResultError
+        When a file cannot be written.
+    """
+    return [
+        cost.to_csv(folder / f"{name}.csv"),
+        cost.save(folder / f"{name}.nc"),
+        save(cost_figure(cost), folder / f"{name}.png"),
+    ]
+
+
+def cost_figure(cost: Cost) -> Figure:
+    """Draw error against time: against the run's own converged answer on the left, against the other on the right."""
+    data, of_peers = cost.data, "meshes" not in cost.data.attrs
+    where = "_mid_span" if of_peers else ""
+    other = "that of hand-coded Gauss-Legendre or Exudyn" if of_peers else f"that of {data.attrs['equation']}"
+    panels = {
+        f"error{where}": "Against the program's own converged answer" if of_peers else "Against the converged answer of "
+        "the same equation",
+        f"error_all{where}": f"Against {other}",
+    }
+    return _figure(data, panels, f"What accuracy costs: {data.attrs['title']}{', with peers' if of_peers else ''}")
+
+
+def _figure(data: xr.Dataset, panels: dict[str, str], title: str) -> Figure:
+    """Draw error over time in panels beside each other, by variable and title."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        FigureCanvasAgg(figure)
+        all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+        for axes, (variable, name) in zip(all_axes, panels.items()):
+            _draw(axes, data, variable)
+            axes.set_title(name, fontsize=10)
+            axes.set_xlabel("processor time of one thread (s)")
+        all_axes[0].set_ylabel("largest error of a strain curve / largest strain")
+        handles = {label: handle for axes in all_axes for handle, label in zip(*axes.get_legend_handles_labels())}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
+def _draw(axes: Axes, data: xr.Dataset, variable: str) -> None:
+    """Draw every run, a line through the best of each method, and the front of all."""
+    seconds, error = data["seconds"].to_numpy(), data[variable].to_numpy()
+    error = np.where(error < LARGEST, np.maximum(error, SMALLEST), np.nan)
+    if variable == "error_all":  # the others mix equations
+        best = front(seconds, error)
+        wide: dict[str, Any] = {"color": "#cccccc", "linewidth": 7, "solid_capstyle": "round", "linestyle": "-"}
+        axes.plot(seconds[best], error[best], zorder=0.5, label="Pareto front", **wide)
+    for label, runs, look in _methods(data):
+        axes.plot(seconds[runs], error[runs], alpha=0.4, markersize=4, **look | {"linestyle": "none"})
+        kept = runs[front(seconds[runs], error[runs])]
+        axes.plot(seconds[kept], error[kept], label=label, markersize=5, linewidth=1.4, clip_on=False, **look)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for level in LEVELS[1:3]:
+        axes.axhline(level, color="#888888", linewidth=0.7, zorder=0.4)
+        axes.annotate(f" {100 * level:g} %", (0, level), xycoords=("axes fraction", "data"), fontsize=8, va="bottom",
+                      color="#555555")  # fmt: skip
+    axes.set_ylim(bottom=SMALLEST)
+
+
+def _methods(data: xr.Dataset) -> Iterator[tuple[str, Array, dict[str, Any]]]:
+    """Give each method with each equation: its label, its runs and how it is drawn."""
+    method, equation = (data[name].to_numpy().astype(str) for name in ("method", "equation"))
+    methods, equations = list(dict.fromkeys(method)), list(dict.fromkeys(equation))
+    style = {name: i for i, name in enumerate(reversed(equations))}
+    for pair in dict.fromkeys(zip(method, equation)):
+        runs = np.flatnonzero((method == pair[0]) & (equation == pair[1]))
+        i = methods.index(pair[0])
+        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKS[i % len(MARKS)]}
+        line = LINES[style[pair[1]] % len(LINES)]
+        label = pair[0] if pair[0] == pair[1] else f"{pair[0]}: {pair[1]}"
+        yield label, runs, look | {"linestyle": line}
+
+
+def cost_summary(cost: Cost) -> Group:
+    """Tell what each accuracy costs, what failed, and how sure the converged answers are."""
+    data, of_peers = cost.data, "meshes" not in cost.data.attrs
+    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
+    parts.append(levels_table(data, "error_mid_span" if of_peers else "error"))
+    if not of_peers:
+        parts += [front_table(data, "error_all"), *map(Text, advice(data, "error_all"))]
+    parts += map(Text, (*_references(cost), *_about(data), *_failures(data)))
+    return Group(*parts)
+
+
+def levels_table(data: xr.Dataset, variable: str) -> Table:
+    """Tabulate the shortest time (ms) in which each method comes within an accuracy."""
+    title = "Shortest time (ms) for an error against the method's own converged answer"
+    table = table_of(title, "method", *(f"below {percent(level)}" for level in LEVELS), "best")
+    for label, runs, _ in _methods(data):
+        seconds, error = (data[name].to_numpy()[runs] for name in ("seconds", variable))
+        cells = [seconds[error <= level].min(initial=np.inf) for level in LEVELS]
+        best = percent(float(np.nanmin(error))) if np.isfinite(error).any() else "none"
+        table.add_row(escape(label), *(number(1e3 * cell) if np.isfinite(cell) else "" for cell in cells), best)
+    return table
+
+
+def front_table(data: xr.Dataset, variable: str) -> Table:
+    """Tabulate the runs than which none is faster and better."""
+    table = table_of("Runs than which none is both faster and better", "run", "time (ms)", "error", "estimate / error")
+    for i in front(data["seconds"].to_numpy(), data[variable].to_numpy()):
+        run = data.isel(run=i)
+        ratio = float(run["estimate_ratio"]) if "estimate_ratio" in data else np.nan
+        known = number(ratio) if np.isfinite(ratio) else ""
+        table.add_row(escape(said(run)), number(1e3 * float(run["seconds"])), percent(float(run[variable])), known)
+    return table
+
+
+def advice(data: xr.Dataset, variable: str) -> list[str]:
+    """Say for each level of accuracy which run reaches it first."""
+    seconds, error = data["seconds"].to_numpy(), data[variable].to_numpy()
+    lines = []
+    for level in LEVELS:
+        good = np.flatnonzero(error <= level)
+        if len(good):
+            i = good[np.argmin(seconds[good])]
+            lines.append(f"{percent(level)} in {number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}")
+            continue
+        if np.isfinite(error).any():
+            i = int(np.nanargmin(error))
+            lines.append(
+                f"{percent(level)} with none of these runs: the best has {percent(float(error[i]))} in "
+                f"{number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}"
+            )
+        break
+    return lines
+
+
+def said(run: xr.Dataset) -> str:
+    """Name a run: its solver, equation and settings."""
+    method, equation = str(run["method"].item()), str(run["equation"].item())
+    words = [method if method == equation else f"{method}, {equation}"]
+    for name, word in NAMED.items():
+        value = float(run[name]) if name in run else np.nan
+        if np.isfinite(value):
+            words.append(f"all {word}" if name == "modes" and value == 0 else f"{value:g} {word}")
+    return ", ".join(words)
+
+
+def percent(value: float) -> str:
+    """Give a share in percent."""
+    return f"{100 * value:.2g} %"
+
+
+def _references(cost: Cost) -> Iterator[str]:
+    ways = {}
+    for name, found in cost.references.items():
+        if isinstance(found, str):
+            yield f"No converged answer of {name}: {found}"
+        else:
+            ways.setdefault(found["how"], []).append(
+                f"{name} {percent(found['everywhere'])} ({percent(found['mid_span'])} at mid-span)"
+            )
+    for how, names in ways.items():
+        yield f"Converged answers: {how}. Their difference from the check: {'; '.join(names)}."
+
+
+def _about(data: xr.Dataset) -> Iterator[str]:
+    attributes = data.attrs
+    yield f"{attributes['machine']}; threads: {attributes['threads']}; {attributes['versions']}."
+    if "bare_seconds" in attributes:
+        yield (
+            f"Not in the times: imports {attributes['import_seconds']:.2g} s, compiling forms, or reading compiled ones, "
+            f"{attributes['compile_seconds']:.2g} s."
+        )
+        whole, bare = attributes["analyse_seconds"], attributes["bare_seconds"]
+        yield (
+            f"The scene as it stands takes {number(1e3 * whole)} ms, {number(1e3 * bare)} ms of them inside PETSc, SLEPc "
+            f"and LAPACK: {100 * (whole / bare - 1):.0f} % on top of these."
+        )
+
+
+def _failures(data: xr.Dataset) -> Iterator[str]:
+    failure = data["failure"].to_numpy().astype(str)
+    if failed := int((failure != "").sum()):
+        yield f"{failed} of {failure.size} runs gave no answer; the tables say why."
