@@ -24,7 +24,12 @@ def evaluate(functions: tuple[Polynomial, ...], xi: Array) -> Array:
 
 def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Array:
     """Repeated integrals of functions from 0, ``(..., functions)``."""
-    return np.stack([f.integ(times)(xi) for f in functions], axis=-1)
+    powers = np.arange(max(len(f.coef) for f in functions))
+    coefficients = np.zeros((len(functions), len(powers)))
+    for row, f in zip(coefficients, functions):
+        row[: len(f.coef)] = f.coef
+    coefficients /= np.prod(powers[:, None] + np.arange(1, times + 1), axis=1)
+    return xi[..., None] ** (powers + times) @ coefficients.T
 
 
 def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
