@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
@@ -96,16 +97,21 @@ def _draw(axes: Axes, data: xr.Dataset, variable: str) -> None:
         wide: dict[str, Any] = {"color": "#cccccc", "linewidth": 7, "solid_capstyle": "round", "linestyle": "-"}
         axes.plot(seconds[best], error[best], zorder=0.5, label="Pareto front", **wide)
     for label, runs, look in _methods(data):
+        if not np.isfinite(error[runs]).any():
+            continue
         axes.plot(seconds[runs], error[runs], alpha=0.4, markersize=4, **look | {"linestyle": "none"})
         kept = runs[front(seconds[runs], error[runs])]
         axes.plot(seconds[kept], error[kept], label=label, markersize=5, linewidth=1.4, clip_on=False, **look)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
     for level in LEVELS[1:3]:
         axes.axhline(level, color="#888888", linewidth=0.7, zorder=0.4)
         axes.annotate(f" {100 * level:g} %", (0, level), xycoords=("axes fraction", "data"), fontsize=8, va="bottom",
                       color="#555555")  # fmt: skip
-    axes.set_ylim(bottom=SMALLEST)
+    axes.set_ylim(SMALLEST, LARGEST)
 
 
 def _methods(data: xr.Dataset) -> Iterator[tuple[str, Array, dict[str, Any]]]:
