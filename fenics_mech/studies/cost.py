@@ -47,6 +47,7 @@ TEXTS = {
     "message": "what it said",
 }
 TEXT_KNOBS = ("join", "reduction")
+TINY = float(np.finfo(float).tiny)
 Progress = Callable[[str], None]
 
 
@@ -177,7 +178,7 @@ def measure_costs(
         name: found if isinstance(found, str) else {"how": found.how, **vars(found.uncertainty)}
         for name, found in references.items()
     }
-    attributes = stamp(scene) | machine() | {"import_seconds": imports, "compile_seconds": compiling}
+    attributes: dict[str, Any] = stamp(scene) | machine() | {"import_seconds": imports, "compile_seconds": compiling}
     attributes |= {"references": json.dumps(described), "equation": whole, "meshes": list(meshes)}
     return Cost(dataset(lines).assign_attrs(attributes | overhead(equations[whole], clock)))
 
@@ -197,7 +198,7 @@ def overhead(scene: Scene, clock: Clock = time.process_time) -> dict[str, float]
 
 
 def _compiling(trials: Sequence[Trial], clock: Clock) -> float:
-    """Time by which the first run of each equation is longer than the second: it compiles, or reads what is compiled."""
+    """Time by which the first run of each equation is longer than the second: it compiles, or reads forms."""
     found = 0.0
     for scene in {each.equation: each.scene for each in reversed(trials)}.values():
         times = [clock()]
@@ -244,7 +245,8 @@ def _of_time(timing: Timing) -> dict[str, float]:
 
 def measured(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
     """Give the errors of a result, and what the program itself estimates."""
-    found, numbers = strains(result), {}
+    found = strains(result)
+    numbers: dict[str, float] = {}
     if own is not None:
         error = own.error(found)
         numbers |= {"error": error.everywhere, "error_mid_span": error.mid_span}
@@ -253,7 +255,7 @@ def measured(result: Result, own: Converged | None, whole: Converged) -> dict[st
     if (estimate := result.data.attrs.get("error_estimate")) is not None:
         numbers["estimate"] = float(estimate)
         if own is not None:
-            numbers["estimate_ratio"] = float(estimate) / max(numbers["error"], np.finfo(float).tiny)
+            numbers["estimate_ratio"] = float(estimate) / max(numbers["error"], TINY)
     if "strain_error" in result.data:
         largest = np.abs(found).max(axis=(0, 2, 3))
         error_of_each = result.data["strain_error"].to_numpy()

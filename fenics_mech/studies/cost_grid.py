@@ -151,12 +151,12 @@ def _sub_intervals(scene: Scene, quick: bool) -> Iterator[Trial]:
 
 def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
     """Collocation with its schemes, stages and reductions, and harmonic balance."""
-    steps = {
+    steps: dict[int, tuple[tuple[int, int], ...]] = {
         1: ((720, 3),),
         2: ((120, 3), (240, 3), (360, 3), (240, 6)),
         3: ((40, 2), (80, 2), (80, 3), (120, 3), (120, 4), (120, 6), (240, 4), (240, 6), (240, 8)),
     }
-    series = ((30, 3), (60, 3), (60, 4), (60, 6), (90, 6))
+    series: tuple[tuple[int, int], ...] = ((30, 3), (60, 3), (60, 4), (60, 6), (90, 6))
     if quick:
         steps, series = {3: ((24, 1), (80, 2))}, ((8, 2),)
     for scheme in ("radau", "gauss"):

@@ -79,8 +79,8 @@ def machine() -> dict[str, str]:
         try:
             found[package] = version(package)
         except PackageNotFoundError:
-            module = sys.modules.get(package.removeprefix("fenics-"))
-            found |= {package: module.__version__} if hasattr(module, "__version__") else {}
+            number = getattr(sys.modules.get(package.removeprefix("fenics-")), "__version__", None)
+            found |= {package: number} if number else {}
     return {
         "machine": f"{named[1] if named else platform.processor() or platform.machine()}, {os.cpu_count()} processors",
         "threads": os.environ.get(THREADS[0], "not limited"),

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
@@ -33,14 +34,14 @@ NAMED = {"elements": "elements", "sub_intervals": "sub-intervals", "modes": "mod
          "harmonics": "harmonics", "tolerance": "tolerance"}  # fmt: skip
 
 
-def front(seconds: Array, error: Array) -> Array:
+def front(seconds: Array, error: Array) -> NDArray[np.int64]:
     """Numbers of the runs than which none is both faster and better, the fastest first; NaN is no run."""
     order = [i for i in np.lexsort((error, seconds)) if np.isfinite(seconds[i]) and np.isfinite(error[i])]
     kept: list[int] = []
     for i in order:
         if not kept or error[i] < error[kept[-1]]:
             kept.append(int(i))
-    return np.array(kept, dtype=int)
+    return np.array(kept, dtype=np.int64)
 
 
 def write_cost(cost: Cost, folder: Path, name: str) -> list[Path]:
@@ -64,8 +65,9 @@ def cost_figure(cost: Cost) -> Figure:
     where = "_mid_span" if of_peers else ""
     other = "that of hand-coded Gauss-Legendre or Exudyn" if of_peers else f"that of {data.attrs['equation']}"
     panels = {
-        f"error{where}": "Against the program's own converged answer" if of_peers else "Against the converged answer of "
-        "the same equation",
+        f"error{where}": "Against the program's own converged answer"
+        if of_peers
+        else "Against the converged answer of the same equation",
         f"error_all{where}": f"Against {other}",
     }
     return _figure(data, panels, f"What accuracy costs: {data.attrs['title']}{', with peers' if of_peers else ''}")
@@ -114,7 +116,7 @@ def _draw(axes: Axes, data: xr.Dataset, variable: str) -> None:
     axes.set_ylim(SMALLEST, LARGEST)
 
 
-def _methods(data: xr.Dataset) -> Iterator[tuple[str, Array, dict[str, Any]]]:
+def _methods(data: xr.Dataset) -> Iterator[tuple[str, NDArray[np.int64], dict[str, Any]]]:
     """Give each method with each equation: its label, its runs and how it is drawn."""
     method, equation = (data[name].to_numpy().astype(str) for name in ("method", "equation"))
     methods, equations = list(dict.fromkeys(method)), list(dict.fromkeys(equation))
@@ -199,7 +201,7 @@ def percent(value: float) -> str:
 
 
 def _references(cost: Cost) -> Iterator[str]:
-    ways = {}
+    ways: dict[str, list[str]] = {}
     for name, found in cost.references.items():
         if isinstance(found, str):
             yield f"No converged answer of {name}: {found}"
@@ -216,13 +218,13 @@ def _about(data: xr.Dataset) -> Iterator[str]:
     yield f"{attributes['machine']}; threads: {attributes['threads']}; {attributes['versions']}."
     if "bare_seconds" in attributes:
         yield (
-            f"Not in the times: imports {attributes['import_seconds']:.2g} s, compiling forms, or reading compiled ones, "
+            f"Not in the times: imports {attributes['import_seconds']:.2g} s, compiling forms or reading compiled ones "
             f"{attributes['compile_seconds']:.2g} s."
         )
         whole, bare = attributes["analyse_seconds"], attributes["bare_seconds"]
         yield (
-            f"The scene as it stands takes {number(1e3 * whole)} ms, {number(1e3 * bare)} ms of them inside PETSc, SLEPc "
-            f"and LAPACK: {100 * (whole / bare - 1):.0f} % on top of these."
+            f"The scene as it stands takes {number(1e3 * whole)} ms, {number(1e3 * bare)} ms of them inside PETSc, "
+            f"SLEPc and LAPACK: {100 * (whole / bare - 1):.0f} % on top of these."
         )
 
 

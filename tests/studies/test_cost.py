@@ -204,7 +204,9 @@ def test_every_equation_adds_an_effect_and_coupling_is_the_first():
 
 def test_meshes_of_members_are_set_all_together(demo_text, tmp_path):
     file = tmp_path / "scene.toml"
-    file.write_text(demo_text.replace('section = "crank", material', 'mesh = { elements = 5 }, section = "crank", material'))
+    file.write_text(
+        demo_text.replace('section = "crank", material', 'mesh = { elements = 5 }, section = "crank", material')
+    )
     scene = load(file)
     assert scene.members()["crank"][1].mesh.elements == 5
     changed = meshed(scene, 2)

@@ -1,7 +1,7 @@
 """The seed four-bar by this program and by others, in one run: error of the mid-span strains against time.
 
-All have the same mechanism, the same damping and the same quantity, the strain of the + fibre at mid-span of coupler and
-follower. Every program is measured against its own converged answer, and against that of the other program which
+All have the same mechanism, the same damping and the same quantity: the strain of the + fibre at mid-span of coupler
+and follower. Every program is measured against its own converged answer, and against that of the other program which
 solves the same equation. Peers are Kaminski's chapter 5 and Gauss-Legendre collocation by hand, matrix exponentials of
 the coupled equation by hand, SciPy's `solve_ivp`, and Exudyn.
 """
@@ -12,6 +12,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,12 @@ Array = NDArray[np.float64]
 MEMBERS = ("coupler", "follower")
 COUPLED, EXACT = "coupling", "moderate or exact rotations"
 OURS, EXUDYN = "fenics_mech", "Exudyn"
+CHAPTER_5 = ((60, 3, 3), (120, 5, 3), (240, 5, 3), (480, 8, 6))  # sub-intervals, modes, elements a link
+GAUSS_LEGENDRE = ((80, 2), (80, 3), (120, 3), (120, 4), (180, 4), (240, 6), (240, 8))  # steps a cycle, elements a link
+EXPONENTIALS = ((360, 3), (1440, 3), (2880, 3), (5760, 4))  # the same
+EXUDYN_STEPS = ((360, 4), (360, 8), (720, 8), (1440, 8), (2880, 16))  # the same
+COLLOCATION = ((80, 2), (80, 3), (120, 3), (120, 4), (120, 6), (240, 6), (240, 8))  # the same, of this program
+SOLVE_IVP = ((1e-2, 2), (1e-2, 3), (1e-3, 3))  # relative tolerance, elements a link
 CYCLES = 8  # of Exudyn's integration: the start has died away to 3e-4 by then
 
 
@@ -203,13 +210,13 @@ def _converged(ours: bool, equation: str, quick: bool) -> Converged:
             _exudyn(elements, steps, cycles=16) for elements, steps in ((16, 2880), (16, 1440), (8, 1440), (8, 720))
         )
         strain, other = extrapolated(fine, half, 2), extrapolated(check, rough, 2)
-        how = "Exudyn, 16 elements, 16 cycles, extrapolated from 1440 and 2880 steps; checked by 8 elements, half as many"
+        how = "Exudyn, 16 elements, 16 cycles, extrapolated from 1440 and 2880 steps; checked by 8, half the steps"
         return Converged(strain, difference(other, strain), how)
     meshes, steps = ((3, 2, 1), 120) if quick else ((8, 6, 4), 480)
     runs = [_gauss_legendre(n, count, equation) for n, count in zip(meshes, (steps, steps, steps // 2))]
     strain, other = (extrapolated(runs[i], runs[i + 1], meshes[i] / meshes[i + 1]) for i in (0, 1))
     how = (
-        f"hand-coded Gauss-Legendre collocation, {steps} steps, extrapolated from {meshes[0]} and {meshes[1]} elements; "
+        f"Gauss-Legendre collocation by hand, {steps} steps, extrapolated from {meshes[0]} and {meshes[1]} elements; "
         f"checked by {meshes[1]} and {meshes[2]}, the last with half the steps"
     )
     return Converged(strain, difference(other, strain), how)
@@ -217,52 +224,36 @@ def _converged(ours: bool, equation: str, quick: bool) -> Converged:
 
 def _by_hand(quick: bool) -> Iterator[Entry]:
     """Chapter 5, Gauss-Legendre collocation and matrix exponentials on hand-coded matrices."""
-    for count, modes, elements in ((24, 3, 2),) if quick else ((60, 3, 3), (120, 5, 3), (240, 5, 3), (480, 8, 6)):
+    for count, modes, elements in CHAPTER_5[:1] if quick else CHAPTER_5:
         knobs = {"elements": elements, "sub_intervals": count, "modes": modes}
-        yield Entry(
-            "chapter 5 by hand", TRUNCATED,
-            lambda n=elements, count=count, m=modes: _chapter_5(n, count, m), knobs,
-        )  # fmt: skip
-    for elements, count in ((2, 60),) if quick else ((2, 80), (3, 80), (3, 120), (4, 120), (4, 180), (6, 240), (8, 240)):
+        yield Entry("chapter 5 by hand", TRUNCATED, partial(_chapter_5, elements, count, modes), knobs)
+    for count, elements in GAUSS_LEGENDRE[:1] if quick else GAUSS_LEGENDRE:
         knobs = {"elements": elements, "sub_intervals": count}
-        yield Entry(
-            "Gauss-Legendre by hand", COUPLED,
-            lambda n=elements, count=count: _gauss_legendre(n, count, COUPLED), knobs,
-        )  # fmt: skip
-    for elements, count in ((1, 60),) if quick else ((3, 360), (3, 1440), (3, 2880), (4, 5760)):
+        yield Entry("Gauss-Legendre by hand", COUPLED, partial(_gauss_legendre, elements, count, COUPLED), knobs)
+    for count, elements in ((60, 1),) if quick else EXPONENTIALS:
         knobs = {"elements": elements, "sub_intervals": count}
-        yield Entry(
-            "exponentials by hand", COUPLED,
-            lambda n=elements, count=count: _middles(by_exponentials(count, n)), knobs,
-        )  # fmt: skip
+        yield Entry("exponentials by hand", COUPLED, partial(_exponentials, elements, count), knobs)
 
 
 def _by_scipy() -> Iterator[Entry]:
-    for elements, tolerance in ((2, 1e-2), (3, 1e-2), (3, 1e-3)):
-        yield Entry(
-            "solve_ivp by hand", COUPLED,
-            lambda n=elements, tolerance=tolerance: _middles(by_solve_ivp(tolerance, n)),
-            {"elements": elements, "tolerance": tolerance},
-        )  # fmt: skip
+    for tolerance, elements in SOLVE_IVP:
+        knobs = {"elements": elements, "tolerance": tolerance}
+        yield Entry("solve_ivp by hand", COUPLED, partial(_solve_ivp, elements, tolerance), knobs)
 
 
 def _by_exudyn() -> Iterator[Entry]:
-    for elements, steps in ((4, 360), (8, 360), (8, 720), (8, 1440), (16, 2880)):
-        yield Entry(
-            EXUDYN, EXACT, lambda n=elements, steps=steps: _exudyn(n, steps),
-            {"elements": elements, "sub_intervals": steps},
-        )  # fmt: skip
+    for count, elements in EXUDYN_STEPS:
+        yield Entry(EXUDYN, EXACT, partial(_exudyn, elements, count), {"elements": elements, "sub_intervals": count})
 
 
 def _ours(quick: bool) -> Iterator[Entry]:
     """Runs of this program: chapter 5, and collocation by Radau and Gauss points."""
-    for count, modes, elements in ((24, 3, 2),) if quick else ((60, 3, 3), (120, 5, 3), (240, 5, 3), (480, 8, 6)):
+    for count, modes, elements in () if quick else CHAPTER_5:
         knobs = {"elements": elements, "sub_intervals": count, "modes": modes}
         yield Entry(f"{OURS}, sub-intervals", TRUNCATED, _analysis(TRUNCATED, solver="sub-intervals", **knobs), knobs)
-    settings = ((80, 2),) if quick else ((60, 2), (60, 3), (80, 3), (120, 3), (120, 4), (120, 6), (240, 6), (240, 8))
     for equation in (COUPLED,) if quick else (COUPLED, EXACT):
-        for scheme in ("radau", "gauss"):
-            for count, elements in settings:
+        for scheme in ("radau",) if quick else ("radau", "gauss"):
+            for count, elements in COLLOCATION[:1] if quick else COLLOCATION:
                 knobs = {"elements": elements, "sub_intervals": count, "stages": 3}
                 work = _analysis(equation, solver="collocation", scheme=scheme, **knobs)
                 yield Entry(f"{OURS}, {scheme}", equation, work, knobs)
@@ -283,6 +274,14 @@ def _chapter_5(elements: int, count: int, modes: int) -> Array:
     model = NineElementModel(elements=elements)
     found = periodic_response(model, count, modes=modes)
     return _middles(link_strain(model, found.theta, found.displacement, found.acceleration).total)
+
+
+def _exponentials(elements: int, count: int) -> Array:
+    return _middles(by_exponentials(count, elements))
+
+
+def _solve_ivp(elements: int, tolerance: float) -> Array:
+    return _middles(by_solve_ivp(tolerance, elements))
 
 
 def _gauss_legendre(elements: int, count: int, equation: str) -> Array:
