@@ -1,11 +1,14 @@
 """What accuracy costs: how errors and times are measured, and a quick grid of the seed."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.console import Console
+from typer.testing import CliRunner
 
+from fenics_mech.cli import app
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
@@ -13,10 +16,10 @@ from fenics_mech.studies import cost as study
 from fenics_mech.studies.converged import Converged, Difference, at_common_angles, difference, extrapolated
 from fenics_mech.studies.cost import Cost, Line, dataset, measure_costs, steps_of
 from fenics_mech.studies.cost_grid import equations_of, grid, meshed, reference_meshes
-from fenics_mech.studies.timing import bare_seconds, timed
+from fenics_mech.studies.timing import THREADS, bare_seconds, timed
 from fenics_mech.views.cost import advice, cost_figure, cost_summary, front, write_cost
 
-COUPLED = "coupling"
+COUPLED, DEMOS = "coupling", Path(__file__).parents[2] / "demos"
 
 
 def said(group):
@@ -104,6 +107,28 @@ def test_each_panel_draws_the_runs_below_its_limit(quick):
     labels = right.get_legend_handles_labels()[1]
     assert "Pareto front" in labels
     assert "quasi-static" in labels
+
+
+@pytest.fixture
+def call(monkeypatch):
+    """Run `fenics-mech cost` in this process; its environment is as before afterwards."""
+    for name in THREADS:
+        monkeypatch.setenv(name, "1")
+    return lambda *arguments: CliRunner().invoke(app, ["cost", *map(str, arguments)])
+
+
+def test_command_writes_its_files_and_says_what_it_found(quick, call, monkeypatch, tmp_path):
+    monkeypatch.setattr(study, "measure_costs", lambda scene, **options: quick[0])
+    found = call(DEMOS / "four_bar.toml", "--quick", "-o", tmp_path / "out")
+    assert found.exit_code == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"cost.csv", "cost.nc", "cost.png"}
+    assert "Wrote cost.csv, cost.nc, cost.png" in found.output
+
+
+def test_peers_of_another_scene_are_refused_before_anything_runs(call, tmp_path):
+    found = call(DEMOS / "watt.toml", "--peers", "-o", tmp_path / "out")
+    assert isinstance(found.exception, SceneError)
+    assert not (tmp_path / "out").exists()
 
 
 class FakeClock:

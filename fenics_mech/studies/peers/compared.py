@@ -74,12 +74,17 @@ def require_seed(scene: Scene) -> None:
     SceneError
         When the scene is another one.
     """
-    if _machine(scene) != _machine(seed_four_bar()):
+    if not is_seed(scene):
         raise SceneError(
             f"there are peers of the seed four-bar only (demos/four_bar.toml), and {scene.name!r} is another machine",
             place="--peers",
             hint="Leave --peers out",
         )
+
+
+def is_seed(scene: Scene) -> bool:
+    """Tell whether a scene is the seed four-bar, whatever its mesh, effects and analysis."""
+    return bool(_machine(scene) == _machine(seed_four_bar()))
 
 
 def _machine(scene: Scene) -> Any:
