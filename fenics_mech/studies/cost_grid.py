@@ -154,9 +154,9 @@ def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
     steps: dict[int, tuple[tuple[int, int], ...]] = {
         1: ((720, 3),),
         2: ((120, 3), (240, 3), (360, 3), (240, 6)),
-        3: ((40, 2), (80, 2), (80, 3), (120, 3), (120, 4), (120, 6), (240, 4), (240, 6), (240, 8)),
+        3: ((40, 2), (80, 2), (80, 3), (80, 4), (120, 3), (120, 4), (120, 6), (240, 6), (240, 8)),
     }
-    series: tuple[tuple[int, int], ...] = ((30, 3), (60, 3), (60, 4), (60, 6), (90, 6))
+    series: tuple[tuple[int, int], ...] = ((30, 3), (60, 3), (60, 4), (60, 6), (90, 4))
     if quick:
         steps, series = {3: ((24, 1), (80, 2))}, ((8, 2),)
     for scheme in ("radau", "gauss"):

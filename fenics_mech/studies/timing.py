@@ -57,7 +57,7 @@ def timed(
     begin, start = wall(), clock()
     found = work()
     first = clock() - start
-    times = [(first, wall() - begin)] if first > 2 * ENOUGH else []
+    times = [(first, wall() - begin)] if first > ENOUGH else []
     while len(times) < MOST_REPEATS and (not times or sum(each for each, _ in times) < ENOUGH):
         begin, start = wall(), clock()
         work()

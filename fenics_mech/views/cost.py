@@ -124,7 +124,8 @@ def _methods(data: xr.Dataset) -> Iterator[tuple[str, NDArray[np.int64], dict[st
     for pair in dict.fromkeys(zip(method, equation)):
         runs = np.flatnonzero((method == pair[0]) & (equation == pair[1]))
         i = methods.index(pair[0])
-        look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKS[i % len(MARKS)]}
+        colour = "black" if pair[0].startswith("fenics_mech") else COLOURS[i % len(COLOURS)]  # among its peers
+        look = {"color": colour, "marker": MARKS[i % len(MARKS)]}
         line = LINES[style[pair[1]] % len(LINES)]
         label = pair[0] if pair[0] == pair[1] else f"{pair[0]}: {pair[1]}"
         yield label, runs, look | {"linestyle": line}

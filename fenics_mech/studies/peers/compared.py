@@ -40,8 +40,9 @@ OURS, EXUDYN = "fenics_mech", "Exudyn"
 CHAPTER_5 = ((60, 3, 3), (120, 5, 3), (240, 5, 3), (480, 8, 6))  # sub-intervals, modes, elements a link
 GAUSS_LEGENDRE = ((80, 2), (80, 3), (120, 3), (120, 4), (180, 4), (240, 6), (240, 8))  # steps a cycle, elements a link
 EXPONENTIALS = ((360, 3), (1440, 3), (2880, 3), (5760, 4))  # the same
-EXUDYN_STEPS = ((360, 4), (360, 8), (720, 8), (1440, 8), (2880, 16))  # the same
-COLLOCATION = ((80, 2), (80, 3), (120, 3), (120, 4), (120, 6), (240, 6), (240, 8))  # the same, of this program
+EXUDYN_STEPS = ((360, 4), (720, 4), (720, 8), (1080, 8), (1440, 8), (2880, 16))  # the same
+COLLOCATION = ((80, 2), (80, 3), (80, 4), (120, 4), (120, 6), (240, 6), (240, 8))  # the same, by 3 Radau points
+SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a link
 SOLVE_IVP = ((1e-2, 2), (1e-2, 3), (1e-3, 3))  # relative tolerance, elements a link
 CYCLES = 8  # of Exudyn's integration: the start has died away to 3e-4 by then
 
@@ -252,16 +253,19 @@ def _by_exudyn() -> Iterator[Entry]:
 
 
 def _ours(quick: bool) -> Iterator[Entry]:
-    """Runs of this program: chapter 5, and collocation by Radau and Gauss points."""
+    """Runs of this program: chapter 5, collocation by Radau points, and harmonic balance."""
     for count, modes, elements in () if quick else CHAPTER_5:
         knobs = {"elements": elements, "sub_intervals": count, "modes": modes}
         yield Entry(f"{OURS}, sub-intervals", TRUNCATED, _analysis(TRUNCATED, solver="sub-intervals", **knobs), knobs)
     for equation in (COUPLED,) if quick else (COUPLED, EXACT):
-        for scheme in ("radau",) if quick else ("radau", "gauss"):
-            for count, elements in COLLOCATION[:1] if quick else COLLOCATION:
-                knobs = {"elements": elements, "sub_intervals": count, "stages": 3}
-                work = _analysis(equation, solver="collocation", scheme=scheme, **knobs)
-                yield Entry(f"{OURS}, {scheme}", equation, work, knobs)
+        for count, elements in COLLOCATION[:1] if quick else COLLOCATION:
+            knobs = {"elements": elements, "sub_intervals": count, "stages": 3}
+            work = _analysis(equation, solver="collocation", **knobs)
+            yield Entry(f"{OURS}, collocation", equation, work, knobs)
+        for harmonics, elements in () if quick else SERIES:
+            knobs = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
+            work = _analysis(equation, solver="harmonic-balance", **knobs)
+            yield Entry(f"{OURS}, harmonic balance", equation, work, knobs)
 
 
 def _analysis(equation: str, elements: int, **analysis: Any) -> Callable[[], Array]:
