@@ -50,7 +50,7 @@ class Trial:
 
 
 def equations_of(scene: Scene) -> dict[str, Scene]:
-    """Give the scene with its effects added one at a time, by name; the last has all that it calls for.
+    """Give the scene with effects added one at a time, by name; the last has all that it lists, or else calls for.
 
     The first is the truncated equation (5.1), with what the scene states. Stability is not judged, and answers that are
     too coarse are refused, as the scene says.
@@ -69,7 +69,8 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
         )
     if any(drive.motor is not None for drive in scene.drives):
         raise SceneError("what accuracy costs is not measured with a motor: it has one solver only", place="drive")
-    effects = sorted(choose(scene)[0].named_effects, key=lambda name: name != "coupling")
+    wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
+    effects = sorted(wanted, key=lambda name: name != "coupling")
     plain = scene.changed(effects=(), analysis__stability=False)
     found = {TRUNCATED: plain}
     for count in range(1, len(effects) + 1):

@@ -192,7 +192,8 @@ def said(run: xr.Dataset) -> str:
     for name, word in NAMED.items():
         value = float(run[name]) if name in run else np.nan
         if np.isfinite(value):
-            words.append(f"all {word}" if name == "modes" and value == 0 else f"{value:g} {word}")
+            plain = f"{value:g} {word.removesuffix('s') if value == 1 else word}"
+            words.append(f"all {word}" if name == "modes" and value == 0 else plain)
     return ", ".join(words)
 
 
