@@ -193,7 +193,7 @@ def overhead(scene: Scene, clock: Clock = time.process_time) -> dict[str, float]
     """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s)."""
     coarse = scene.changed(analysis__allow_coarse=True, analysis__solver="auto", analysis__allow_ringing=True)
     _, timing = timed(lambda: analyse(coarse), clock)
-    bare = float(np.median([bare_seconds(lambda: analyse(coarse)) for _ in range(3)]))
+    bare = bare_seconds(lambda: analyse(coarse))
     return {"analyse_seconds": timing.seconds, "bare_seconds": bare}
 
 
