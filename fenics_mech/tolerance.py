@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from fenics_mech.building import links
 from fenics_mech.choice import choose
@@ -46,17 +47,17 @@ class Knobs:
 
     def of(self, scene: Scene) -> Scene:
         """Give the scene with these choices."""
-        reduction = {"analysis__reduction": "none"}
+        values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
         if self.cutoff is not None:
-            reduction = {"analysis__reduction": "craig-bampton", "analysis__cutoff": self.cutoff}
-        moving = {"analysis__sub_intervals": 2 * math.ceil(self.sub_intervals / 2)}
-        if scene.analysis.method == "periodic":
-            moving |= {"analysis__solver": "collocation", "analysis__stages": 3, "analysis__scheme": "radau"}
+            values |= {"reduction": "craig-bampton", "cutoff": self.cutoff}
         if scene.analysis.method == "transient":
-            moving = {"analysis__time_tolerance": scene.tolerance / 10}
-        return with_elements(scene, math.ceil(self.elements)).changed(
-            **moving, **reduction, analysis__stations=math.ceil(self.stations), analysis__allow_coarse=True
-        )
+            values["time_tolerance"] = (scene.tolerance or 1.0) / 10
+        else:
+            values["sub_intervals"] = 2 * math.ceil(self.sub_intervals / 2)
+        if scene.analysis.method == "periodic":
+            values |= {"solver": "collocation", "stages": 3, "scheme": "radau"}
+        changes = {f"analysis__{name}": value for name, value in values.items()}
+        return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 
     def finer(self, source: str, by: float) -> Knobs:
         """Give the choices with more of what makes an error smaller, so many times."""

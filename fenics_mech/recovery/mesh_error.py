@@ -8,7 +8,7 @@ order: it falls with the fourth power of the element's length in bending, with t
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     closed
         Whether the last position is followed by the first.
     """
-    count, tension = len(system.beams.mesh.cell), element_tension(system, history)
+    count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, history), system.beams.reduction
     if step is None and tension is None:
         return NOTHING
     element, xi = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
@@ -56,12 +56,12 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     z = (u + 1j * w).reshape(len(u), count, -1)
     line = None
     if step is not None:
-        line = _line(-_line_density(system.beams) * _acceleration(system, z, step, closed))
+        share = 1.0 if reduction is None else reduction.fineness ** float(-ORDER)
+        line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
         if not system.terms.coupled:
             line += _of_joints(system, history.displacement, step, closed)
     force = None if tension is None else _by_tension(system, tension, z.imag)
-    if system.beams.reduction is not None and step is not None:
-        line = system.beams.reduction.fineness**-ORDER * line
+    if reduction is not None and step is not None:
         more = _by_modes_left_out(system, left_to_statics(system, history), step, closed)
         force = more if force is None else force + more
     return Terms(line=line, force=force)
@@ -147,7 +147,7 @@ def _second(values: Values, step: float, closed: bool) -> Values:
     found = (np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2
     if not closed:
         found[[0, -1]] = found[[1, -2]]
-    return found
+    return cast(Values, found)
 
 
 def _line_density(beams: Beams) -> Array:

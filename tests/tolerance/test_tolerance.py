@@ -77,7 +77,7 @@ def test_graded_and_stated_meshes_keep_their_kind():
 
 def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
     monkeypatch.setattr(fenics_mech.tolerance, "MOST_ROUNDS", 1)
-    with pytest.raises(SolverError, match="not met in 1 rounds: the largest error left is .*, by the time"):
+    with pytest.raises(SolverError, match=r"not met in 1 rounds: the largest error left is .*, by the time"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
 
 
