@@ -46,7 +46,7 @@ TEXTS = {
     "failure": "kind of error that the run ended with",
     "message": "what it said",
 }
-TEXT_KNOBS = ("join", "reduction")
+TEXT_KNOBS = ("join",)
 TINY = float(np.finfo(float).tiny)
 Progress = Callable[[str], None]
 

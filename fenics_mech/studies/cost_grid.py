@@ -9,7 +9,6 @@ from typing import Any
 from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis import Analysis
 from fenics_mech.scene.models import Mesh
 
 QUASI_STATIC, TRUNCATED = "quasi-static", "(5.1)"
@@ -20,10 +19,11 @@ KNOBS = {  # of the table, and their meaning
     "join": "how sub-intervals are joined",
     "stages": "collocation points in a sub-interval",
     "harmonics": "harmonics of the Fourier series",
-    "reduction": "reduction of the links",
+    "cutoff": "frequency up to which modes of reduced members are kept (Hz), 0: not reduced",
     "tolerance": "relative tolerance of an integration in time",
 }
 MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member of references, finest first
+REDUCED = ((40, 8, 400), (60, 8, 500), (80, 8, 1000), (120, 16, 2000), (180, 16, 4000), (240, 32, 8000))
 MOST_ELEMENTS = 28  # of all members together, in a reference: the time grows with their third power
 
 
@@ -151,7 +151,7 @@ def _sub_intervals(scene: Scene, quick: bool) -> Iterator[Trial]:
 
 
 def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
-    """Collocation with its schemes, stages and reductions, and harmonic balance."""
+    """Collocation with its schemes and stages, with members reduced, and harmonic balance."""
     steps: dict[int, tuple[tuple[int, int], ...]] = {
         1: ((720, 3),),
         2: ((120, 3), (240, 3), (360, 3), (240, 6)),
@@ -163,18 +163,19 @@ def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
     for scheme in ("radau", "gauss"):
         for stages, settings in steps.items():
             for count, elements in settings:
-                yield from _reductions(
+                yield trial(
                     f"collocation, {scheme}", name, scene, solver="collocation", scheme=scheme, elements=elements,
                     sub_intervals=count, stages=stages,
                 )  # fmt: skip
+    yield from _reduced(name, scene, quick)
     for harmonics, elements in series:
         count = 60 * (4 * harmonics // 60 + 1)  # more than four times as many are needed
         yield trial("harmonic balance", name, scene, solver="harmonic-balance", elements=elements,
                     sub_intervals=count, harmonics=harmonics)  # fmt: skip
 
 
-def _reductions(method: str, equation: str, scene: Scene, **knobs: Any) -> Iterator[Trial]:
-    """Give a run without reduction, and with each reduction that the analysis knows."""
-    yield trial(method, equation, scene, **knobs)
-    if "reduction" in Analysis.model_fields and knobs["stages"] == 3:
-        yield trial(f"{method}, reduced", equation, scene, reduction="craig-bampton", **knobs)
+def _reduced(equation: str, scene: Scene, quick: bool) -> Iterator[Trial]:
+    """Collocation with reduced members."""
+    for count, elements, cutoff in REDUCED[:1] if quick else REDUCED:
+        yield trial("collocation, reduced", equation, scene, solver="collocation", sub_intervals=count,
+                    elements=elements, reduction="craig-bampton", cutoff=cutoff, stages=3)  # fmt: skip

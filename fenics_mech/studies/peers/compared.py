@@ -27,7 +27,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.converged import Converged, converged, difference, extrapolated
 from fenics_mech.studies.cost import Cost, Line, Progress, dataset
-from fenics_mech.studies.cost_grid import TRUNCATED, meshed
+from fenics_mech.studies.cost_grid import REDUCED, TRUNCATED, meshed
 from fenics_mech.studies.peers.by_hand import by_exponentials, by_solve_ivp
 from fenics_mech.studies.peers.exudyn_four_bar import SEED_RETARDATION, strain_curves
 from fenics_mech.studies.peers.exudyn_model import import_exudyn
@@ -262,6 +262,10 @@ def _ours(quick: bool) -> Iterator[Entry]:
             knobs = {"elements": elements, "sub_intervals": count, "stages": 3}
             work = _analysis(equation, solver="collocation", **knobs)
             yield Entry(f"{OURS}, collocation", equation, work, knobs)
+        for count, elements, cutoff in () if quick else REDUCED:
+            knobs = {"elements": elements, "sub_intervals": count, "stages": 3, "cutoff": cutoff}
+            work = _analysis(equation, solver="collocation", reduction="craig-bampton", **knobs)
+            yield Entry(f"{OURS}, reduced", equation, work, knobs)
         for harmonics, elements in () if quick else SERIES:
             knobs = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
             work = _analysis(equation, solver="harmonic-balance", **knobs)
