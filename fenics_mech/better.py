@@ -25,6 +25,7 @@ def mesh_better(
     scene: Scene,
     equation: Equation,
     motion: tuple[Array, Array],
+    starts: tuple[Array, Array],
     flow: Flow,
     regular: NDArray[np.bool_],
 ) -> Better:
@@ -38,6 +39,8 @@ def mesh_better(
         Its equation at the starts of the sub-intervals.
     motion
         q and q' there.
+    starts
+        The same at the starts of all steps, with all coordinates.
     flow, regular
         The steps of the cycle, linearised about the motion, and which of them are sub-intervals' starts. They may have
         more coordinates, on which the load does not act.
@@ -46,8 +49,9 @@ def mesh_better(
     lack = neglected(system, history_of(equation, *motion), step)
     load = load_of(system, lack)
     size = load.shape[1]
+    states = np.concatenate([starts[0], flow.pace * starts[1]], axis=1)
     whole = np.pad(load, ((0, 0), (0, flow.size - size)))
-    q, rate = (change[:, :size] for change in periodic_change(whole, flow, regular, scene.petsc))
+    q, rate = (change[:, :size] for change in periodic_change(whole, states, flow, regular, scene.petsc))
     return Better(history_of(equation, motion[0] + q, motion[1] + rate, load), ORDER, loads=lack)
 
 

@@ -96,7 +96,7 @@ def _at_starts(
         history_of(crank, *motion),
         better={
             "time": Better(history_of(crank, q[:, :-1], rate[:, :-1]), order, SAFETY),
-            "mesh": mesh_better(scene, crank, motion, orbit.flow, steps.regular),
+            "mesh": mesh_better(scene, crank, motion, (orbit.start, orbit.start_velocity), orbit.flow, steps.regular),
         },
         twist=twist,
         stability=stability,

@@ -147,13 +147,15 @@ class Cycle:
         assert orbit.flow is not None
         better = {
             "time": Better(history_of(start, q[at], rate[at]), order, SAFETY),
-            "mesh": self.without_mesh(start, motion, orbit.flow),
+            "mesh": self.without_mesh(start, motion, (orbit.start, orbit.start_velocity), orbit.flow),
         }
         return start, replace(history_of(start, *motion), better=better)
 
-    def without_mesh(self, start: Equation, motion: tuple[Array, Array], flow: Flow) -> Better:
+    def without_mesh(
+        self, start: Equation, motion: tuple[Array, Array], starts: tuple[Array, Array], flow: Flow
+    ) -> Better:
         """Give a motion without the error of the mesh, from the equation at the starts and a flow about the motion."""
-        return mesh_better(self.scene, start, motion, flow, self.steps.regular)
+        return mesh_better(self.scene, start, motion, starts, flow, self.steps.regular)
 
 
 def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
@@ -256,6 +258,6 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
     flow = cycle.flow("gauss", analysis.stages, motion)
     better = {
         "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow, scene.petsc)), HARMONIC_ORDER),
-        "mesh": cycle.without_mesh(cycle.start, (q, rate), flow),
+        "mesh": cycle.without_mesh(cycle.start, (q, rate), (q, rate), flow),
     }
     return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better)

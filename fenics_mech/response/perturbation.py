@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.response.cyclic import solve_cycle
 from fenics_mech.response.flow import Flow
 
 
 def periodic_change(
-    load: Array, flow: Flow, regular: NDArray[np.bool_], options: Mapping[str, Any]
+    load: Array, motion: Array, flow: Flow, regular: NDArray[np.bool_], options: Mapping[str, Any]
 ) -> tuple[Array, Array]:
     """Give the changes of q and q' that a load makes, ``(angles, coordinates)`` each.
 
@@ -22,6 +23,8 @@ def periodic_change(
     ----------
     load
         At equal steps of the cycle, ``(angles, coordinates)``; between them it is linear.
+    motion
+        States at the starts of the steps: the changes are as good as these, even where little changes them much.
     flow
         The steps of the cycle, linearised about the motion. They may be cut.
     regular
@@ -35,7 +38,8 @@ def periodic_change(
         load = np.stack([np.interp(start, start[regular], column, period=period) for column in load.T], axis=1)
     rise = np.roll(load, -1, axis=0) - load
     added = flow.added_by(load[:, None] + flow.tableau.points[:, None] * rise[:, None])
-    change = solve_cycle(flow.transitions, added, options)[regular]
+    right = np.roll(motion, -1, axis=0) - times(flow.transitions, motion)  # with it the answer is the motion itself
+    change = (solve_cycle(flow.transitions, right + added, options) - motion)[regular]
     return change[:, :n], change[:, n:] / flow.pace
 
 
