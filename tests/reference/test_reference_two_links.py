@@ -76,7 +76,7 @@ def test_frequencies_agree(name):
         scene_of(name, analysis__sub_intervals=24, analysis__modes=6, analysis__allow_ringing=True),
         CASES[name](),
     )
-    found = analyse(scene).data
+    found = analyse(scene.changed(analysis__allow_coarse=True)).data  # frequencies need few positions
     by_hand = modes_of(*model.mass_stiffness(found["theta"].to_numpy()), 6)[0] / (2 * np.pi)
     assert np.allclose(np.sort(found["frequency"].to_numpy(), axis=1), by_hand, rtol=1e-9)
 
