@@ -6,9 +6,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.expressions import Jet
+from fenics_mech.kinematics.conditioning import (
+    SINGULAR,
+    links_moved,
+    locks,
+    refuse_singular,
+    singular_values,
+    smallest_value,
+)
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import GROUND, Array, Loops
 from fenics_mech.scene import Scene
@@ -16,9 +25,10 @@ from fenics_mech.scene import Scene
 TOLERANCE = 1e-13  # of the open loops, relative to the linkage's size
 COARSE_TOLERANCE = 1e-9  # the same on the coarse branch
 LARGEST_STEP = np.pi / 8  # of the drive angle, in following the branch
-SMALLEST_STEP = 1e-6
+SMALLEST_STEP = 1e-12
 FARTHEST_FROM_GUESS = np.pi / 2  # of an assembled link: beyond it the branch is not the one that was meant
 LARGEST_CORRECTION = 0.05  # rad, of a predicted link angle: beyond it the step may have left the branch
+LARGEST_TURN = 0.1  # of a predicted link's rate, of the largest: beyond it the step may have jumped over a corner
 
 
 class DriveLaw:
@@ -85,10 +95,11 @@ class Branch:
 
 
 def follow(loops: Loops, law: DriveLaw, theta: Array, branch: Branch) -> Array:
-    """Coordinates at all drive angles by Newton's method from the nearest points of a branch, ``(angles, 3 links)``."""
-    nearest = np.searchsorted((branch.theta[1:] + branch.theta[:-1]) / 2, theta)
-    ahead = (theta - branch.theta[nearest])[:, None]
-    guess = branch.q[nearest] + branch.rate[nearest] * ahead + branch.curvature[nearest] * ahead**2 / 2
+    """Coordinates at all drive angles by Newton's method from between the points of a branch, ``(angles, 3 links)``."""
+    ahead = (theta - branch.theta[0])[:, None]
+    guess = branch.q[0] + branch.rate[0] * ahead + branch.curvature[0] * ahead**2 / 2
+    if len(branch.theta) > 1:
+        guess = CubicHermiteSpline(branch.theta, branch.q, branch.rate)(theta)
     q, converged = newton(loops, guess, law(theta).value)
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
@@ -118,11 +129,10 @@ def newton(
     """Newton's method on the loop equations of all positions at once; gives coordinates and whether they close."""
     q = guess.copy()
     turns = 1 + np.abs(drive).max(axis=1, initial=0.0)[:, None]  # angles of many turns have fewer digits
+    unit = loops.scale * turns
     for _ in range(iterations):
         residual = loops.residual(q, drive)
-        closed = (np.abs(residual) < tolerance * loops.scale * turns).all(axis=1)
-        if closed.all():
-            break
+        closed = (np.abs(residual) < tolerance * unit).all(axis=1)
         jacobian = loops.jacobian(q)
         if damped:  # least squares and short steps, as the guess may be far away or the Jacobian singular
             step = -np.stack([np.linalg.lstsq(j, r, rcond=1e-9)[0] for j, r in zip(jacobian, residual)])
@@ -132,9 +142,13 @@ def newton(
                 step = -np.linalg.solve(jacobian, residual[..., None])[..., 0]
             except np.linalg.LinAlgError:
                 return q, closed
+        if closed.all():  # where it closes better, a last step takes off what the tolerance leaves
+            last = loops.residual(q + step, drive)
+            better = np.abs(last / unit).max(axis=1) < np.abs(residual / unit).max(axis=1)
+            return np.where(better[:, None], q + step, q), closed
         q = q + step
     residual = loops.residual(q, drive)
-    return q, (np.abs(residual) < 10 * tolerance * loops.scale * turns).all(axis=1)
+    return q, (np.abs(residual) < 10 * tolerance * unit).all(axis=1)
 
 
 def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_the_end: bool = False) -> Branch:
@@ -145,6 +159,7 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
     """
     start = assemble(scene, loops, law)
     _refuse_free(scene, loops, start)
+    refuse_singular(loops, np.zeros(1), start[None])
     points = [(0.0, start, *_derivatives_at(loops, law, start, 0.0))]
     ours = float(side(loops, start[None])[0])
     for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
@@ -152,24 +167,52 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
         step = LARGEST_STEP
         while sign * here < end:
             ahead = sign * step
-            guess = q + rate * ahead + curvature * ahead**2 / 2
-            found, closed = newton(loops, guess[None], law(np.array([here + ahead])).value, tolerance=COARSE_TOLERANCE)
-            stayed = np.abs((found[0] - guess)[2::3]).max() < LARGEST_CORRECTION and side(loops, found)[0] == ours
-            if closed[0] and stayed:
-                here, q = here + ahead, found[0]
-                rate, curvature = _derivatives_at(loops, law, q, here)
+            found = _stepped(loops, law, (here, q, rate, curvature), ahead)
+            if found is not None and side(loops, found[0][None])[0] == ours:
+                here, (q, rate, curvature) = here + ahead, found
                 points.append((here, q, rate, curvature))
                 step = min(1.5 * step, LARGEST_STEP)
-            elif (step := step / 2) < SMALLEST_STEP:
+                stuck = sign * here < end and smallest_value(loops, q) < SINGULAR
+            else:
+                step /= 2
+                stuck = step < SMALLEST_STEP
+            if stuck:
                 if to_the_end:
                     break
-                raise AssemblyError(
-                    f"the drive cannot turn beyond {_degrees(here)}: the linkage locks there "
-                    f"({loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
-                )
+                raise _stuck(loops, here, q, rate)
     points.sort(key=lambda point: point[0])
     knots, poses, rates, curvatures = (np.array(part) for part in zip(*points))
     return Branch(knots, poses, rates, curvatures, ours)
+
+
+def _stepped(
+    loops: Loops, law: DriveLaw, point: tuple[float, Array, Array, Array], ahead: float
+) -> tuple[Array, Array, Array] | None:
+    """Give coordinates and their derivatives a step ahead, or None where the step may have left the branch."""
+    here, q, rate, curvature = point
+    guess = q + rate * ahead + curvature * ahead**2 / 2
+    found, closed = newton(loops, guess[None], law(np.array([here + ahead])).value, tolerance=COARSE_TOLERANCE)
+    if not closed[0] or np.abs((found[0] - guess)[2::3]).max() > LARGEST_CORRECTION:
+        return None
+    new_rate, new_curvature = _derivatives_at(loops, law, found[0], here + ahead)
+    turn = np.abs((new_rate - rate - curvature * ahead)[2::3]).max()
+    if turn > LARGEST_TURN * max(np.abs(part[2::3]).max() for part in (rate, new_rate)):
+        return None
+    return found[0], new_rate, new_curvature
+
+
+def _stuck(loops: Loops, here: float, q: Array, rate: Array) -> AssemblyError:
+    """Say what keeps a branch from going on."""
+    if locks(loops, q, rate):
+        return AssemblyError(
+            f"the drive cannot turn beyond {_degrees(here)}: the linkage locks there "
+            f"({loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
+        )
+    moved = ", ".join(links_moved(loops, singular_values(loops, q[None])[1][0, -1]))
+    return AssemblyError(
+        f"the linkage is at a change point at drive angle {_degrees(here)}: its motion is not unique there, as {moved} "
+        "can go on in two ways. Change the lengths, or take a drive whose range keeps away from it"
+    )
 
 
 def _refuse_free(scene: Scene, loops: Loops, q: Array) -> None:

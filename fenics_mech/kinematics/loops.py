@@ -135,6 +135,11 @@ class Loops:
         )
 
     @cached_property
+    def unit(self) -> Array:
+        """Size of a unit of each coordinate: `size` for lengths, 1 for angles."""
+        return np.tile([self.size, self.size, 1.0], len(self.links))
+
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Joint of each equation."""
         doubled = [name for name in self.points.name for _ in range(2)]
@@ -174,6 +179,10 @@ class Loops:
             tangent, normal = _direction(poses, self.driven_strokes)
             _add_projection(jacobian, start, poses, self.driven_strokes, tangent, normal)
         return jacobian[..., :-3]
+
+    def without_units(self, q: Array) -> Array:
+        """Give the Jacobian of equations and coordinates in their units."""
+        return self.jacobian(q) * self.unit / self.scale[:, None]
 
     @cached_property
     def _pattern(self) -> tuple[Array, Index, Index]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 import numpy as np
 
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, derivatives, follow, follow_branch, side
+from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
@@ -95,6 +96,7 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     rate = scene.cycle_rate
     law = DriveLaw(scene)
     q = follow(loops, law, theta, _branch(loops, near, rate) if near else follow_branch(scene, loops, law, theta))
+    refuse_singular(loops, theta, q)
     slope, curvature = derivatives(loops, law, q, theta)
     return as_motion(loops, theta, theta / rate, q, rate * slope, rate**2 * curvature)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, derivatives, follow, follow_branch
+from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, solve_motion
 from fenics_mech.scene import Scene
@@ -59,6 +60,7 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     for start in range(0, len(time), size):
         angles = inside[start : start + size]
         q = follow(loops, law, angles, branch)
+        refuse_singular(loops, angles, q)
         parts.append((q, *derivatives(loops, law, q, angles)))
     q, slope, curvature = (np.concatenate(part) for part in zip(*parts))
     rate, change = theta.first[:, None], theta.second[:, None]
@@ -88,6 +90,6 @@ def _over_cycle(scene: Scene, loops: Loops, law: DriveLaw, theta: Array) -> tupl
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
         whole[:, 2] = CYCLE * np.round(step[:, 2] / CYCLE)
-        if np.abs((step - whole) / [loops.size, loops.size, 1.0]).max() < SAME:
+        if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < SAME:
             return branch, np.floor(theta / CYCLE), whole.reshape(-1)
     return follow_branch(scene, loops, law, theta), *none

@@ -13,12 +13,12 @@ from scipy.optimize import minimize_scalar, root
 
 from fenics_mech._guard import guarded
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch
+from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
 
 SAMPLES = 361
-SINGULAR = 1e-6  # smallest singular value below which a position counts as singular
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Range:
 def reachable_range(scene: Scene) -> Range:
     """Find how far the drive can go from theta = 0 in both directions, and the critical positions on the way.
 
-    Limits are located to 1e-9 rad, minima to 1e-6 rad.
+    Dead centres are located to 1e-9 rad, minima to 1e-6 rad, change points that end the range to about 1e-5 rad.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def reachable_range(scene: Scene) -> Range:
     whole = np.array([-2 * np.pi, 2 * np.pi])
     branch = follow_branch(scene, loops, law, whole, to_the_end=True)
     limits = [
-        _dead_centre(loops, law, branch, end) if abs(end) < 2 * np.pi else None
+        _limit(loops, law, branch, end) if abs(end) < 2 * np.pi else None
         for end in (float(branch.theta[0]), float(branch.theta[-1]))
     ]
     low, high = (limit.theta if limit else target for limit, target in zip(limits, whole))
@@ -96,40 +96,25 @@ def reachable_range(scene: Scene) -> Range:
     return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)))
 
 
-def _singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
-    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors."""
-    unit = np.tile([loops.size, loops.size, 1.0], len(loops.links))
-    scaled = loops.jacobian(q) * unit / loops.scale[:, None]
-    _, values, right = np.linalg.svd(scaled)
-    return values, right * unit
-
-
-def _links_moved(loops: Loops, right: Array) -> tuple[str, ...]:
-    """Links that the last singular vector turns, the most turned first."""
-    turned = np.abs(right[-1, 2::3])
-    order = np.argsort(-turned)
-    return tuple(loops.links[i] for i in order if turned[i] > 0.05 * turned.max())
-
-
-def _dead_centre(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
-    """Where the branch turns back: the loops close, and the Jacobian has a null vector of length 1."""
+def _limit(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
+    """Where the branch ends: at a dead centre the loops close, and the Jacobian has a null vector of length 1."""
     last = int(np.argmin(np.abs(branch.theta - end)))
     q = branch.q[last]
-    _, right = _singular_values(loops, q[None])
-    unit = np.tile([loops.size, loops.size, 1.0], len(loops.links))
-    null = right[0, -1] / unit
+    null = singular_values(loops, q[None])[1][0, -1] / loops.unit
+    if not locks(loops, q, branch.rate[last]):
+        return Critical(end, "change point", 0.0, links_moved(loops, null))
     n = len(q)
 
     def equations(x: Array) -> Array:
-        place, vector, theta = x[:n] * unit, x[n : 2 * n], x[-1:]
+        place, vector, theta = x[:n] * loops.unit, x[n : 2 * n], x[-1:]
         closed = loops.residual(place[None], law(theta).value)[0] / loops.scale
-        moved = (loops.jacobian(place[None])[0] * unit / loops.scale[:, None]) @ vector
+        moved = loops.without_units(place[None])[0] @ vector
         return np.concatenate([closed, moved, [vector @ vector - 1]])
 
-    answer = root(equations, np.concatenate([q / unit, null, [end]]), tol=1e-14)
+    answer = root(equations, np.concatenate([q / loops.unit, null, [end]]), tol=1e-14)
     theta = float(answer.x[-1]) if abs(answer.x[-1] - end) < 1e-3 else float(end)
     vector = answer.x[n : 2 * n] if theta != end else null
-    return Critical(theta, "dead centre", 0.0, _links_moved(loops, vector[None]))
+    return Critical(theta, "dead centre", 0.0, links_moved(loops, vector))
 
 
 def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float, closed: bool) -> list[Critical]:
@@ -138,10 +123,10 @@ def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float
 
     def smallest(theta: float) -> float:
         q = follow(loops, law, np.array([theta]), branch)
-        return float(_singular_values(loops, q)[0][0, -1])
+        return float(singular_values(loops, q)[0][0, -1])
 
     thetas = np.linspace(low + inside, high - inside, SAMPLES)
-    values = _singular_values(loops, follow(loops, law, thetas, branch))[0][:, -1]
+    values = singular_values(loops, follow(loops, law, thetas, branch))[0][:, -1]
     if closed:  # the first sample again is the last
         values = values[:-1]
     lowest = (values < np.roll(values, 1)) & (values <= np.roll(values, -1))
@@ -150,7 +135,7 @@ def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float
         around = (thetas[i] - step, thetas[i] + step)
         best = minimize_scalar(smallest, bounds=around, method="bounded", options={"xatol": 1e-9})
         theta, value = float(best.x), float(best.fun)
-        _, right = _singular_values(loops, follow(loops, law, np.array([theta]), branch))
+        _, right = singular_values(loops, follow(loops, law, np.array([theta]), branch))
         kind = "change point" if value < SINGULAR else "worst transmission"
-        found.append(Critical(theta, kind, value, _links_moved(loops, right[0])))
+        found.append(Critical(theta, kind, value, links_moved(loops, right[0, -1])))
     return found

@@ -11,6 +11,8 @@ from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 from fenics_mech.units import in_unit
 
+FOLDED = 1e-12  # rounding of a cosine, where the links lie in line
+
 
 def four_bar(
     *,
@@ -87,11 +89,12 @@ def _start_angles(lengths: Sequence[float], branch: str) -> tuple[float, float]:
     crank, coupler, follower, ground = lengths
     diagonal = ground - crank  # from A to C, along x
     cosine = (coupler**2 + diagonal**2 - follower**2) / (2 * coupler * diagonal) if diagonal else 2.0
-    if abs(cosine) > 1:
+    if abs(cosine) > 1 + FOLDED:
         raise SceneError(
             f"lengths {crank:g}, {coupler:g}, {follower:g} and {ground:g} m do not close at drive angle 0",
             hint="Any of the four must be shorter than the sum of the others",
         )
+    cosine = max(-1.0, min(cosine, 1.0))  # where all lie in line
     side = 1 if branch == "open" else -1
     joint_b = crank + coupler * complex(cosine, side * (1 - cosine**2) ** 0.5)
     return cmath.phase(joint_b - crank), cmath.phase(joint_b - ground)

@@ -1,0 +1,74 @@
+"""How well a position determines the motion: singular values of the loop Jacobian, made free of units.
+
+The smallest one is 0 at a dead centre, where the drive cannot go on, and at a change point, where the linkage can go on
+in two ways. It is about the sine of the transmission angle. Rounding e of the coordinates' equations changes angles by
+e over it, and accelerations, relatively, by e over its square.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech.errors import AssemblyError
+from fenics_mech.kinematics.loops import Array, Loops
+
+SINGULAR = 3e-6  # smallest singular value, below which rounding changes accelerations by more than about 1e-4
+BOUNDED = 1e-4  # that value times the rate of the fastest link, by that of the drive, below which the links do not lock
+
+
+def singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
+    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors."""
+    _, values, right = np.linalg.svd(loops.without_units(q))
+    return values, right * loops.unit
+
+
+def smallest_value(loops: Loops, q: Array) -> float:
+    """Give the smallest singular value at one position, ``(3 links,)``."""
+    return float(np.linalg.svd(loops.without_units(q[None]), compute_uv=False)[0, -1])
+
+
+def links_moved(loops: Loops, motion: Array) -> tuple[str, ...]:
+    """Links that a motion, ``(3 links,)``, turns, the most turned first."""
+    turned = np.abs(motion[2::3])
+    order = np.argsort(-turned)
+    return tuple(loops.links[i] for i in order if turned[i] > 0.05 * turned.max())
+
+
+def locks(loops: Loops, q: Array, rate: Array) -> bool:
+    """Whether a singular position is a dead centre, where links turn without bound, and not a change point.
+
+    Parameters
+    ----------
+    loops
+        The equations of the linkage.
+    q, rate
+        Coordinates next to it and their derivatives by the drive coordinate, ``(3 links,)`` each.
+    """
+    return bool(smallest_value(loops, q) * np.abs(rate[2::3]).max() > BOUNDED)
+
+
+def refuse_singular(loops: Loops, theta: Array, q: Array) -> None:
+    """Raise `AssemblyError` where the motion follows from the positions only to few digits.
+
+    Parameters
+    ----------
+    loops
+        The equations of the linkage.
+    theta, q
+        Drive angles (rad), ``(angles,)``, and coordinates there, ``(angles, 3 links)``.
+    """
+    try:
+        bound = 1 / np.linalg.norm(np.linalg.inv(loops.without_units(q)), axis=(1, 2))  # not above the smallest value
+    except np.linalg.LinAlgError:
+        bound = np.zeros(len(q))
+    if not (near := np.flatnonzero(bound < SINGULAR)).size:
+        return
+    values, right = singular_values(loops, q[near])
+    worst = int(values[:, -1].argmin())
+    if values[worst, -1] < SINGULAR:
+        moved = ", ".join(links_moved(loops, right[worst, -1]))
+        raise AssemblyError(
+            f"the linkage is at a dead centre or change point at drive angle {np.degrees(theta[near[worst]]):.10g} deg "
+            f"(smallest singular value {values[worst, -1]:.1e}): the motion of {moved} is lost to rounding there. "
+            "Change the lengths, or a drive whose range keeps away from it"
+        )
