@@ -14,7 +14,7 @@ from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.effects import NOTHING, Situation, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.kinematics import Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.modes import Modes, solve_modes
@@ -38,7 +38,7 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
     AssemblyError
         When the links cannot be assembled at some drive angle.
     SceneError
-        When the cycle and its results need more memory than there is.
+        When the cycle and its results need more memory than there is, or its positions miss a corner of the motion.
     """
     _require_memory(scene)
     progress("kinematics")
@@ -46,6 +46,8 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
         motion = solve_motion(scene, np.array([scene.analysis.position])).held()
     else:
         motion = solve_motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
+        if scene.drives and scene.analysis.method != "transient" and not scene.analysis.allow_coarse:
+            refuse_unresolved(scene, motion)
     progress("beams")
     return system_at(scene, links(scene), motion)
 

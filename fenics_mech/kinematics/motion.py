@@ -6,11 +6,16 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
+from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, derivatives, follow, follow_branch, side
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
+
+LARGEST_BETWEEN = 3.0  # acceleration between the angles of a cycle over that at them
+SHARP = 10.0  # acceleration over velocity, by the drive coordinate (rad), above which a velocity has a corner
+AROUND = 101  # angles at which a corner is looked at
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,46 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     refuse_singular(loops, theta, q)
     slope, curvature = derivatives(loops, law, q, theta)
     return as_motion(loops, theta, theta / rate, q, rate * slope, rate**2 * curvature)
+
+
+def refuse_unresolved(scene: Scene, motion: Motion) -> None:
+    """Raise where the angles of a cycle miss a corner of the motion, as at a small transmission angle.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+    motion
+        Its motion at all angles of the cycle.
+
+    Raises
+    ------
+    SceneError
+        When a link's velocity turns sharply, and its acceleration is larger between the angles than at any of them by
+        `LARGEST_BETWEEN`, or the links are to vibrate and it turns within one step.
+    """
+    loops, law = Loops.of(scene), DriveLaw(scene)
+    branch = follow_branch(scene, loops, law, motion.theta)
+    ends = motion.theta.min(), motion.theta.max()
+    inside = np.clip(branch.theta, *ends)
+    highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
+    theta = np.linspace(*inside[[max(highest - 1, 0), min(highest + 1, len(inside) - 1)]], AROUND)
+    rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, law, follow(loops, law, theta, branch), theta))
+    place, link = np.unravel_index(int(turns.argmax()), turns.shape)
+    peak, rate = float(turns[place, link]), max(float(rates[:, link].max()), 1.0)
+    if peak < SHARP * rate:
+        return
+    missed = peak > LARGEST_BETWEEN * np.abs(motion.alpha).max() / scene.cycle_rate**2
+    enough = int(np.ceil(2 * np.pi * peak / rate))
+    if missed or (scene.analysis.method == "periodic" and len(motion.theta) < enough):
+        raise SceneError(
+            f"link {motion.links[link]} has a corner of its motion near drive angle "
+            f"{np.degrees(theta[place]):.6g} deg, which {len(motion.theta)} positions miss: its angular "
+            f"acceleration is there {peak:.3g} rad for each rad^2 of the drive",
+            place="analysis.sub_intervals",
+            hint=f"Take at least {enough}, or lengths that keep away from dead centres; analysis.allow_coarse lets it "
+            "pass",
+        )
 
 
 def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array, acceleration: Array) -> Motion:

@@ -65,7 +65,8 @@ class Analysis(Part):
     allow_ringing
         Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
     allow_coarse
-        Accept sub-intervals so long that collocation is uncertain by more than 2 % of the largest strain.
+        Accept sub-intervals so long that collocation is uncertain by more than 2 % of the largest strain, or that
+        miss a corner of the rigid motion.
     tension
         Axial force of the effect 'geometric-stiffness': "rigid", that of loads and rigid motion, or "settled", updated
         with the elastic response until it changes no more (collocation, quasi-static and static).
