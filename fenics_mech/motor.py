@@ -28,7 +28,7 @@ from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
-from fenics_mech.steady import SAFETY
+from fenics_mech.steady import SAFETY, condition_of
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
@@ -100,6 +100,7 @@ def _at_starts(
         },
         twist=twist,
         stability=stability,
+        condition=condition_of(orbit, scene),
     )
     return crank.system, history
 

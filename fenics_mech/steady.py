@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -26,6 +27,7 @@ from fenics_mech.response.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import velocity_jumps
 from fenics_mech.response.newton import Orbit
+from fenics_mech.response.resonance import blaming, magnification, refuse_magnified
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
@@ -117,12 +119,29 @@ class Cycle:
         analysis = self.scene.analysis
         if not analysis.stability:
             return None
-        found = floquet(self.flow("gauss", analysis.stages, motion), self.start.linear, modes, self.scene.petsc)
+        found = self._judged(modes, motion)
         if not analysis.allow_unstable:
             found.refuse_unstable()
         if self.linear:
             found.refuse_resonance()
         return found
+
+    def _judged(self, modes: Modes, motion: States | None) -> Stability:
+        flow = self.flow("gauss", self.scene.analysis.stages, motion)
+        return floquet(flow, self.start.linear, modes, self.scene.petsc)
+
+    @contextmanager
+    def determined(self, modes: Modes) -> Iterator[None]:
+        """Add the mode at resonance to an error about a linear equation; see `blaming`."""
+        if not self.linear:
+            yield
+            return
+        with blaming(lambda: self._judged(modes, None).nearest()):
+            yield
+
+    def refuse_magnified(self, modes: Modes, condition: float, motion: States | None) -> None:
+        """Raise `SolverError` where rounding would show in a motion of that condition."""
+        refuse_magnified(condition, lambda: self._judged(modes, motion).nearest())
 
     def motion(self, orbit: Orbit) -> States:
         """Give a motion by collocation between the starts of the steps."""
@@ -186,11 +205,21 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
     inside = cycle.inside(analysis.scheme, analysis.stages)
     if cycle.settling:
         inside = _settled(cycle, inside, tableau)
-    orbit = _orbit(scene, inside, tableau, steps)
+    with cycle.determined(modes):
+        orbit = _orbit(scene, inside, tableau, steps)
+    condition = condition_of(orbit, scene)
+    cycle.refuse_magnified(modes, condition, None if cycle.linear else cycle.motion(orbit))
     if not cycle.linear:
         stability = cycle.stability(modes, cycle.motion(orbit))
     start, history = cycle.history(orbit)
-    return start.system, replace(history, stability=stability)
+    return start.system, replace(history, stability=stability, condition=condition)
+
+
+def condition_of(orbit: Orbit, scene: Scene) -> float:
+    """How many times a relative error of the steps comes out in a motion by collocation; see `magnification`."""
+    assert orbit.flow is not None
+    states = np.concatenate([orbit.start, orbit.flow.pace * orbit.start_velocity], axis=1)
+    return magnification(orbit.flow.transitions, states, scene.petsc)
 
 
 def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:
@@ -247,11 +276,13 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         )
     cycle, analysis = Cycle(scene, system), scene.analysis
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
-    series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, cycle.tension)
+    with cycle.determined(modes):
+        series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, cycle.tension)
 
     def motion(places: Array) -> tuple[Array, Array]:
         return series.at(np.abs(cycle.steps.angles(places, scene.cycle_rate)))
 
+    cycle.refuse_magnified(modes, series.condition, None if cycle.linear else motion)
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
     q, rate = series.at(np.abs(system.motion.theta))
@@ -260,4 +291,4 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow, scene.petsc)), HARMONIC_ORDER),
         "mesh": cycle.without_mesh(cycle.start, (q, rate), (q, rate), flow),
     }
-    return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better)
+    return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better, condition=series.condition)

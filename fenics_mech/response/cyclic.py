@@ -101,6 +101,8 @@ def _solve(blocks: Array, right: Array, options: Mapping[str, Any], march: _Marc
     for thing in (matrix, b, x):
         thing.destroy()
     states = answers.reshape(right.shape)
+    if not np.isfinite(states).all():
+        states[:] = np.finfo(float).max ** 0.25  # leaves a residual that no answer has
     lack = states - np.roll(blocks @ states, 1, axis=0) - loads
     sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
     found = min(reasons, key=np.sign)

@@ -28,13 +28,13 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.response.flow import Flow
+from fenics_mech.response.resonance import NEAR, blamed
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
 LARGEST_DENSE = 300  # states, beyond which the monodromy matrix is not formed
 LONGEST_STEP = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
 TOLERANCE = 1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
-RESONANCE = 1e-5  # distance of a multiplier from 1 at which the answer is a matter of rounding
 
 
 @dataclass(frozen=True)
@@ -89,16 +89,19 @@ class Stability:
                 f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
             )
 
+    def nearest(self) -> tuple[float, str]:
+        """Find which vibration is next to resonance: the distance of its multiplier from 1, and words for it."""
+        apart = np.where(self.vibrates, np.abs(self.multipliers - 1), np.inf)
+        if not np.isfinite(apart).any():
+            return np.inf, "none of its vibrations is known"
+        i = int(apart.argmin())
+        return float(apart[i]), blamed(int(self.mode[i]), float(self.frequency[i]), self.period, float(apart[i]))
+
     def refuse_resonance(self) -> None:
         """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
-        apart = np.where(self.vibrates, np.abs(self.multipliers - 1), np.inf)
-        if (apart < RESONANCE).any():
-            nearest = int(apart.argmin())
-            raise SolverError(
-                f"there is no periodic motion: mode {self.mode[nearest] + 1} ({self.frequency[nearest]:.6g} Hz), not "
-                f"damped, is at resonance with harmonic {round(self.frequency[nearest] * self.period)} of the drive "
-                f"({1 / self.period:.6g} Hz). Give a damping ratio, or another speed"
-            )
+        distance, words = self.nearest()
+        if distance < NEAR:
+            raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
 
 
 def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any] | None = None) -> Stability:

@@ -49,11 +49,14 @@ class Series:
         Circular frequency of harmonic 1 (rad/s).
     error
         Estimate of the error of q, the largest over the largest q, each coordinate weighed as in the strain energy.
+    condition
+        How many times a relative error of the equation comes out in the motion, by estimate.
     """
 
     coefficients: Array
     rate: float
     error: float
+    condition: float
 
     def at(self, phase: Array) -> tuple[Array, Array]:
         """Give q and q' at places of the cycle, 0 to 2 pi in the order of time, each ``(places, coordinates)``."""
@@ -92,7 +95,7 @@ def solve_harmonic_balance(
         )
     rate = 2 * np.pi / period
     basis = _basis(2 * np.pi * np.arange(count) / count, harmonics, rate)
-    found: list[tuple[Array, float]] = []
+    found: list[tuple[Array, float, float]] = []
 
     def solve(matrices: Matrices) -> Orbit:
         found[:] = [_solve_linear(matrices, basis, options)]
@@ -103,7 +106,7 @@ def solve_harmonic_balance(
         solve(equation.linear)
     else:
         solve_nonlinear(equation, solve, tension)
-    series = Series(found[0][0], rate, found[0][1])
+    series = Series(found[0][0], rate, *found[0][1:])
     if series.error > LARGEST_ERROR:
         raise SolverError(
             f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
@@ -124,13 +127,13 @@ def _basis(phase: Array, harmonics: int, rate: float) -> Array:
     return basis
 
 
-def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) -> tuple[Array, float]:
+def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) -> tuple[Array, float, float]:
     """Solve ``B^T (M B'' + C B' + K B) Q = B^T f`` by a KSP.
 
     Returns
     -------
     tuple
-        Q, ``(1 + 2 harmonics, coordinates)``, and the estimate of its error.
+        Q, ``(1 + 2 harmonics, coordinates)``, the estimate of its error, and its condition.
     """
     _, count, kept = basis.shape
     n = matrices.load.shape[1]
@@ -142,10 +145,20 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
         return np.sum([times(part, motion) for part, motion in zip(parts, basis @ series.reshape(kept, n))], axis=0)
 
     differences = _Differences(parts, basis)
-    answer = _krylov(lambda series: (back @ force(series)).ravel(), (back @ load).ravel(), differences, options)
+    def solved(load: Array) -> Array:
+        return _krylov(lambda series: (back @ force(series)).ravel(), (back @ load).ravel(), differences, options)
+
+    answer = solved(load)
+    motion = basis @ answer.reshape(kept, n)
+    size = max(np.abs(motion[0]).max(), 1e-300)
     left = differences.solve(load - force(answer))  # the harmonics left out, and what they do to the others
-    error = np.abs(left).max() / max(np.abs(basis[0] @ answer.reshape(kept, n)).max(), 1e-300)
-    return answer.reshape(kept, n) / weight, float(error)
+    parts_of = np.sum([times(np.abs(part), np.abs(term) / size) for part, term in zip(parts, motion)], axis=0)
+    try:  # as in `magnification`
+        changed = solved(np.random.default_rng(0).choice([-1.0, 1.0], load.shape) * parts_of)
+        condition = float(np.abs(basis[0] @ changed.reshape(kept, n)).max())
+    except SolverError:
+        condition = np.inf
+    return answer.reshape(kept, n) / weight, float(np.abs(left).max() / size), condition
 
 
 def _krylov(

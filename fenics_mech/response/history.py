@@ -51,6 +51,8 @@ class History:
         By source of error ("time", "mesh", "modes"), the same motion without it, to first order.
     course
         How a motion in time came about.
+    condition
+        How many times a relative error of the cycle's equations comes out in the motion, where a solver tells.
     """
 
     displacement: Array
@@ -64,6 +66,7 @@ class History:
     twist: Array | None = None
     better: Mapping[str, Better] = field(default_factory=dict)
     course: Course | None = None
+    condition: float | None = None
 
     @property
     def elastic(self) -> History:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from fenics_mech.response.damping import damping_ratios
 from fenics_mech.response.history import History
 from fenics_mech.response.oscillator import Oscillators
 from fenics_mech.response.quasi_static import displacement_under, solve_static
+from fenics_mech.response.resonance import blaming, magnification, of_modes, refuse_magnified
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -56,11 +58,16 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     if boundary_load is not None:
         rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
-    state = chain.middles(load, slope)
+    frequency = modes.frequency.mean(axis=0)
+    with blaming(lambda: of_modes(chain.transitions, frequency, scene.period)):
+        starts = chain.starts(load, slope)
+    condition = magnification(chain.transitions, starts, scene.petsc)
+    refuse_magnified(condition, lambda: of_modes(chain.transitions, frequency, scene.period))
+    state = chain.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
         free = state - chain.oscillators.particular(load - slope * step / 2, slope, step / 2)
         _refuse_ringing(modes, state, free, scene.period)
-    return _superpose(system, modes, state, load, scene)
+    return replace(_superpose(system, modes, state, load, scene), condition=condition)
 
 
 @dataclass(frozen=True)
@@ -90,16 +97,25 @@ class Chain:
         oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
         return cls(oscillators, duration[:, None], _carry_over(scene, modes, duration[:, None, None]), scene.petsc)
 
-    def middles(self, load: Array, slope: Array) -> Array:
-        """Give the states at the middles, ``(sub-intervals, modes, 2)``, under modal loads and their slopes in time."""
-        start, step = load - slope * self.duration / 2, self.duration
-        states = solve_cycle(
-            self.carry @ _block_diagonal(self.oscillators.transition(step)),
-            times(self.carry, _flat(self.oscillators.forced(start, slope, step))),
-            self.options,
-        )
-        half = self.oscillators.transition(step / 2)
-        return np.einsum("kmij,kmj->kmi", half, _unflat(states)) + self.oscillators.forced(start, slope, step / 2)
+    @cached_property
+    def transitions(self) -> Array:
+        """From the states at the start of each sub-interval to those at the start of the next."""
+        return self.carry @ _block_diagonal(self.oscillators.transition(self.duration))
+
+    def starts(self, load: Array, slope: Array) -> Array:
+        """Give the states at the starts, ``(sub-intervals, 2 modes)``, under modal loads and their slopes in time."""
+        forced = self.oscillators.forced(load - slope * self.duration / 2, slope, self.duration)
+        return solve_cycle(self.transitions, times(self.carry, _flat(forced)), self.options)
+
+    def answer(self, load: Array, slope: Array) -> Array:
+        """Give the states at the middles under modal loads and their slopes in time."""
+        return self.middles(self.starts(load, slope), load, slope)
+
+    def middles(self, starts: Array, load: Array, slope: Array) -> Array:
+        """Give the states at the middles, ``(sub-intervals, modes, 2)``, from those at the starts."""
+        start, half = load - slope * self.duration / 2, self.oscillators.transition(self.duration / 2)
+        forced = self.oscillators.forced(start, slope, self.duration / 2)
+        return np.einsum("kmij,kmj->kmi", half, _unflat(starts)) + forced
 
 
 def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> None:

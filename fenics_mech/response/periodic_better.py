@@ -92,7 +92,7 @@ class Neighbours:
         """Change of q and of the nodal inertia under a load, whose static answer is known."""
         modal, square = self._modal(load), self.modes.omega**2
         chain = Chain.of(self.scene, self.modes, np.full(len(load), self.step))
-        y = chain.middles(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
+        y = chain.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
         q = superposed(self.modes, y - modal / square) + static
         return q, self.system.to_links(superposed(self.modes, modal - square * y))
 
@@ -137,4 +137,4 @@ class Neighbours:
         if self.scene.analysis.load == "constant":
             rise[:] = 0
         modal, slope = (np.einsum("kmi,ki->km", shapes, part) for part in (middle, rise / duration[:, None]))
-        return Chain.of(self.scene, thinned, duration).middles(modal, slope)[..., 0]
+        return Chain.of(self.scene, thinned, duration).answer(modal, slope)[..., 0]
