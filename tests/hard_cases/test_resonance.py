@@ -1,0 +1,105 @@
+"""Speeds on, just beside and far from critical ones, undamped to overdamped.
+
+Hard: the cycle's equations are singular at a resonance that nothing damps, and magnify errors by 1/|1 - mu| beside it.
+Right: the answer of the modes to what that leaves of rounding and of the steps' own error, or an error that names mode
+and harmonic, by every solver and whether or not multipliers are asked for.
+"""
+
+import numpy as np
+import pytest
+from hard import arm, by_modes, natural
+
+from fenics_mech import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.resonance import magnification
+from fenics_mech.scene.factories import seed_four_bar
+
+SOLVERS = {
+    "sub-intervals": {"solver": "sub-intervals", "modes": "all", "allow_ringing": True},
+    "collocation": {"solver": "collocation", "stability": False},
+    "harmonic-balance": {"solver": "harmonic-balance", "harmonics": 10, "stability": False},
+}
+BY_STEPS = {"sub-intervals": 2e-4, "collocation": 1e-9, "harmonic-balance": 1e-10}  # far from a resonance; measured half
+OF_STEPS = {"sub-intervals": 1e-10, "collocation": 5e-10, "harmonic-balance": 1e-11}  # relative error of a multiplier
+
+
+@pytest.fixture(scope="module")
+def critical():
+    return natural(arm(1.0))[1]
+
+
+def solved(scene):
+    """Deflection of the tip across the arm, over the cycle, and the condition."""
+    data = analyse(scene).data
+    x, y = data["deflection"].sel(s=1.0)[:, 0].to_numpy().T
+    theta = data["theta"].to_numpy()
+    return np.cos(theta) * y - np.sin(theta) * x, data.attrs["condition"]
+
+
+def case(solver, speed, **rest):
+    return arm(speed, analysis={"sub_intervals": 96, "stations": 2} | SOLVERS[solver], **rest)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("beside", [1e-5, 1e-4, -1e-2, 0.3])
+def test_beside_an_undamped_resonance(solver, beside, critical):
+    scene = case(solver, critical[0] * (1 + beside))
+    exact = by_modes(scene, np.zeros_like)[:, -2]
+    found, condition = solved(scene)
+    allowed = BY_STEPS[solver] + OF_STEPS[solver] / abs(beside)
+    assert np.abs(found - exact).max() < allowed * np.abs(exact).max()
+    assert 0.1 / abs(beside) < condition < 100 / abs(beside)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("beside", [0.0, 1e-14, 1e-12, 1e-9])
+def test_on_a_resonance_mode_and_harmonic_are_named(solver, beside, critical):
+    frequency = f"{critical[0] / (2 * np.pi):.6g}"
+    with pytest.raises(SolverError, match=rf"mode 1 \({frequency} Hz\), .* harmonic 1 of the drive"):
+        analyse(case(solver, critical[0] * (1 + beside)))
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(("mode", "harmonic"), [(1, 3), (2, 5)])
+def test_where_nothing_excites_it_the_answer_is_right_or_refused(solver, mode, harmonic, critical):
+    """The load has no such harmonic, but rounding has. Radau points damp the mode a little: there is an answer."""
+    scene = case(solver, critical[mode - 1] / harmonic)
+    if solver == "collocation":
+        exact = by_modes(scene, np.zeros_like)[:, -2]
+        found, condition = solved(scene)
+        assert condition > 1e6
+        assert np.abs(found - exact).max() < max(1e-15 * condition, 1e-9) * np.abs(exact).max()
+        scene = scene.changed(analysis__stability=True)
+    with pytest.raises(SolverError, match=rf"mode {mode} \(.* harmonic {harmonic} of the drive"):
+        analyse(scene)
+
+
+@pytest.mark.parametrize("solver", ["collocation", "harmonic-balance"])
+@pytest.mark.parametrize("drag", [1e-2, 1.0, 83.2, 1e4, 1e6])
+def test_on_a_resonance_from_hardly_damped_to_overdamped(solver, drag, critical):
+    """A drag of 83.2 1/s is critical for mode 1; of 1e6 1/s, the arm creeps with a time of 10 minutes."""
+    scene = case(solver, critical[0], damping={"external": drag})
+    exact = by_modes(scene, lambda omega: np.full_like(omega, drag))[:, -2]
+    found, _ = solved(scene)
+    allowed = BY_STEPS[solver] + OF_STEPS[solver] * critical[0] / drag + 1e-12 * drag
+    assert np.abs(found - exact).max() < allowed * np.abs(exact).max()
+
+
+def test_condition_is_that_of_the_singular_value():
+    """The largest singular value of the inverse is 1/(1 - mu); the estimate is by one load, within its number of steps."""
+    chance = np.random.default_rng(5)
+    for gap in (1e-2, 1e-4, 1e-6):
+        turned = [np.linalg.qr(chance.normal(size=(6, 6)))[0] for _ in range(40)]
+        size = np.diag(np.array([1 - gap, 0.5, 0.4, 0.3, 0.2, 0.1]) ** (1 / 40))
+        steps = np.stack([turned[(k + 1) % 40] @ size @ turned[k].T for k in range(40)])
+        states = solve_cycle(steps, chance.normal(size=(40, 6)), {})
+        assert 0.3 / gap < magnification(steps, states, {}) < 300 / gap
+    assert magnification(steps, np.zeros_like(states), {}) == 0
+
+
+def test_condition_of_a_damped_machine_is_small():
+    """Seed four-bar: its least damped multiplier is 0.6, and a cycle has 120 steps."""
+    for solver in ("sub-intervals", "collocation"):
+        analysis = {"sub_intervals": 120, "solver": solver, "modes": 3, "stability": False}
+        assert 1 < analyse(seed_four_bar(analysis=analysis)).data.attrs["condition"] < 1000
