@@ -22,25 +22,29 @@ def damping_ratios(scene: Scene, omega: Array) -> Array:
 def modal_damping(scene: Scene, system: System) -> Array | None:
     """Give ``M Phi 2 zeta omega Phi^T M`` at every angle, ``(angles, coordinates, coordinates)``; None if undamped.
 
-    All modes of all angles are needed, and in no order but that of their frequencies: LAPACK finds them in whole arrays
-    five times as fast as a solver object that goes from angle to angle.
+    The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid: with ``K = L
+    L^T`` and Y the eigenvectors of ``L^{-1} M L^{-T}``, the matrix is ``L Y (2 zeta/omega) Y^T L^T``. All modes of all
+    angles are needed, and in no order but that of their frequencies: LAPACK finds them in whole arrays five times as
+    fast as a solver object that goes from angle to angle.
 
     Raises
     ------
     SolverError
-        When the mass or the stiffness is not positive.
+        When the stiffness is not positive.
     """
     if not np.any(scene.damping.ratio):
         return None
     mass, stiffness = held_matrices(system)
+    unit = np.sqrt(np.abs(np.einsum("tii->ti", stiffness)))
+    pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
     try:
-        lower = np.linalg.cholesky(mass)
+        lower = np.linalg.cholesky(stiffness / pairs)
     except np.linalg.LinAlgError as error:
-        raise SolverError("modal damping needs a mass at every coordinate: some part has none") from error
-    scaled = np.linalg.solve(lower, np.linalg.solve(lower, stiffness).transpose(0, 2, 1))
-    squares, shapes = np.linalg.eigh(scaled)  # (E.2)
-    if squares.min() <= 0:
-        theta = np.degrees(system.motion.theta[squares.min(axis=1).argmin()])
-        raise SolverError(f"the stiffness is not positive at drive angle {theta:.6g} deg: it has no modes to damp")
-    omega, momenta = np.sqrt(squares), lower @ shapes
-    return (momenta * (2 * damping_ratios(scene, omega) * omega)[:, None]) @ momenta.transpose(0, 2, 1)  # (E.12)
+        theta = np.degrees(system.motion.theta[np.linalg.eigvalsh(stiffness / pairs)[:, 0].argmin()])
+        message = f"the stiffness is not positive at drive angle {theta:.6g} deg: it has no modes to damp"
+        raise SolverError(message) from error
+    scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass / pairs).transpose(0, 2, 1))
+    squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
+    times = np.sqrt(np.maximum(squares, 0))
+    forces = unit[:, :, None] * (lower @ shapes)
+    return (forces * (2 * damping_ratios(scene, times) * times)[:, None]) @ forces.transpose(0, 2, 1)  # (E.12)
