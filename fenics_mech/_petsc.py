@@ -11,7 +11,8 @@ from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
 
-DIRECT = {"ksp_type": "preonly", "pc_type": "lu"}
+SMALLEST_PIVOT = 1e-290  # PETSc's own, 2e-14, is not free of units: the stiffness of a machine in micrometres is less
+DIRECT = {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_zeropivot": SMALLEST_PIVOT}
 
 
 def to_petsc(matrix: sp.csr_matrix) -> PETSc.Mat:

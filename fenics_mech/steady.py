@@ -217,9 +217,10 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
 
 def condition_of(orbit: Orbit, scene: Scene) -> float:
     """How many times a relative error of the steps comes out in a motion by collocation; see `magnification`."""
-    assert orbit.flow is not None
-    states = np.concatenate([orbit.start, orbit.flow.pace * orbit.start_velocity], axis=1)
-    return magnification(orbit.flow.transitions, states, scene.petsc)
+    flow = orbit.flow
+    assert flow is not None
+    states, unit = np.concatenate([orbit.start, flow.pace * orbit.start_velocity], axis=1), np.tile(flow.unit, 2)
+    return magnification(flow.transitions * unit[:, None] / unit, states * unit, scene.petsc)
 
 
 def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:

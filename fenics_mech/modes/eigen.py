@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from fenics_mech._petsc import configured, name_of, to_petsc
+from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.modes.tracking import Modes, track
@@ -25,6 +25,7 @@ FEW = {
     "st_type": "sinvert",
     "st_ksp_type": "preonly",
     "st_pc_type": "cholesky",
+    "st_pc_factor_zeropivot": SMALLEST_PIVOT,
 }
 
 

@@ -121,8 +121,9 @@ def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any
     SolverError
         When SLEPc does not converge.
     """
-    values, states = _eigenpairs(flow.transitions, options or {})
-    n = flow.size
+    n, unit = flow.size, np.tile(flow.unit, 2)
+    values, states = _eigenpairs(flow.transitions * unit[:, None] / unit, options or {})
+    states /= unit
     q, rate = states[:, :n], states[:, n:] / flow.pace
     limit = LONGEST_STEP * len(flow.tableau.points) / float(np.max(flow.step))
     judged, turned = _followed(flow.transitions, states, start, limit * flow.pace)

@@ -46,6 +46,13 @@ class Flow:
         """Number n of coordinates."""
         return self.matrices.mass.shape[1]
 
+    @cached_property
+    def unit(self) -> Array:
+        """Root of a coordinate's stiffness and inertia in a step, ``(n,)``: times it, m and rad are alike."""
+        parts = self.matrices.stiffness, self.matrices.mass / self.pace**2
+        size = sum(np.abs(np.einsum("tii->ti", part)).mean(axis=0) for part in parts)
+        return np.sqrt(np.where(size, size, 1.0))
+
     @property
     def transitions(self) -> Array:
         """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
@@ -95,8 +102,8 @@ class Flow:
         by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
         right = np.concatenate([-stiffness, by_velocity, load], axis=-1)
         flat = right.reshape(-1, s * n, right.shape[-1])
-        matrix = tableau.stage_matrix(self.duration, mass, damping, stiffness)
-        return np.linalg.solve(matrix, flat).reshape(right.shape)
+        matrix, unit = tableau.stage_matrix(self.duration, mass, damping, stiffness), np.tile(self.unit, s)[:, None]
+        return (np.linalg.solve(matrix / (unit * unit.T), flat / unit) / unit).reshape(right.shape)
 
     @cached_property
     def _ends(self) -> Array:

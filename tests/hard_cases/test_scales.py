@@ -1,0 +1,137 @@
+"""Stiffnesses, masses and units far apart.
+
+Hard: entries of one matrix that differ by up to 1e12 or more; numbers that are far from 1 because the machine is of a
+millionth of a metre, or because its units are. Right: a member as good as rigid gives the answer of the limit, linearly
+in its compliance; tiny masses that of none; and a machine scaled by a similarity law the same strains, whatever its
+units of length, time and mass, up to 1e9 and 1e27.
+"""
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.scene.factories import four_bar, seed_four_bar
+
+INCH = 0.0254
+WAYS = {
+    "quasi-static": ({"method": "quasi-static"}, {}),
+    "sub-intervals": ({"solver": "sub-intervals"}, {"damping": {"ratio": 0.02}}),
+    "modal damping": ({"solver": "collocation", "allow_coarse": True, "sub_intervals": 48}, {"damping": {"ratio": (0.02, 0.03)}}),
+    "material damping": ({"solver": "collocation", "sub_intervals": 96}, {"damping": {"material": 1e-4}, "effects": ("coupling",)}),
+    "harmonics": ({"solver": "harmonic-balance", "sub_intervals": 124, "harmonics": 30}, {"damping": {"ratio": 0.5}}),
+    "in time": ({"method": "transient", "cycles": 1, "settled": 0.0}, {"damping": {"ratio": 0.02}}),
+    "nonlinear": (
+        {"solver": "collocation", "sub_intervals": 48, "allow_coarse": True},
+        {"damping": {"ratio": 0.05}, "effects": ("coupling", "moderate-rotations")},
+    ),
+}
+
+
+def options(way, **more):
+    """The analysis and the rest of a scene that is solved one way."""
+    analysis, rest = WAYS[way]
+    return {"analysis": {"sub_intervals": 72, "stations": 5, "modes": 3} | analysis | more} | rest
+
+
+def stiffened(factor, way):
+    """The seed four-bar with a crank so many times as stiff, which has no less mass."""
+    material = {"modulus": 71e9 * factor, "density": 2714.0}
+    scene = seed_four_bar(**options(way, stability=False))
+    return scene.changed(materials__stiff=material, links__crank__members__OA__material="stiff")
+
+
+def strains(scene):
+    return analyse(scene).data["strain"].sel(member=["coupler", "follower"])
+
+
+@pytest.mark.parametrize("way", ["quasi-static", "sub-intervals", "modal damping", "material damping", "in time"])
+def test_a_crank_as_good_as_rigid(way):
+    """The strains elsewhere go to a limit as 1/stiffness. Damped by ratio, collocation was 1e-3 off at 1e8."""
+    at = {factor: strains(stiffened(factor, way)).to_numpy() for factor in (1e3, 1e6, 1e12)}
+    size = np.abs(at[1e12]).max()
+    slope = 1e3 * np.abs(at[1e3] - at[1e12]).max() / size
+    bound = 2e-5 if way == "in time" else 1e-10  # time steps are chosen anew; and rounding
+    assert slope < 1e3
+    assert np.abs(at[1e6] - at[1e12]).max() < (2e-6 * slope + bound) * size
+
+
+@pytest.mark.parametrize("way", ["quasi-static", "sub-intervals", "material damping"])
+def test_a_mass_of_nearly_nothing_is_none(way):
+    base = seed_four_bar(**options(way)).changed(masses__A__mass=0.0, masses__B__mass=0.0)
+    nearly = base.changed(masses__A__mass=1e-15, masses__B__mass=1e-15)
+    assert np.abs(strains(nearly) - strains(base)).max() < 1e-11 * np.abs(strains(base)).max()
+
+
+@pytest.mark.parametrize("mass", [1e3, 1e6, 1e9])
+def test_a_huge_mass_strains_its_crank_alone(mass):
+    """Quasi-statically, by its pull: the rest differs by the rounding of that, 1e-16 m/(the links' mass)."""
+    base = seed_four_bar(**options("quasi-static"))
+    heavy = analyse(base.changed(masses__A__mass=mass)).data
+    assert np.abs(heavy["strain"] - analyse(base).data["strain"]).sel(member=["coupler", "follower"]).max() < (
+        1e-14 * mass * np.abs(heavy["strain"].sel(member="coupler")).max()
+    )
+    pull = mass * 4.25 * INCH * 32.3**2
+    found = heavy["axial_force"].sel(member="crank").to_numpy()
+    assert found == pytest.approx(np.full_like(found, pull), rel=100 / mass)
+
+
+@pytest.mark.parametrize("way", ["quasi-static", "material damping"])
+def test_slenderness_of_a_million(way):
+    """Moments and strains go to a limit as 1/(EA); length over radius of gyration goes from 2e4 to 6e5 and 2e7."""
+
+    def slender(factor):
+        scene = seed_four_bar(**options(way))
+        changes = {"materials__material__modulus": 71e9 * factor}
+        for name in ("crank", "coupler", "follower"):
+            section = scene.sections[name]
+            inertia = section.inertia / factor
+            changes[f"sections__{name}"] = {"area": section.area, "inertia": inertia, "fibre": section.fibre}
+        return strains(scene.changed(**changes)).to_numpy()
+
+    at = {factor: slender(factor) for factor in (1e3, 1e6, 1e9)}
+    size = np.abs(at[1e9]).max()
+    assert np.abs(at[1e3] - at[1e9]).max() < 1e-3 * size
+    assert np.abs(at[1e6] - at[1e9]).max() < 1e-3 * size  # rounding of 1e-16 times 1e12; measured 3e-4
+
+
+def scaled(length, time, mass, **rest):
+    """The seed four-bar with its numbers in other units, of so many to the SI unit."""
+    strip = {"area": 0.406e-4 * length**2, "inertia": 8.67e-12 * length**4, "fibre": 0.8e-3 * length}
+    crank = {"area": 1.07e-4 * length**2, "inertia": 1.62e-10 * length**4, "fibre": 2.12e-3 * length}
+    inches = {"crank": 4.25, "coupler": 11.0, "follower": 10.65, "ground": 10.0}
+    rest |= {"damping": rest["damping"] | ({"material": 1e-4 * time} if "material" in rest["damping"] else {})}
+    return four_bar(
+        **{name: size * INCH * length for name, size in inches.items()},
+        sections=(crank, strip, strip),
+        material={"modulus": 71e9 * mass / length / time**2, "density": 2714 * mass / length**3},
+        speed=32.3 / time,
+        masses=(0.0452 * mass, 0.03755 * mass),
+        **rest,
+    )
+
+
+UNITS = {
+    "mm-t-s": (1e3, 1, 1e-3),
+    "in-lbf-s": (1 / INCH, 1, 1 / 175.126835),
+    "km-year-kg": (1e-3, 3.2e-8, 1),
+    "micrometre and microsecond": (1e-6, 1e-6, 1e-18),
+    "nanometre, nanosecond and yoctogram": (1e-9, 1e-9, 1e-25),
+    "planet": (1e9, 1e4, 1e27),
+}
+SLOW = ("harmonics", "in time", "nonlinear")
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_similar_machines_have_the_same_strains(way):
+    """Joint forces, frequencies and multipliers follow. A machine of 1e-6 m was refused, or lost its multipliers."""
+    rest = options(way) if way != "quasi-static" else options(way) | {"damping": {}}
+    base = analyse(scaled(1, 1, 1, **rest)).data
+    names = ("micrometre and microsecond", "planet") if way in SLOW else UNITS
+    for length, time, mass in map(UNITS.__getitem__, names):
+        data = analyse(scaled(length, time, mass, **rest)).data
+        force = mass * length / time**2
+        pairs = {"strain": 1, "joint_force": force, "frequency": 1 / time, "multiplier": 1, "growth_rate": 1 / time}
+        for name, unit in pairs.items():
+            if name in base:
+                off = np.abs(data[name].to_numpy() / unit - base[name].to_numpy()).max()
+                assert off < 1e-9 * np.abs(base[name]).max(), name  # rounding; measured below 3e-11
