@@ -1,0 +1,92 @@
+"""Input at the ends of what is legal: next to no speed, mass or stiffness, one element, and meshes graded too far.
+
+Right: the answer of the limit, or an error that names the part of the scene.
+"""
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.scene.factories import seed_four_bar
+
+BY_MATERIAL = {"damping": {"material": 1e-4}}
+
+
+def seed(analysis, **rest):
+    return seed_four_bar(analysis={"sub_intervals": 96, "stations": 5, "modes": 3} | analysis, **rest)
+
+
+@pytest.mark.parametrize("value", [0.0, float("nan"), float("inf"), 1e150, "-inf rad/s"])
+def test_a_speed_that_is_none(value):
+    with pytest.raises(SceneError, match=r"^drive"):
+        seed({}, drive__speed=value)
+
+
+@pytest.mark.parametrize("part", ["modulus", "density"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), 1e300])
+def test_a_material_that_is_none(part, value):
+    with pytest.raises(SceneError, match=rf"materials\.material\.{part}"):
+        seed_four_bar().changed(**{f"materials__material__{part}": value})
+
+
+@pytest.mark.parametrize("speed", [1e-30, 1e-9, 1e-3])
+@pytest.mark.parametrize("solver", ["sub-intervals", "collocation"])
+def test_next_to_no_speed_is_quasi_static(speed, solver):
+    """Down to strains of 1e-67; the vibration is of the order (speed/omega)^2."""
+    still = analyse(seed({"method": "quasi-static"}, drive__speed=speed)).data["strain"]
+    slow = analyse(seed({"solver": solver}, drive__speed=speed)).data["strain"]
+    assert np.abs(slow - still).max() < 1e-6 * np.abs(still).max()
+    assert float(still.max()) == pytest.approx(4.678e-7 * speed**2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("analysis", "rest"),
+    [
+        ({"method": "quasi-static"}, {}),
+        ({"solver": "collocation"}, BY_MATERIAL),
+        ({"solver": "collocation"}, {"damping": {"ratio": 0.02}}),
+        ({"method": "transient", "cycles": 1, "settled": 0.0}, BY_MATERIAL),
+    ],
+)
+def test_links_of_nearly_no_mass_with_masses_at_their_ends(analysis, rest):
+    """Axial modes of the links alone go to infinity; what is left goes to a limit linearly in the density."""
+
+    def of(density):
+        return analyse(seed(analysis, **rest).changed(materials__material__density=density)).data
+
+    limit, near = of(1e-14), of(1e-6)
+    for name in ("strain", "joint_force"):
+        assert np.abs(near[name] - limit[name]).max() < 1e-7 * np.abs(limit[name]).max()
+
+
+def test_a_crank_of_no_mass_carries_its_pin():
+    scene = seed({"method": "quasi-static"}).changed(materials__material__density=1e-14, masses__B__mass=0.0)
+    pull = analyse(scene).data["axial_force"].sel(member="crank").to_numpy()
+    assert pull == pytest.approx(np.full_like(pull, 0.0452 * 4.25 * 0.0254 * 32.3**2), rel=1e-10)
+
+
+@pytest.mark.parametrize("stations", [(0, 0.5, 1), (0, 1e-3, 0.5, 1), (0, 0.2, 0.9989, 1)])
+def test_quasi_static_strains_are_the_same_on_any_legal_mesh(stations):
+    """One element is exact; rounding goes with the cube of the shortest, over the member: measured 1e-5 at 1e-3."""
+    one = analyse(seed({"method": "quasi-static"}, mesh={"elements": 1})).data["strain"]
+    graded = analyse(seed({"method": "quasi-static"}, mesh={"stations": stations})).data["strain"]
+    assert np.abs(graded - one).max() < 5e-5 * np.abs(one).max()
+
+
+@pytest.mark.parametrize(
+    "mesh", [{"stations": (0, 1e-6, 0.5, 1)}, {"stations": (0, 0.5, 0.5 + 1e-6, 1)}, {"elements": 8, "grading": 7.2}]
+)
+def test_meshes_graded_by_a_million_are_refused(mesh):
+    """Their strains were 100 % off."""
+    with pytest.raises(SceneError, match=r"mesh.*longest element .* times as long as the shortest"):
+        seed({}, mesh=mesh)
+
+
+def test_elastic_strain_that_modal_damping_falsifies_is_refused():
+    """A very short element: the stress is right to 1e-3, but its elastic share was 13 % off."""
+    with pytest.raises(SolverError, match=r"damping ratio takes \d+% of the moment in member coupler"):
+        analyse(seed({"solver": "collocation"}, mesh={"stations": (0, 1e-3, 0.5, 1)}))
+    coarse = analyse(seed({"solver": "collocation"}, mesh={"elements": 2}, **BY_MATERIAL)).data["strain"]
+    short = analyse(seed({"solver": "collocation"}, mesh={"stations": (0, 1e-3, 0.5, 1)}, **BY_MATERIAL)).data["strain"]
+    assert np.abs(short - coarse).max() < 0.02 * np.abs(coarse).max()  # 1 %: its mass moves the modes a little
