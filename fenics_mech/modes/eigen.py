@@ -8,15 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
+from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
 
-from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc
+from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.modes.tracking import Modes, track
 
 Array = NDArray[np.float64]
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
+SAME = 1e-6  # relative distance of eigenvalues that are next to each other
+MOST_COUNTED = 8  # positions at which it is counted whether all eigenvalues are there
 NOUGHT = 1e-6  # of the shift, up to which an eigenvalue counts as 0
 FEW = {
     "eps_type": "krylovschur",
@@ -62,9 +65,10 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
         if len(rigid):
             squares[:, first:], shapes[:, first:] = _solve_beside(rigid, eps, vector, count, system.motion.theta[0])
         else:
-            for k, mass, stiffness in system.positions(symmetric=True):
-                eps.setOperators(stiffness, mass)
-                squares[k], shapes[k] = _solve_position(eps, vector, count, system.motion.theta[k])
+            _solve_all(system, eps, vector, squares, shapes)
+    dense = {f"modes_{key}": value for key, value in DENSE.items()}
+    if not len(rigid) and not dense.items() <= (options or {}).items() and _lacks(system, squares):
+        return solve_modes(system, count, {**(options or {}), **dense})
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
     shapes /= norms  # (E.7)
@@ -75,6 +79,33 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     size = np.einsum("kmi,kmi->km", shapes, momenta_ahead)
     back = momenta @ ahead.transpose(0, 2, 1)
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
+
+
+def _solve_all(system: System, eps: SLEPc.EPS, vector: PETSc.Vec, squares: Array, shapes: Array) -> None:
+    """Fill in eigenvalues and eigenvectors of all positions."""
+    for k, mass, stiffness in system.positions(symmetric=True):
+        eps.setOperators(stiffness, mass)
+        squares[k], shapes[k] = _solve_position(eps, vector, squares.shape[1], system.motion.theta[k])
+
+
+def _lacks(system: System, squares: Array) -> bool:
+    """Whether an eigenvalue is missing, as a Krylov space may hold fewer vectors of a repeated one than there are.
+
+    By Sylvester's law of inertia as many eigenvalues are below a number as ``K - number M`` has negative pivots. Looked
+    at are the first position, and those at which two modes are next to each other.
+    """
+    close = (np.diff(squares, axis=1) < SAME * squares[:, 1:]).any(axis=1)
+    looked_at = {0, *np.flatnonzero(close)[:MOST_COUNTED].tolist()}
+    for k, mass, stiffness in system.positions(symmetric=True):
+        if k in looked_at:
+            bound = squares[k, -1] * (1 - SAME)
+            shifted = (to_scipy(stiffness) - bound * to_scipy(mass)).tocsc()
+            factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            if (factors.U.diagonal() < 0).sum() > (squares[k] < bound).sum():
+                return True
+        if k >= max(looked_at):
+            break
+    return False
 
 
 def _solve_beside(
