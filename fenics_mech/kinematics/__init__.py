@@ -4,4 +4,12 @@ from fenics_mech.kinematics.motion import Motion, refuse_unresolved, solve_motio
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.kinematics.singular import Critical, Range, reachable_range
 
-__all__ = ["Critical", "Motion", "Range", "reachable_range", "refuse_unresolved", "solve_motion", "solve_motion_in_time"]
+__all__ = [
+    "Critical",
+    "Motion",
+    "Range",
+    "reachable_range",
+    "refuse_unresolved",
+    "solve_motion",
+    "solve_motion_in_time",
+]

@@ -145,6 +145,7 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
         return np.sum([times(part, motion) for part, motion in zip(parts, basis @ series.reshape(kept, n))], axis=0)
 
     differences = _Differences(parts, basis)
+
     def solved(load: Array) -> Array:
         return _krylov(lambda series: (back @ force(series)).ravel(), (back @ load).ravel(), differences, options)
 

@@ -56,7 +56,9 @@ def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
     except SolverError as error:
         distance, words = blame()
         if distance < NEAR:
-            raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed") from error
+            raise SolverError(
+                f"there is no periodic motion: {words}. Give a damping ratio, or another speed"
+            ) from error
         raise
 
 

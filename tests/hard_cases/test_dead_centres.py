@@ -104,7 +104,12 @@ def parallelogram(start, drive, **rest):
     for link in links.values():
         for member in link["members"].values():
             member |= {"section": "bar", "material": "steel"}
-    joints = {"O": "ground.O crank.O", "A": "crank.A coupler.A", "B": "coupler.B follower.B", "C": "ground.C follower.C"}
+    joints = {
+        "O": "ground.O crank.O",
+        "A": "crank.A coupler.A",
+        "B": "coupler.B follower.B",
+        "C": "ground.C follower.C",
+    }
     return build(
         {
             "materials": {"steel": STEEL},
@@ -155,9 +160,9 @@ def test_a_parallelogram_that_rocks_carries_its_coupler_along():
 
 @pytest.mark.parametrize(("before", "largest"), [(1e-2, 1e-9), (1e-4, 1e-7), (1e-6, 5e-6)])
 def test_joint_forces_and_deflection_of_a_toggle(before, largest):
-    """Statics of two bars on pins and a crank that bends, in 50 digits; rounding grows as 1/sine^2, as the bars stretch.
+    """Statics of two bars on pins and a crank that bends, in 50 digits.
 
-    Beside 1e4, what the bars are stiffer along than across.
+    Rounding grows as 1/sine^2, times 1e4, which the bars are stiffer along than across.
     """
     a, b, c, d = map(mpmath.mpf, DOUBLE_ROCKER)
     at = float(mpmath.acos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))) - before
@@ -178,7 +183,10 @@ def test_joint_forces_and_deflection_of_a_toggle(before, largest):
         longer = pulls[0] * b / ea + (moved * mpmath.conj(along[0])).real, pulls[1] * c / ea
         bent = mpmath.lu_solve(lead.T, mpmath.matrix(longer))
         force, shift = complex(-pulls[0] * along[0]), complex(bent[0], bent[1])
-    found = data["joint_force"].sel(joint="A")[0].to_numpy(), data["deflection"].sel(member="follower")[0, -1].to_numpy()
+    found = (
+        data["joint_force"].sel(joint="A")[0].to_numpy(),
+        data["deflection"].sel(member="follower")[0, -1].to_numpy(),
+    )
     assert abs(complex(*found[0]) - force) < largest * abs(force)
     assert abs(complex(*found[1]) - shift) < largest * abs(shift)
 

@@ -23,7 +23,7 @@ def followed(omega, shapes):
 
 
 def of_pair(gap, count, rng):
-    """Two modes of ``[[x, gap], [gap, -x]]`` that come near to each other twice a cycle, sorted, with signs by chance."""
+    """Two modes of ``[[x, gap], [gap, -x]]`` that come near each other twice a cycle, with signs by chance."""
     x = np.cos(2 * np.pi * (np.arange(count) + 0.25) / count)
     matrices = np.array([[[100 + a, gap], [gap, 100 - a]] for a in x])
     squares, vectors = np.linalg.eigh(matrices)
@@ -94,4 +94,3 @@ def test_a_response_does_not_depend_on_the_vectors_of_a_plane(solver):
     six = analyse(star(6, analysis=analysis)).data["strain"].sel(member="star.m0")
     one = analyse(star(1, analysis=analysis | {"modes": 1})).data["strain"].sel(member="star")
     assert np.abs(six.to_numpy() - one.to_numpy()).max() < 1e-8 * np.abs(one).max()
-

@@ -20,7 +20,11 @@ SOLVERS = {
     "collocation": {"solver": "collocation", "stability": False},
     "harmonic-balance": {"solver": "harmonic-balance", "harmonics": 10, "stability": False},
 }
-BY_STEPS = {"sub-intervals": 2e-4, "collocation": 1e-9, "harmonic-balance": 1e-10}  # far from a resonance; measured half
+BY_STEPS = {
+    "sub-intervals": 2e-4,
+    "collocation": 1e-9,
+    "harmonic-balance": 1e-10,
+}  # far from a resonance; measured half
 OF_STEPS = {"sub-intervals": 1e-10, "collocation": 5e-10, "harmonic-balance": 1e-11}  # relative error of a multiplier
 
 
@@ -87,7 +91,7 @@ def test_on_a_resonance_from_hardly_damped_to_overdamped(solver, drag, critical)
 
 
 def test_condition_is_that_of_the_singular_value():
-    """The largest singular value of the inverse is 1/(1 - mu); the estimate is by one load, within its number of steps."""
+    """The largest singular value of the inverse is 1/(1 - mu); the estimate is within the steps' number."""
     chance = np.random.default_rng(5)
     for gap in (1e-2, 1e-4, 1e-6):
         turned = [np.linalg.qr(chance.normal(size=(6, 6)))[0] for _ in range(40)]

@@ -16,9 +16,18 @@ INCH = 0.0254
 WAYS = {
     "quasi-static": ({"method": "quasi-static"}, {}),
     "sub-intervals": ({"solver": "sub-intervals"}, {"damping": {"ratio": 0.02}}),
-    "modal damping": ({"solver": "collocation", "allow_coarse": True, "sub_intervals": 48}, {"damping": {"ratio": (0.02, 0.03)}}),
-    "material damping": ({"solver": "collocation", "sub_intervals": 96}, {"damping": {"material": 1e-4}, "effects": ("coupling",)}),
-    "harmonics": ({"solver": "harmonic-balance", "sub_intervals": 124, "harmonics": 30, "stability": False}, {"damping": {"ratio": 0.5}}),
+    "modal damping": (
+        {"solver": "collocation", "allow_coarse": True, "sub_intervals": 48},
+        {"damping": {"ratio": (0.02, 0.03)}},
+    ),
+    "material damping": (
+        {"solver": "collocation", "sub_intervals": 96},
+        {"damping": {"material": 1e-4}, "effects": ("coupling",)},
+    ),
+    "harmonics": (
+        {"solver": "harmonic-balance", "sub_intervals": 124, "harmonics": 30, "stability": False},
+        {"damping": {"ratio": 0.5}},
+    ),
     "in time": ({"method": "transient", "cycles": 1, "settled": 0.0}, {"damping": {"ratio": 0.02}}),
     "nonlinear": (
         {"solver": "collocation", "sub_intervals": 48, "allow_coarse": True},

@@ -1,0 +1,47 @@
+"""Stiff time scales: the fastest axial mode of the arm is 1e5 times its speed, and a cycle has 4 to 10,000 steps.
+
+Right: the answer of the modes to the order of the steps where they are long beside all but the slow modes, and to
+rounding where there are many; what rings is refused. Energy over long times is in `response/test_transient.py`.
+"""
+
+import numpy as np
+import pytest
+from hard import arm, by_modes, natural
+
+from fenics_mech import analyse
+from fenics_mech.errors import SolverError
+
+
+def off(count, share, **analysis):
+    """Error of the tip's deflection at a share of the first natural frequency, and its estimate."""
+    speed = share * natural(arm(1.0))[1][0]
+    chosen = {"sub_intervals": count, "stations": 2, "stability": False} | analysis
+    scene = arm(speed, damping={"ratio": 0.01}, analysis=chosen)
+    assert natural(scene)[1][-1] > 1e4 * speed
+    exact = by_modes(scene, lambda omega: 0.02 * omega)[:, -2]
+    data = analyse(scene).data
+    x, y = data["deflection"].sel(s=1.0)[:, 0].to_numpy().T
+    theta = data["theta"].to_numpy()
+    found = np.cos(theta) * y - np.sin(theta) * x
+    error = np.abs(found - exact).max() / np.abs(exact).max()
+    return error, float(data["strain_error"].max() / np.abs(data["strain"]).max()) if "strain_error" in data else None
+
+
+@pytest.mark.parametrize(("count", "largest"), [(4, 0.02), (8, 5e-4), (24, 2e-6), (96, 2e-9), (2000, 1e-10)])
+def test_collocation_with_few_steps_and_many(count, largest):
+    """Order 5, down to rounding, which does not grow; the estimate is no less than half of the error."""
+    error, estimate = off(count, 0.2, solver="collocation")
+    assert error < largest
+    assert estimate > error / 2 or error < 1e-9
+
+
+@pytest.mark.parametrize(("count", "largest"), [(24, 5e-3), (96, 4e-4), (1000, 3e-6), (10000, 2e-6)])
+def test_sub_intervals_few_and_many(count, largest):
+    """The load is linear in each: order 2, down to what the two modes kept leave out."""
+    assert off(count, 0.2, solver="sub-intervals", modes=2)[0] < largest
+
+
+@pytest.mark.parametrize("count", [4, 8])
+def test_steps_in_which_a_mode_swings_more_than_once_are_refused(count):
+    with pytest.raises(SolverError, match=r"mode 1 \(6\.62\d* Hz\) rings"):
+        off(count, 0.013, solver="sub-intervals", modes=2)
