@@ -134,7 +134,7 @@ def test_a_parallelogram_that_turns_is_refused_whatever_positions_are_asked_for(
 
 
 def test_a_parallelogram_that_starts_in_line_is_refused():
-    with pytest.raises(AssemblyError, match="at drive angle 0 deg .* follower, coupler"):
+    with pytest.raises(AssemblyError, match=r"at drive angle 0 deg .* follower, coupler"):
         reachable_range(linkage(0.1, 0.3, 0.1, 0.3))
 
 
