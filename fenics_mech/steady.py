@@ -292,4 +292,6 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow, scene.petsc)), HARMONIC_ORDER),
         "mesh": cycle.without_mesh(cycle.start, (q, rate), (q, rate), flow),
     }
-    return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better, condition=series.condition)
+    return system, replace(
+        history_of(cycle.start, q, rate), stability=stability, better=better, condition=series.condition
+    )

@@ -112,7 +112,7 @@ def collect(
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(scene, system) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
-    if history.condition is not None:
+    if history.condition is not None and np.isfinite(history.condition):
         data.attrs["condition"] = history.condition
     for name, (units, meaning) in ATTRIBUTES.items():
         if name in data:

@@ -18,6 +18,7 @@ from fenics_mech.mechanism.equation import Array
 from fenics_mech.response.cyclic import solve_cycle
 
 NEAR = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it
+SINGULAR = 1e-4  # the same, beyond which a large magnification is that of stiff directions, or of the estimate
 LARGEST = 1e9  # magnification, beyond which rounding changes the motion by more than about 1e-6 of it
 
 
@@ -36,7 +37,7 @@ def magnification(transitions: Array, states: Array, options: Mapping[str, Any])
     Returns
     -------
     float
-        A condition number; infinity where the system cannot be solved.
+        A condition number; infinity where the system cannot be solved for such a load.
     """
     if not (size := np.abs(states).max()):
         return 0.0
@@ -63,7 +64,7 @@ def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
 
 
 def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -> None:
-    """Raise `SolverError` where rounding would show in the motion.
+    """Raise `SolverError` where rounding would show in the motion, as a multiplier is next to 1.
 
     Parameters
     ----------
@@ -72,10 +73,13 @@ def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -
     blame
         Gives the distance of the multiplier next to 1, and the mode and harmonic that it is of, in words.
     """
-    if not condition < LARGEST:
+    if condition < LARGEST:
+        return
+    distance, words = blame()
+    if distance < SINGULAR:
         raise SolverError(
             f"the equations of the cycle are nearly singular: a relative error in them comes out {condition:.1e} times "
-            f"as large in the motion, as {blame()[1]}. Give a damping ratio, or another speed"
+            f"as large in the motion, as {words}. Give a damping ratio, or another speed"
         )
 
 
