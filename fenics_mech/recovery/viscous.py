@@ -14,7 +14,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-MOST_RATIOS = 4.0  # times the damping ratio: share of a moment that modal damping may have
+MOST_RATIOS = 20.0  # times the damping ratio: share of a moment that modal damping may have; 12 after a blow
 SMALL = 1e-3  # of the largest moment, of which a share says nothing
 FALL = 4  # of the error of `delayed` where steps are halved; 16 for a smooth stress
 
