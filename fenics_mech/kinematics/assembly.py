@@ -144,7 +144,7 @@ def newton(
                 return q, closed
         if closed.all():  # where it closes better, a last step takes off what the tolerance leaves
             last = loops.residual(q + step, drive)
-            better = np.abs(last / unit).max(axis=1) < np.abs(residual / unit).max(axis=1)
+            better = np.abs(last / unit).max(axis=1, initial=0.0) < np.abs(residual / unit).max(axis=1, initial=0.0)
             return np.where(better[:, None], q + step, q), closed
         q = q + step
     residual = loops.residual(q, drive)
