@@ -98,7 +98,7 @@ class Reduction:
             parts.append(_placed(shapes.T, inner, np.arange(len(shapes)), (height, len(shapes))))
         shape, omega = sp.hstack(parts, format="csr"), np.concatenate(omegas)
         modal = sp.diags(omega**2 * (shape.T @ mass @ shape).diagonal()[len(kept) :])
-        on_seen = [Span.of(seen, to_scipy(seen.mass), member) for member in members]
+        on_seen = spans if seen is fine else [Span.of(seen, to_scipy(seen.mass), member) for member in members]
         rows = (3 * np.array([fine.mesh.node(name) for name in seen.mesh.node_name])[:, None] + np.arange(3)).ravel()
         return cls(
             fine=fine,
