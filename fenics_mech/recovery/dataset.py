@@ -23,7 +23,7 @@ from fenics_mech.recovery.members import MemberState, recover_members, section_f
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.validity import bow, euler_ratio, rotation
-from fenics_mech.recovery.viscous import elastic_strain, refuse_viscous, sampling_error
+from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
@@ -80,7 +80,7 @@ def collect(
 ) -> Result:
     """Recover strains, forces and deflections of a history and label them."""
     s = np.linspace(0, 1, scene.analysis.stations)
-    members, elastic, found = _with_viscous_forces(scene, system, history, s)
+    members, elastic, found = _with_viscous_forces(system, history, s)
     by_joint = joint_forces(scene, found)
     variables: dict[str, Any] = _of_members(scene, members, elastic) | _of_springs(scene, system, history)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
@@ -124,7 +124,7 @@ def collect(
 
 
 def _with_viscous_forces(
-    scene: Scene, system: System, history: History, s: np.ndarray
+    system: System, history: History, s: np.ndarray
 ) -> tuple[MemberState, MemberState, dict[tuple[str, str, int], np.ndarray]]:
     """Members with the forces of modal damping and without them, and the joints' reactions with them."""
     found = reactions(system, nodal_forces(system, history.elastic))
@@ -134,7 +134,6 @@ def _with_viscous_forces(
     bare = replace(system, terms=NOTHING)
     viscous = reactions(bare, nodal_forces(bare, history.damping))
     members = elastic.with_forces(*section_forces(bare, history.damping, s, point_loads(bare, viscous)))
-    refuse_viscous(scene, system.beams.mesh.members, members.moment, elastic.moment)
     return members, elastic, {key: force + viscous[key] for key, force in found.items()}
 
 

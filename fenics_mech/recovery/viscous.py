@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from fenics_mech.errors import SolverError
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-MOST_RATIOS = 20.0  # times the damping ratio: share of a moment that modal damping may have; 12 after a blow
-SMALL = 1e-3  # of the largest moment, of which a share says nothing
 FALL = 4  # of the error of `delayed` where steps are halved; 16 for a smooth stress
 
 
@@ -93,29 +89,3 @@ def delayed(stress: Array, retardation: float, step: float) -> Array:
     decay = math.exp(-step / retardation)
     gain = np.concatenate([stress[:1], forced_end - decay * forced_start])
     return lfilter([1.0], [1.0, -decay], gain, axis=0)
-
-
-def refuse_viscous(scene: Scene, members: Sequence[str], moment: Array, elastic: Array) -> None:
-    """Raise where modal damping takes more of a member's moment than its ratios can.
-
-    The share of a mode that vibrates at its own frequency is twice its ratio. Axial modes of very stiff members or very
-    short elements turn with the links: their damping falsifies the elastic share, though not the whole.
-
-    Parameters
-    ----------
-    scene
-        States the ratios.
-    members
-        Names.
-    moment, elastic
-        The whole moment and its elastic share (N m), ``(angles, members, stations)``.
-    """
-    largest = np.abs(moment).max(axis=(0, 2))
-    share = np.abs(moment - elastic).max(axis=(0, 2)) / np.maximum(largest, max(SMALL * largest.max(), 1e-300))
-    limit = MOST_RATIOS * float(np.max(scene.damping.ratio))
-    if share.max() > limit:
-        raise SolverError(
-            f"the damping ratio takes {share.max():.0%} of the moment in member {members[int(share.argmax())]}, more "
-            f"than it can: fast modes of a very stiff member or a very short element take part. Give damping.material "
-            "instead of a ratio, or take longer elements"
-        )

@@ -205,9 +205,9 @@ def test_steps_as_short_as_the_corner_agree():
     for solver in ("sub-intervals", "collocation"):
         analysis = {"sub_intervals": 1440, "solver": solver, "stability": False, "modes": 3, "stations": 3}
         rest = {"damping": {"ratio": 0.02}, "mesh": {"elements": 1}}
-        scene = missing(1e-6, speed=150.0, analysis=analysis | {"allow_ringing": True}, **rest)
+        scene = missing(1e-6, speed=150.0, analysis=analysis | {"allow_ringing": True, "allow_coarse": True}, **rest)
         strains.append(analyse(scene).data["strain"].to_numpy())
-    assert np.abs(strains[0] - strains[1]).max() < 0.02 * np.abs(strains[1]).max()  # measured 0.7 %: modes left out
+    assert np.abs(strains[0] - strains[1]).max() < 0.06 * np.abs(strains[1]).max()  # 4 %: damping by other rates
 
 
 def test_quasi_static_positions_that_miss_the_corner_are_refused():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError
 from fenics_mech.scene.factories import seed_four_bar
 
 STIFF = {  # axially, 1e8 times; in bending as before
@@ -91,10 +91,13 @@ def test_meshes_graded_by_a_million_are_refused(mesh):
         seed({}, mesh=mesh)
 
 
-def test_elastic_strain_that_modal_damping_falsifies_is_refused():
-    """Links 1e8 times as stiff axially as usual: the stress is right to 1e-4, but its elastic share was 270 % off."""
-    with pytest.raises(SolverError, match=r"damping ratio takes \d+% of the moment in member coupler"):
-        analyse(seed({"solver": "collocation"}).changed(materials__material__modulus=71e17, **STIFF))
+def test_modal_damping_of_axially_stiff_links_takes_its_share_of_the_strain_only():
+    """Links 1e8 times as stiff axially: their axial modes turn with them, and that damped 270 % of the strain."""
+    data = analyse(
+        seed({"solver": "collocation", "allow_coarse": True}).changed(materials__material__modulus=71e17, **STIFF)
+    ).data
+    viscous = np.abs(data["stress"] / 71e17 - data["strain"]).max() / np.abs(data["strain"]).max()
+    assert 0.02 < viscous < 0.08  # twice the ratio, of what vibrates
     coarse = analyse(seed({"solver": "collocation"}, mesh={"elements": 2}, **BY_MATERIAL)).data["strain"]
     short = analyse(seed({"solver": "collocation"}, mesh={"stations": (0, 1e-3, 0.5, 1)}, **BY_MATERIAL)).data["strain"]
     assert np.abs(short - coarse).max() < 0.02 * np.abs(coarse).max()  # 1 %: its mass moves the modes a little

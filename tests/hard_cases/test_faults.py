@@ -74,11 +74,11 @@ def test_damper_that_is_as_good_as_rigid_is_refused(damping):
 
 
 def test_stiffest_damper_that_is_let_through_is_right():
-    """A damper of 1e6 N m s/rad already holds the joint as if welded: one of 1e9 gives the same strains to 0.2 %."""
+    """A damper of 1e6 N m s/rad already holds the joint as if welded: one of 1e9 gives the same strains to 0.3 %."""
     strain, held = (
         analyse(damped(damping).changed(analysis__allow_coarse=True)).data["strain"] for damping in (1e9, 1e6)
     )
-    assert float(np.abs(strain - held).max()) < 2e-3 * float(np.abs(held).max())
+    assert float(np.abs(strain - held).max()) < 3e-3 * float(np.abs(held).max())
 
 
 def test_numbers_that_overflow_are_an_error(seed):
@@ -171,7 +171,7 @@ main()
     ("size", "command", "whole"),
     [
         (60_000, ["run", "--no-plots"], set()),  # HDF5 ended the process
-        (255_000, ["run", "--csv", "--no-plots"], {"result.nc"}),
+        (300_000, ["run", "--csv", "--no-plots"], {"result.nc"}),
         (20_001, ["mesh"], {"mesh.msh", "mesh.vtu", "mesh.xdmf"}),  # small enough
         (20_000, ["modes"], {"frequencies.csv"}),
     ],

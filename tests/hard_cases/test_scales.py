@@ -39,7 +39,7 @@ WAYS = {
 def options(way, **more):
     """The analysis and the rest of a scene that is solved one way."""
     analysis, rest = WAYS[way]
-    return {"analysis": {"sub_intervals": 72, "stations": 5, "modes": 3} | analysis | more} | rest
+    return {"analysis": {"sub_intervals": 72, "stations": 5, "modes": 3, "allow_coarse": True} | analysis | more} | rest
 
 
 def stiffened(factor, way):
