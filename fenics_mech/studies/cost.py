@@ -20,7 +20,7 @@ import xarray as xr
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import LEAST
+from fenics_mech.recovery.accuracy import LEAST, NUMERICAL
 from fenics_mech.recovery.result import read_dataset, stamp, write_dataset, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
@@ -36,8 +36,7 @@ NUMBERS = {  # by variable: unit, meaning
     "error_mid_span": ("1", "the same at mid-span"),
     "error_all": ("1", "the same from the converged strains with all effects"),
     "error_all_mid_span": ("1", "the same at mid-span"),
-    "estimate": ("1", "the program's own estimate of the error (error_estimate)"),
-    "strain_error": ("1", "its estimate of the strains' errors (strain_error), the largest relative one"),
+    "estimate": ("1", "the program's own estimate of the error, by steps, mesh, modes and harmonics"),
     "estimate_ratio": ("1", "estimate over error"),
 }
 TEXTS = {
@@ -252,14 +251,13 @@ def measured(result: Result, own: Converged | None, whole: Converged) -> dict[st
         numbers |= {"error": error.everywhere, "error_mid_span": error.mid_span}
     error = whole.error(found)
     numbers |= {"error_all": error.everywhere, "error_all_mid_span": error.mid_span}
-    if (estimate := result.data.attrs.get("error_estimate")) is not None:
-        numbers["estimate"] = float(estimate)
-        if own is not None:
-            numbers["estimate_ratio"] = float(estimate) / max(numbers["error"], TINY)
-    if "strain_error" in result.data:
+    sources = [source for source in NUMERICAL if source in result.data["source"]]
+    if sources:
         largest = np.abs(found).max(axis=(0, 2, 3))
-        error_of_each = result.data["strain_error"].to_numpy()
-        numbers["strain_error"] = float((error_of_each / np.maximum(largest, LEAST * largest.max())).max())
+        of_each = result.data["strain_error"].sel(source=sources).sum("source").to_numpy()
+        numbers["estimate"] = float((of_each / np.maximum(largest, LEAST * largest.max())).max())
+        if own is not None:
+            numbers["estimate_ratio"] = numbers["estimate"] / max(numbers["error"], TINY)
     return numbers
 
 

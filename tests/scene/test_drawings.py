@@ -25,7 +25,7 @@ PAIRS = {
     "slider_crank": "slider_crank",
     "six_bar": "stephenson",
 }
-QUICK = {"effects": (), "analysis__sub_intervals": 24, "analysis__allow_ringing": True}
+QUICK = {"analysis__allow_coarse": True, "effects": (), "analysis__sub_intervals": 24, "analysis__allow_ringing": True}
 
 
 def difference(found, expected):

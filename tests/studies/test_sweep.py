@@ -318,7 +318,7 @@ def test_values_are_read_in_units_and_units_are_known(seed):
 
 
 def test_a_grid_holds_the_results_of_its_points(seed, tmp_path):
-    seed = seed.changed(analysis__modes=2)
+    seed = seed.changed(analysis__modes=2, analysis__allow_coarse=True)
     sweep = swept(seed, tmp_path / "out", "drive.speed=40:50:2", "damping.ratio=0.01:0.03:3", gauge=Gauge(harmonics=40))
     at = {"drive.speed": 50.0, "damping.ratio": 0.03}
     point = sweep.data.sel(at)
