@@ -10,7 +10,7 @@ from typing import Any
 from fenics_mech.building import links
 from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_elements
@@ -50,12 +50,9 @@ class Knobs:
         values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
         if self.cutoff is not None:
             values |= {"reduction": "craig-bampton", "cutoff": self.cutoff}
-        if scene.analysis.method == "transient":
-            values["time_tolerance"] = (scene.tolerance or 1.0) / 10
-        else:
-            values["sub_intervals"] = 2 * math.ceil(self.sub_intervals / 2)
         if scene.analysis.method == "periodic":
             values |= {"solver": "collocation", "stages": 3, "scheme": "radau"}
+            values["sub_intervals"] = 2 * math.ceil(self.sub_intervals / 2)
         changes = {f"analysis__{name}": value for name, value in values.items()}
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 
@@ -84,8 +81,16 @@ def within(scene: Scene, analyse: Analyse) -> Result:
     ------
     SolverError
         When the tolerance is not met, with the source of the largest error.
+    SceneError
+        When the motion is one in time, whose steps are not in the estimate.
     """
     assert scene.tolerance is not None
+    if scene.analysis.method == "transient":
+        raise SceneError(
+            "a motion in time does not estimate the error of its steps, so that a tolerance cannot be promised",
+            place="tolerance",
+            hint="Leave it out, and give analysis.time_tolerance and elements",
+        )
     chosen, choices = choose(scene)
     knobs, errors = _start(chosen), {"mesh": math.inf}
     for done in range(1, MOST_ROUNDS + 1):
@@ -100,7 +105,7 @@ def within(scene: Scene, analyse: Analyse) -> Result:
         found = result.data[["relative_error", "error_order"]].to_dataframe().drop("effects", errors="ignore")
         errors = {str(source): float(error) for source, error in found["relative_error"].items()}
         if sum(errors.values()) <= ENOUGH * scene.tolerance:
-            result.data.attrs["chosen"] = _account(trial, errors, done)
+            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done)
             return result
         for source, error in errors.items():
             if error > SHARE * scene.tolerance:
@@ -120,7 +125,7 @@ def _start(scene: Scene) -> Knobs:
     analysis = scene.analysis
     steps = FEWEST_STEPS if analysis.method == "periodic" else analysis.sub_intervals
     nonlinear = any(name in scene.named_effects for name in NONLINEAR)
-    if "coupling" not in scene.named_effects or nonlinear or analysis.method not in ("periodic", "transient"):
+    if "coupling" not in scene.named_effects or nonlinear or analysis.method != "periodic":
         return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
@@ -128,10 +133,10 @@ def _start(scene: Scene) -> Knobs:
     return Knobs(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
 
 
-def _account(scene: Scene, errors: dict[str, float], rounds: int) -> str:
-    """Say what was chosen, and why."""
+def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int) -> str:
+    """Say what was chosen, and why: the mesh has so many elements in all."""
     analysis = scene.analysis
-    parts = [f"{scene.mesh.elements} elements a member"]
+    parts = [f"{elements} elements"]
     if analysis.method == "periodic":
         parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
     if analysis.reduction != "none":
@@ -139,4 +144,4 @@ def _account(scene: Scene, errors: dict[str, float], rounds: int) -> str:
     parts.append(f"{analysis.stations} stations")
     least = ", ".join(f"{source} {error:.1g}" for source, error in errors.items())
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
-    return f"{scene.tolerance:g}, met by {', '.join(parts)} (errors: {least}; {trials})"
+    return f"strains to {scene.tolerance:g}, met by {', '.join(parts)} (errors: {least}; {trials})"

@@ -24,7 +24,7 @@ STATIONS = 5  # of each member at which strains are compared
 LARGEST_BY_TIME = 0.02  # of the largest strain
 LARGEST_ERROR = 0.05  # by all numerical sources
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
-KEPT = ("values", "link_mass", "link_rotary_mass", "link_stiffness", "link_gyroscopic", "rigid_acceleration")
+KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
 STEPS = ("time", "harmonics")
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
 FAULTS = {
@@ -172,6 +172,10 @@ def between_stations(strain: Array) -> Array:
 def _advice(scene: Scene, source: str, times: float) -> str:
     """Say how many more it takes."""
     analysis = scene.analysis
+    if source == "mesh" and analysis.reduction != "none":
+        if "coupling" not in scene.named_effects:
+            return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
+        return f"Take a cutoff {math.ceil(MARGIN * times**2 * 10) / 10:g} times as high, and finer elements"
     if source == "mesh":
         return f"Take {math.ceil(MARGIN * times * 100) / 100:.3g} times as many elements"
     name, now = {
@@ -186,9 +190,7 @@ def _advice(scene: Scene, source: str, times: float) -> str:
 def _loaded(system: System, loads: Terms) -> System:
     """Give a mechanism with loads more; what does not depend on them is not made again."""
     there = replace(system, terms=system.terms + loads)
-    there.__dict__.update(
-        {name: there.__dict__.get(name, value) for name, value in vars(system).items() if name in KEPT}
-    )
+    there.__dict__.update({name: value for name, value in vars(system).items() if name in KEPT})
     return there
 
 

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 STEPS = ((240, 4), (360, 3))  # sub-intervals and Radau points: of the answer, and of its check
 QUICK = ((120, 3), (80, 4))
 REDUCED = ((64, 20_000.0), (32, 8_000.0))  # elements and cutoff (Hz) where members are reduced
-ORDER = 2  # of the strains in the length of the elements: that of axial displacements, linear in each
+ORDERS = {True: 4, False: 2}  # of the strains in the length of the elements: with coupling, and without
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,10 @@ def at_common_angles(curves: Array, others: Array) -> tuple[Array, Array]:
     return curves, np.tensordot(waves, series, axes=1).real
 
 
-def extrapolated(fine: Array, coarse: Array, ratio: float) -> Array:
+def extrapolated(fine: Array, coarse: Array, ratio: float, order: int = 2) -> Array:
     """Extrapolate to elements of no length (Richardson), from two meshes with a ratio of their numbers of elements."""
     fine, coarse = at_common_angles(fine, coarse)
-    return fine + (fine - coarse) / (ratio**ORDER - 1)
+    return fine + (fine - coarse) / (ratio**order - 1)
 
 
 def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -> Converged:
@@ -137,8 +137,9 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
         )
         return Converged(answer, difference(check, answer), how)
     first, second, third = run(meshes[0], fine), run(meshes[1], fine), run(meshes[2], other)
-    found = extrapolated(first, second, meshes[0] / meshes[1])
-    check = extrapolated(second, third, meshes[1] / meshes[2])
+    order = ORDERS["coupling" in scene.named_effects]
+    found = extrapolated(first, second, meshes[0] / meshes[1], order)
+    check = extrapolated(second, third, meshes[1] / meshes[2], order)
     how = (
         f"collocation with {fine[1]} Radau points in {fine[0]} sub-intervals, extrapolated from {meshes[0]} and "
         f"{meshes[1]} elements per member; checked by {meshes[1]} and {meshes[2]}, the last with {other[1]} points in "

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import json
+import math
 
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
+from scipy.signal import resample
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 LARGEST_HARMONICS = 4  # that the summary names
+FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
+CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
+TINY = float(np.finfo(float).tiny)
 MINUS = "\N{MINUS SIGN}"
 
 
@@ -30,9 +36,10 @@ def summary(result: Result) -> Group:
     and deflection per member, force per joint, input torque, and the range of each mode's frequency.
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
-    parts.append(_members(result))
+    closer = _between_positions(result)
+    parts.append(_members(closer))
     if result.data.sizes["joint"]:
-        parts.append(_joints(result))
+        parts.append(_joints(closer))
     parts += _signal(result)
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
@@ -112,7 +119,7 @@ def _decisions(result: Result) -> Table:
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
-        rows["mesh"] = f"{rows['mesh']} by Craig-Bampton reduction"
+        rows["mesh"] = f"{rows['mesh']} by Craig-Bampton reduction to modes from {_elements(scene)} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
     table = Table.grid(padding=(0, 2))
@@ -127,9 +134,14 @@ def _errors(result: Result) -> str:
     by_source = dict(zip(data["source"].to_numpy(), data["relative_error"].to_numpy()))
     text = f" of the strain ({', '.join(f'{source} {error:.1g}' for source, error in by_source.items())})"
     if data.sizes["joint"]:
-        force = data["joint_force_error"].sum("source").max() / np.abs(data["joint_force"]).max()
+        force = data["joint_force_error"].sum("source").max() / max(float(np.abs(data["joint_force"]).max()), TINY)
         text += f", {float(force):.2g} of the joint forces"
     return text + (": TOO LARGE, expect wrong numbers" if data.attrs["too_coarse"] else "")
+
+
+def _elements(scene: Scene) -> int:
+    """Number of elements of the scene's own mesh; results of reduced members may be on fewer."""
+    return sum(len(member_nodes(scene, label)) - 1 for label in scene.members())
 
 
 def _solver(result: Result) -> str:
@@ -153,6 +165,21 @@ def _effects(result: Result) -> str:
     chosen = f"; chosen, as above {result.scene.neglected / 2:g}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
     return (", ".join(acting) or "none") + (chosen if estimated else "")
+
+
+def _between_positions(result: Result) -> Result:
+    """Give smooth curves of a cycle at more positions, where there are few: a peak lies between two as a rule."""
+    scene, data = result.scene, result.data
+    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
+    if scene.analysis.method != "periodic" or not smooth or (count := data.sizes["theta"]) >= FEW:
+        return result
+    curves = data[[name for name in CURVES if name in data]]
+    theta = scene.drive_angles(count * math.ceil(CLOSE / count))
+    finer = {
+        name: (curve.dims, resample(curve.transpose("theta", ...).to_numpy(), len(theta)))
+        for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
+    }
+    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
 
 
 def _members(result: Result) -> Table:

@@ -11,6 +11,7 @@ from fenics_mech import analyse, load
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
+from fenics_mech.views.report import _between_positions
 
 DEMOS = Path(__file__).parents[2] / "demos"
 
@@ -39,7 +40,7 @@ def scene_of(name):
 def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     result = analyse(scene_of(name).changed(tolerance=tolerance))
     assert tolerance / 100 < true_error(result) < tolerance
-    assert result.data.attrs["chosen"].startswith(f"{tolerance:g}, met by collocation")
+    assert result.data.attrs["chosen"].startswith(f"strains to {tolerance:g}, met by collocation")
 
 
 def test_whole_equation_is_reduced_and_the_truncated_one_is_not():
@@ -59,13 +60,18 @@ def test_static_answers_need_no_mesh():
     assert np.abs(result.data["strain"] - exact.data["strain"]).max() < 1e-9 * np.abs(exact.data["strain"]).max()
 
 
-def test_motion_in_time_has_the_tolerance_too():
-    drive = {"analysis__method": "transient", "analysis__cycles": 1, "analysis__sub_intervals": 36}
-    scene = seed_four_bar(effects=("coupling",), **drive)
-    result = analyse(scene.changed(tolerance=1e-2))
-    fine = scene.changed(analysis__time_tolerance=1e-6, mesh__elements=5, analysis__stations=result.data.sizes["s"])
-    best = analyse(fine).data["strain"]
-    assert np.abs(result.data["strain"].to_numpy() - best.to_numpy()).max() < 1e-2 * np.abs(best).max()
+def test_motion_in_time_is_refused():
+    with pytest.raises(SceneError, match="time_tolerance"):
+        analyse(seed_four_bar(analysis__method="transient", tolerance=1e-3))
+
+
+def test_peaks_are_sought_between_few_positions():
+    scene = load(DEMOS / "slider_crank.toml")
+    few, many = (analyse(scene.changed(tolerance=1e-2)), analyse(scene.changed(mesh__elements=6)))
+    assert few.data.sizes["theta"] < 100
+    found, best = (_between_positions(r).data["strain"].sel(member="crank") for r in (few, many))
+    assert float(np.abs(found).max()) == pytest.approx(float(np.abs(best).max()), rel=1e-2)
+    assert float(np.abs(few.data["strain"].sel(member="crank")).max()) < 0.98 * float(np.abs(best).max())
 
 
 def test_graded_and_stated_meshes_keep_their_kind():
