@@ -18,8 +18,9 @@ import numpy as np
 import xarray as xr
 from mpi4py import MPI
 
+from fenics_mech._ranks import together
 from fenics_mech._version import __version__
-from fenics_mech.errors import MechanismError, ResultError, SceneError
+from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.result import read_dataset, write_dataset, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
@@ -173,26 +174,7 @@ class _Run:
 
     def at_root(self, work: Callable[[], Found]) -> Found:
         """Let the first process work and give all of them what it found, or its error."""
-        return self.comm.bcast(self.together(lambda: work() if self.comm.rank == 0 else None))
-
-    def together(self, work: Callable[[], Found]) -> Found:
-        """Let every process work; an error of one is raised by all, so that none waits for one that has ended."""
-        found, error = None, None
-        try:
-            found = work()
-        except Exception as caught:  # it is raised below, once the other processes know
-            error = caught
-        except BaseException:
-            if self.comm.size > 1:
-                self.comm.Abort(130)
-            raise
-        errors = self.comm.allgather(error and f"{type(error).__name__}: {error}")
-        if error is not None:
-            raise error
-        for rank, text in enumerate(errors):
-            if text:
-                raise MechanismError(f"process {rank} ended with {text}")
-        return found  # type: ignore[return-value]
+        return self.comm.bcast(together(self.comm, lambda: work() if self.comm.rank == 0 else None))
 
     def claim_folder(self) -> None:
         """Write what is swept into the folder, unless another sweep is there."""
@@ -225,8 +207,8 @@ class _Run:
                 compute_point(*self.file(points[index]), self.gauge)
 
         warm = mine[: len(first)] if self.comm.rank == 0 else []
-        self.together(lambda: work(warm, 0))
-        self.together(lambda: work(mine[len(warm) :], len(warm)))
+        together(self.comm, lambda: work(warm, 0))
+        together(self.comm, lambda: work(mine[len(warm) :], len(warm)))
 
     def file(self, point: Sequence[float]) -> tuple[Path, Record]:
         """Give the file and the scene of a point."""
