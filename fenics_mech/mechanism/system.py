@@ -200,7 +200,9 @@ class System:
     def _petsc_stiffness(self) -> PETSc.Mat:
         return self.beams.stiffness if self.beams.reduction is None else to_petsc(self.link_stiffness)
 
-    def positions(self, symmetric: bool = False) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
+    def positions(
+        self, symmetric: bool = False, among: slice = slice(None)
+    ) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
         """Walk over the angles: yields index, M (4.57) and K (4.58).
 
         The two PETSc matrices are used again at the next angle: copy what has to last.
@@ -209,15 +211,17 @@ class System:
         ----------
         symmetric
             Leave out the stiffness of loads that turn with the links and of dampers, as natural modes do.
+        among
+            The angles to walk over.
         """
         p = _csr(self.transformation, self.values[0])
         pointers, columns, _ = p.getValuesCSR()
         added = tuple(map(self.on_links, self.symmetric_stiffness if symmetric else self.added_stiffness))
         link_mass, link_stiffness = self._petsc_mass, _Changing(self._petsc_stiffness, added)
         mass, stiffness = (matrix.PtAP(p) for matrix in (link_mass, link_stiffness.at(0)))
-        for k, values in enumerate(self.values):
+        for k in range(len(self.values))[among]:
             if k:
-                p.setValuesCSR(pointers, columns, values)
+                p.setValuesCSR(pointers, columns, self.values[k])
                 p.assemble()
                 link_mass.PtAP(p, result=mass)  # (4.47)
                 link_stiffness.at(k).PtAP(p, result=stiffness)  # (4.48)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
 
 from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc, to_scipy
+from fenics_mech._ranks import over_positions
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.modes.tracking import Modes, track
@@ -21,6 +23,7 @@ DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
 SAME = 1e-6  # relative distance of eigenvalues that are next to each other
 MOST_COUNTED = 8  # positions at which it is counted whether all eigenvalues are there
 NOUGHT = 1e-6  # of the shift, up to which an eigenvalue counts as 0
+SEED = 0  # of the vector that the solver starts from
 FEW = {
     "eps_type": "krylovschur",
     "eps_target": 0.0,
@@ -50,24 +53,16 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     SolverError
         When SLEPc does not converge, or an eigenvalue is not positive.
     """
-    rigid = RigidModes.of(system)
+    rigid, angles = RigidModes.of(system), len(system.motion.theta)
     count, first = min(count, system.size - len(rigid)), len(rigid)
-    squares = np.zeros((len(system.motion.theta), first + count))
-    shapes = np.empty((*squares.shape, system.size))
-    shapes[:, :first] = rigid.shapes
-    subspace = 2 * count + 4  # large enough for the lowest modes to converge without a restart, nearly always
-    defaults = FEW | {"eps_ncv": subspace} if subspace + first < system.size else DENSE
-    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
-    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    eps.setDimensions(count)
-    vector = PETSc.Vec().createSeq(system.size)
-    with configured(eps, "modes_", defaults, options or {}):
-        if len(rigid):
-            squares[:, first:], shapes[:, first:] = _solve_beside(rigid, eps, vector, count, system.motion.theta[0])
-        else:
-            _solve_all(system, eps, vector, squares, shapes)
+    if first:
+        squares, shapes = np.zeros((angles, first + count)), np.empty((angles, first + count, system.size))
+        shapes[:, :first] = rigid.shapes
+        squares[:, first:], shapes[:, first:] = _solve_beside(rigid, system, count, options or {})
+    else:
+        squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options or {}))
     dense = {f"modes_{key}": value for key, value in DENSE.items()}
-    if not len(rigid) and not dense.items() <= (options or {}).items() and _lacks(system, squares):
+    if not first and not dense.items() <= (options or {}).items() and _lacks(system, squares):
         return solve_modes(system, count, {**(options or {}), **dense})
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
@@ -79,13 +74,6 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     size = np.einsum("kmi,kmi->km", shapes, momenta_ahead)
     back = momenta @ ahead.transpose(0, 2, 1)
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
-
-
-def _solve_all(system: System, eps: SLEPc.EPS, vector: PETSc.Vec, squares: Array, shapes: Array) -> None:
-    """Fill in eigenvalues and eigenvectors of all positions."""
-    for k, mass, stiffness in system.positions(symmetric=True):
-        eps.setOperators(stiffness, mass)
-        squares[k], shapes[k] = _solve_position(eps, vector, squares.shape[1], system.motion.theta[k])
 
 
 def _lacks(system: System, squares: Array) -> bool:
@@ -108,25 +96,52 @@ def _lacks(system: System, squares: Array) -> bool:
     return False
 
 
-def _solve_beside(
-    rigid: RigidModes, eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float
-) -> tuple[Array, Array]:
+@contextmanager
+def _solver(system: System, count: int, options: Mapping[str, Any], first: int = 0) -> Iterator[SLEPc.EPS]:
+    """Set up the eigensolver for so many modes, beside others that come first."""
+    members = len(system.beams.mesh.members)  # those that are alike have modes in common, nearly at one frequency
+    subspace = 2 * count + members + 1  # large enough for the lowest modes to converge without a restart, nearly always
+    defaults = FEW | {"eps_ncv": subspace} if subspace + first < system.size else DENSE
+    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
+    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    eps.setDimensions(count)
+    with configured(eps, "modes_", defaults, options):
+        yield eps
+
+
+def _solve_among(system: System, among: slice, count: int, options: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Lowest eigenvalues and eigenvectors at some of the angles."""
+    theta = system.motion.theta[among]
+    squares, shapes = np.empty((len(theta), count)), np.empty((len(theta), count, system.size))
+    with _solver(system, count, options) as eps:
+        for i, (_, mass, stiffness) in enumerate(system.positions(symmetric=True, among=among)):
+            eps.setOperators(stiffness, mass)
+            squares[i], shapes[i] = _solve_position(eps, system.size, count, theta[i])
+    return squares, shapes
+
+
+def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mapping[str, Any]) -> tuple[Array, Array]:
     """Lowest eigenvalues and eigenvectors beside rigid-body modes, by K + shift M, which is not singular."""
     shift = rigid.lowest_elastic()
-    eps.setOperators(to_petsc((rigid.stiffness + shift * rigid.mass).tocsr()), to_petsc(rigid.mass))
-    dense = eps.getType() == SLEPc.EPS.Type.LAPACK  # it finds them all, and knows no deflation
-    if dense:
-        eps.setDimensions(count + len(rigid))
-    else:
-        eps.setDeflationSpace([PETSc.Vec().createWithArray(shape, comm=PETSc.COMM_SELF) for shape in rigid.shapes])
-    squares, shapes = _solve_position(eps, vector, count + dense * len(rigid), theta, shift)
+    with _solver(system, count, options, len(rigid)) as eps:
+        eps.setOperators(to_petsc((rigid.stiffness + shift * rigid.mass).tocsr()), to_petsc(rigid.mass))
+        dense = eps.getType() == SLEPc.EPS.Type.LAPACK  # it finds them all, and knows no deflation
+        if dense:
+            eps.setDimensions(count + len(rigid))
+        else:
+            eps.setDeflationSpace([PETSc.Vec().createWithArray(shape, comm=PETSc.COMM_SELF) for shape in rigid.shapes])
+        theta = system.motion.theta[0]
+        squares, shapes = _solve_position(eps, system.size, count + dense * len(rigid), theta, shift)
     return squares[len(squares) - count :], shapes[len(shapes) - count :]
 
 
-def _solve_position(
-    eps: SLEPc.EPS, vector: PETSc.Vec, count: int, theta: float, shift: float = 0.0
-) -> tuple[Array, Array]:
-    """Lowest eigenvalues (rad^2/s^2), less a shift, and eigenvectors at one position, ascending."""
+def _solve_position(eps: SLEPc.EPS, size: int, count: int, theta: float, shift: float = 0.0) -> tuple[Array, Array]:
+    """Lowest eigenvalues (rad^2/s^2), less a shift, and eigenvectors at one position, ascending.
+
+    Each position starts from the same vector: what it gives to the last bit does not depend on the ones before it.
+    """
+    vector = PETSc.Vec().createWithArray(np.random.default_rng(SEED).uniform(-1, 1, size), comm=PETSc.COMM_SELF)
+    eps.setInitialSpace(vector)
     eps.solve()
     where = f"at drive angle {np.degrees(theta):.6g} deg"
     if eps.getConvergedReason() <= 0 or eps.getConverged() < count:
@@ -138,7 +153,7 @@ def _solve_position(
         raise SolverError(
             f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive there"
         )
-    shapes = np.empty((count, vector.size))
+    shapes = np.empty((count, size))
     for place, i in enumerate(order):
         eps.getEigenvector(int(i), vector)
         shapes[place] = vector.array_r
