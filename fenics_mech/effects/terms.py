@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -80,6 +80,10 @@ class Entries:
         """Give the matrix of blocks ``(angles or 1, strings, n, n)`` on `dofs`, ``(strings, n)``."""
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         return cls(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
+
+    def part(self, angles: slice) -> Entries:
+        """Give the matrix at some of the angles."""
+        return self if len(self.values) == 1 else replace(self, values=self.values[angles])
 
     def times(self, vectors: Array) -> Array:
         """Product with one vector at each angle, ``(angles, nodal dofs)``."""

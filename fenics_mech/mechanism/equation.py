@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import summed, times
 from fenics_mech._guard import ADVICE, require_memory
+from fenics_mech._ranks import over_positions
 from fenics_mech.effects import Entries
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.system import System
@@ -82,6 +83,12 @@ class Equation:
         full[:, :, transformation.rows, transformation.columns] = np.stack(values)
         return (full[0], full[1], full[2]) if self.coupled else (full[0], None, None)
 
+    def _shape_at(self, among: slice) -> tuple[Array, Array | None, Array | None]:
+        """P, P' and P'' at some of the angles."""
+        p, *rates = self.shape
+        first, second = (None if rate is None else rate[among] for rate in rates)
+        return p[among], first, second
+
     @property
     def coupled(self) -> bool:
         """Whether the coupling of rigid and elastic motion counts."""
@@ -90,24 +97,32 @@ class Equation:
     @cached_property
     def linear(self) -> Matrices:
         """The linear part."""
-        p, first, second = self.shape
-        m, d = self.system.link_mass, self._link_damping
-        k = self._with(self.system.link_stiffness, self.system.added_stiffness)
+        drift = None if self.extra_damping is None else self.drift
+        count = len(self.system.values)
+        mass, damping, stiffness = over_positions(count, lambda among: self._linear_at(among, drift))
+        return Matrices(mass, damping, stiffness, self.system.load)
+
+    def _linear_at(self, among: slice, drift: Array | None) -> tuple[Array, Array, Array]:
+        """M, C and K at some of the angles."""
+        p, first, second = self._shape_at(among)
+        m, d = self.system.link_mass, self._link_damping(among)
+        k = self._with(self.system.link_stiffness, self.system.added_stiffness, among)
         mass, damping, stiffness = _product(m, p), _product(d, p), _product(k, p)
         if first is not None and second is not None:
-            m_v = self._scaled(self.system.link_gyroscopic, self.system.motion.omega)  # (4.29)
-            m_a = self._scaled(self.system.link_gyroscopic, self.system.motion.alpha)  # (4.30)
-            m_a = m_a - self._scaled(m - self.system.link_rotary_mass, self.system.motion.omega**2)
+            omega, alpha = (rate[among] for rate in (self.system.motion.omega, self.system.motion.alpha))
+            m_v = self._scaled(self.system.link_gyroscopic, omega)  # (4.29)
+            m_a = self._scaled(self.system.link_gyroscopic, alpha)  # (4.30)
+            m_a = m_a - self._scaled(m - self.system.link_rotary_mass, omega**2)
             damping = damping + 2 * _product(m, first) + 2 * _product(m_v, p)  # (4.52), (4.53)
             stiffness = stiffness + _product(m, second) + 2 * _product(m_v, first) + _product(m_a, p)  # (4.49)-(4.51)
             stiffness = stiffness + _product(d, first)
         back = p.transpose(0, 2, 1)
         damping = back @ damping
         stiffness = back @ stiffness
-        if self.extra_damping is not None:
-            damping = damping + self.extra_damping
-            stiffness = stiffness + self.extra_damping @ self.drift
-        return Matrices(back @ mass, damping, stiffness, self.system.load)
+        if self.extra_damping is not None and drift is not None:
+            damping = damping + self.extra_damping[among]
+            stiffness = stiffness + self.extra_damping[among] @ drift[among]
+        return back @ mass, damping, stiffness
 
     def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
@@ -122,17 +137,22 @@ class Equation:
         linear, law = self.linear, self.system.terms.law
         if law is None:
             return linear
-        p, first, _ = self.shape
         constant, *tangents = law.linearised(*self.in_links(q, rate), tension)
-        by_v, by_rate = (Entries.of_blocks(law.dofs, blocks).dense(p.shape[1]) for blocks in tangents)
-        back = p.transpose(0, 2, 1)
-        stiffness = by_v @ p if first is None else by_v @ p + by_rate @ first
+        damping, stiffness = over_positions(len(q), lambda among: self._tangents_at(among, law.dofs, *tangents))
         return Matrices(
             mass=linear.mass,
-            damping=linear.damping + back @ (by_rate @ p),
-            stiffness=linear.stiffness + back @ stiffness,
+            damping=linear.damping + damping,
+            stiffness=linear.stiffness + stiffness,
             load=linear.load - self._to_coordinates(constant, law.dofs),
         )
+
+    def _tangents_at(self, among: slice, dofs: Index, by_v: Array, by_rate: Array) -> tuple[Array, Array]:
+        """Damping and stiffness at some of the angles of strings on `dofs`, from theirs in link axes."""
+        p, first, _ = self._shape_at(among)
+        of_v, of_rate = (Entries.of_blocks(dofs, blocks[among]).dense(p.shape[1]) for blocks in (by_v, by_rate))
+        stiffness = of_v @ p if first is None else of_v @ p + of_rate @ first
+        back = p.transpose(0, 2, 1)
+        return back @ (of_rate @ p), back @ stiffness
 
     def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:
         """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
@@ -157,12 +177,16 @@ class Equation:
     @cached_property
     def drift(self) -> Array:
         """How coordinates that stand still strain the links as these turn, ``P^T k P drift = P^T k P'`` (1/s)."""
-        p, first, _ = self.shape
+        return over_positions(len(self.system.values), lambda among: (self._drift_at(among),))[0]
+
+    def _drift_at(self, among: slice) -> Array:
+        p, first, _ = self._shape_at(among)
         if first is None:
             first, transformation = np.zeros_like(p), self.system.transformation
-            first[:, transformation.rows, transformation.columns] = transformation.derivatives(self.system.motion)[0]
+            rates = transformation.derivatives(self.system.motion.part(among))[0]
+            first[:, transformation.rows, transformation.columns] = rates
         along = p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, first)
-        return np.asarray(np.linalg.solve(self.links_stiffness, along))
+        return np.asarray(np.linalg.solve(self.links_stiffness[among], along))
 
     @cached_property
     def links_stiffness(self) -> Array:
@@ -187,18 +211,18 @@ class Equation:
         lack = self.residual(q, rate, np.zeros_like(q))
         return np.linalg.solve(self.linear.mass, -lack[..., None])[..., 0]
 
-    @cached_property
-    def _link_damping(self) -> sp.csr_matrix | Array:
+    def _link_damping(self, among: slice) -> sp.csr_matrix | Array:
         """Damping in link axes: by the material, by the surroundings, by dampers."""
         terms = self.system.terms
         constant = terms.material * self.system.link_stiffness + terms.external * self.system.link_mass
-        return self._with(constant, terms.damping)
+        return self._with(constant, terms.damping, among)
 
-    def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...]) -> sp.csr_matrix | Array:
-        """Give a constant matrix, or with entries of effects a dense one at all angles."""
+    def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...], among: slice) -> sp.csr_matrix | Array:
+        """Give a constant matrix, or with entries of effects a dense one at some of the angles."""
         if not added:
             return constant
-        return constant.toarray() + sum(self.system.on_links(entries).dense(constant.shape[0]) for entries in added)
+        parts = (self.system.on_links(entries.part(among)) for entries in added)
+        return constant.toarray() + sum(entries.dense(constant.shape[0]) for entries in parts)
 
     def _scaled(self, matrix: sp.csr_matrix, by_link: Array) -> sp.csr_matrix | Array:
         """Scale the rows of each link by a factor that changes with the angle, ``(angles, links)``."""
@@ -223,13 +247,15 @@ def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
         )
 
 
-def held_matrices(system: System) -> tuple[Array, Array]:
-    """Mass and symmetric stiffness, held at every angle: two of ``(angles, coordinates, coordinates)``."""
-    p = np.zeros((len(system.values), *system.transformation.shape))
-    p[:, system.transformation.rows, system.transformation.columns] = system.values
+def held_matrices(system: System, among: slice = slice(None)) -> tuple[Array, Array]:
+    """Mass and symmetric stiffness, held at some of the angles: two of ``(angles, coordinates, coordinates)``."""
+    values = system.values[among]
+    p = np.zeros((len(values), *system.transformation.shape))
+    p[:, system.transformation.rows, system.transformation.columns] = values
     stiffness: sp.csr_matrix | Array = system.link_stiffness
     if system.symmetric_stiffness:
-        added = (system.on_links(entries).dense(p.shape[1]) for entries in system.symmetric_stiffness)
+        parts = (system.on_links(entries.part(among)) for entries in system.symmetric_stiffness)
+        added = (entries.dense(p.shape[1]) for entries in parts)
         stiffness = system.link_stiffness.toarray() + sum(added)
     back = p.transpose(0, 2, 1)
     return back @ _product(system.link_mass, p), back @ _product(stiffness, p)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._ranks import over_positions
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
@@ -34,13 +35,18 @@ def modal_damping(scene: Scene, system: System) -> Array | None:
     """
     if not np.any(scene.damping.ratio):
         return None
-    mass, stiffness = held_matrices(system)
+    return over_positions(len(system.values), lambda among: (_modal_damping_at(scene, system, among),))[0]
+
+
+def _modal_damping_at(scene: Scene, system: System, among: slice) -> Array:
+    """Give it at some of the angles."""
+    mass, stiffness = held_matrices(system, among)
     unit = np.sqrt(np.abs(np.einsum("tii->ti", stiffness)))
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
     try:
         lower = np.linalg.cholesky(stiffness / pairs)
     except np.linalg.LinAlgError as error:
-        theta = np.degrees(system.motion.theta[np.linalg.eigvalsh(stiffness / pairs)[:, 0].argmin()])
+        theta = np.degrees(system.motion.theta[among][np.linalg.eigvalsh(stiffness / pairs)[:, 0].argmin()])
         message = f"the stiffness is not positive at drive angle {theta:.6g} deg: it has no modes to damp"
         raise SolverError(message) from error
     scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass / pairs).transpose(0, 2, 1))

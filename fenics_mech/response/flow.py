@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import times
+from fenics_mech._ranks import over_positions
 from fenics_mech.mechanism.equation import Array, Matrices, refuse_rigid_damping
 from fenics_mech.response.tableau import Tableau
 
@@ -93,16 +94,20 @@ class Flow:
 
         They are ``(steps, s, n, 2n + loads)``.
         """
-        tableau, s, n = self.tableau, len(self.tableau.points), self.size
         refuse_rigid_damping(self.matrices, self.pace)
+        return over_positions(len(self.duration), lambda steps: (self._response_of(steps),))[0]
+
+    def _response_of(self, steps: slice) -> Array:
+        """Give the response in some of the steps."""
+        tableau, s, n = self.tableau, len(self.tableau.points), self.size
         parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
-        mass, damping, stiffness = (m.reshape(-1, s, n, n) for m in parts)
-        load = self.matrices.load.reshape(len(mass), s, n, -1)
-        h = self.duration[:, None, None]
+        mass, damping, stiffness = (m.reshape(-1, s, n, n)[steps] for m in parts)
+        load = self.matrices.load.reshape(len(self.duration), s, n, -1)[steps]
+        h = self.duration[steps, None, None]
         by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
         right = np.concatenate([-stiffness, by_velocity, load], axis=-1)
         flat = right.reshape(-1, s * n, right.shape[-1])
-        matrix, unit = tableau.stage_matrix(self.duration, mass, damping, stiffness), np.tile(self.unit, s)[:, None]
+        matrix, unit = tableau.stage_matrix(self.duration[steps], mass, damping, stiffness), np.tile(self.unit, s)[:, None]
         return (np.linalg.solve(matrix / (unit * unit.T), flat / unit) / unit).reshape(right.shape)
 
     @cached_property
