@@ -5,15 +5,12 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 
@@ -23,7 +20,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-out, err = Console(), Console(stderr=True)
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
@@ -42,7 +38,7 @@ def main() -> None:
 
 
 def _fail(message: str) -> None:
-    err.print(f"[bold red]error:[/] {_plain(message)}", soft_wrap=True, highlight=False)
+    err.print(f"[bold red]error:[/] {plain(message)}", soft_wrap=True, highlight=False)
     sys.exit(1)
 
 
@@ -57,17 +53,23 @@ def run(
         float | None, typer.Option("--tol", help="Largest error of the strains: the program chooses mesh and steps.")
     ] = None,
 ) -> None:
-    """Analyse a scene: writes result.nc and plots, prints a summary."""
+    """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
+    from fenics_mech._ranks import shared  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
+    from fenics_mech.scene import Scene, load, refined  # noqa: PLC0415
 
-    loaded = refined(load(scene), refine)
-    if tolerance is not None:
-        loaded = loaded.changed(tolerance=tolerance)
-    make_folder(folder)
+    def prepared() -> Scene:
+        make_folder(folder)
+        loaded = refined(load(scene), refine)
+        return loaded if tolerance is None else loaded.changed(tolerance=tolerance)
+
+    first = one_voice()
+    loaded = shared(prepared)
     with progress_bar(len(STEPS) + 1 + plots + csv) as step:
-        result = analyse(loaded, step)
+        result = shared(lambda: analyse(loaded, step))
+        if not first:
+            return
         step("writing result.nc")
         written = [result.save(folder / "result.nc")]
         if csv:
@@ -187,16 +189,13 @@ def sweep(
     Ended before its time, it goes on where it was when it is started again with the same folder. Under mpirun the
     processes share the points.
     """
-    from mpi4py import MPI  # noqa: PLC0415
-
     from fenics_mech.scene import load, refined  # noqa: PLC0415
     from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
     from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
     from fenics_mech.views.sweep import check_member, plot_sweep, sweep_summary  # noqa: PLC0415
 
-    first = MPI.COMM_WORLD.rank == 0
-    out.quiet = err.quiet = not first  # one voice
+    first = one_voice()
     loaded = refined(load(scene), refine)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
     check_member(list(loaded.members()), member)
@@ -363,32 +362,3 @@ def _options(
     ] = False,
 ) -> None:
     """Dynamics of planar linkages whose links bend."""
-
-
-@contextmanager
-def progress_bar(total: int) -> Iterator:
-    """Show a progress bar; gives the function that names the next step."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
-        task = progress.add_task("", total=total)
-        started = False
-
-        def step(name: str) -> None:
-            nonlocal started
-            progress.update(task, description=name, advance=int(started))
-            started = True
-
-        yield step
-
-
-def make_folder(folder: Path) -> None:
-    """Make the folder, or say why it cannot be made."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise MechanismError(f"cannot make the folder {folder}: {error.strerror}") from error
-
-
-def _plain(text: str) -> str:
-    """Keep rich from reading brackets in a message as markup."""
-    return text.replace("[", r"\[")

@@ -1,0 +1,52 @@
+"""What the commands say and where they write: two consoles, a progress bar, a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from fenics_mech.errors import MechanismError
+
+out, err = Console(), Console(stderr=True)
+
+
+def one_voice() -> bool:
+    """Let the first process of `mpirun` speak only, and tell whether this one is it."""
+    from mpi4py import MPI  # noqa: PLC0415  (not for --help)
+
+    first = bool(MPI.COMM_WORLD.rank == 0)
+    out.quiet = err.quiet = not first
+    return first
+
+
+@contextmanager
+def progress_bar(total: int) -> Iterator:
+    """Show a progress bar; gives the function that names the next step."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+        task = progress.add_task("", total=total)
+        started = False
+
+        def step(name: str) -> None:
+            nonlocal started
+            progress.update(task, description=name, advance=int(started))
+            started = True
+
+        yield step
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder, or say why it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MechanismError(f"cannot make the folder {folder}: {error.strerror}") from error
+
+
+def plain(text: str) -> str:
+    """Keep rich from reading brackets in a message as markup."""
+    return text.replace("[", r"\[")
