@@ -288,6 +288,27 @@ def cost(
 
 
 @app.command()
+def scaling(
+    folder: OutFolder = Path("out"),
+    quick: Annotated[bool, typer.Option("--quick", help="Few and small runs, to try it out.")] = False,
+) -> None:
+    """Measure how time and memory grow with elements, links and positions. Writes scaling.csv, scaling.nc, a figure."""
+    from fenics_mech.studies.timing import one_thread  # noqa: PLC0415
+
+    one_thread()  # before the numerical libraries are loaded
+    from fenics_mech.studies.scaling import measure_scaling, sizes  # noqa: PLC0415
+    from fenics_mech.views.scaling import scaling_summary, write_scaling  # noqa: PLC0415
+
+    make_folder(folder)
+    asked = sizes(quick)
+    with progress_bar(len(asked)) as step:
+        found = measure_scaling(asked, step)
+    written = write_scaling(found, folder)
+    out.print(scaling_summary(found))
+    out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
+
+
+@app.command()
 def animate(
     scene: SceneFile,
     file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),

@@ -11,8 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -21,10 +20,11 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import LEAST, NUMERICAL
-from fenics_mech.recovery.result import read_dataset, stamp, write_dataset, write_whole
+from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
 from fenics_mech.studies.cost_grid import KNOBS, QUASI_STATIC, TRUNCATED, Trial, equations_of, grid, reference_meshes
+from fenics_mech.studies.run_table import RunTable
 from fenics_mech.studies.timing import Clock, Timing, bare_seconds, machine, timed
 
 LONGEST = 12.0  # seconds of a run, after which a method is not made finer
@@ -73,7 +73,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Cost:
+class Cost(RunTable):
     """What the runs of a grid cost and how good they are.
 
     Parameters
@@ -84,48 +84,13 @@ class Cost:
         "references": how the converged answers were found and how sure they are.
     """
 
-    data: xr.Dataset
+    KIND: ClassVar[str] = "table of costs"
+    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "references")
 
     @property
     def references(self) -> dict[str, dict[str, Any]]:
         """By equation: how its converged answer was found, its uncertainty, or the error that it ended with."""
         return dict(json.loads(self.data.attrs["references"]))
-
-    def save(self, path: str | Path) -> Path:
-        """Write as NetCDF 3; the file appears whole or not at all.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        write_dataset(Path(path), self.data, "scipy")
-        return Path(path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Cost:
-        """Read what was saved.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be read or holds something else.
-        """
-        return cls(read_dataset(path, "scipy", "table of costs", ("fenics_mech", "references")))
-
-    def to_csv(self, path: str | Path) -> Path:
-        """Write the table, one run a line; the file appears whole or not at all.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        table = self.data.to_dataframe()
-        units = {str(name): variable.attrs.get("units", "1") for name, variable in self.data.data_vars.items()}
-        table = table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})
-        write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
-        return Path(path)
 
 
 def measure_costs(

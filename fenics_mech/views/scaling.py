@@ -1,0 +1,129 @@
+"""How a run grows, as figure and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.studies.scaling import cost_per_position
+from fenics_mech.views.plots import COLOURS, STYLE, save
+from fenics_mech.views.tables import number, table_of
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.scaling import Scaling
+
+SERIES = {"elements": "elements per link", "links": "moving links", "positions": "positions in a cycle"}
+PANELS = {"seconds": "processor time (s)", "memory": "largest memory (MB)"}
+WIDTH, HEIGHT = 11.0, 6.2  # inches
+
+
+def write_scaling(scaling: Scaling, folder: Path) -> list[Path]:
+    """Write the table as CSV and NetCDF, and the figure, each whole or not at all.
+
+    Raises
+    ------
+    ResultError
+        When a file cannot be written.
+    """
+    figure = save(scaling_figure(scaling), folder / "scaling.png")
+    return [scaling.to_csv(folder / "scaling.csv"), scaling.save(folder / "scaling.nc"), figure]
+
+
+def scaling_figure(scaling: Scaling) -> Figure:
+    """Draw time and memory against elements, links and positions."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(len(PANELS), len(SERIES), sharey="row", sharex="col")
+        for row, (variable, label) in zip(panels, PANELS.items()):
+            row[0].set_ylabel(label)
+            for axes, series in zip(row, SERIES):
+                _draw(axes, scaling.data, series, variable)
+        for axes, label in zip(panels[-1], SERIES.values()):
+            axes.set_xlabel(label)
+        handles = {label: handle for axes in panels[0] for handle, label in zip(*axes.get_legend_handles_labels())}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles), fontsize=9)
+        title = "How a run grows: chains of four-bars, 3 links, 3 elements and 120 positions where these do not vary"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
+def _draw(axes: Axes, data: xr.Dataset, series: str, variable: str) -> None:
+    for label, look, runs in _lines(data, series):
+        axes.plot(runs[series], runs[variable], label=label, markersize=5, linewidth=1.4, **look)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 3)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+        axis.set_minor_locator(NullLocator())
+
+
+def _lines(data: xr.Dataset, series: str) -> Iterator[tuple[str, dict[str, Any], xr.Dataset]]:
+    """Give each line of a series: its label, how it is drawn, its runs."""
+    table = data.isel(run=np.flatnonzero((data["series"] == series).to_numpy()))
+    solver, reduction = (table[name].to_numpy().astype(str) for name in ("solver", "reduction"))
+    for i, name in enumerate(dict.fromkeys(solver)):
+        for kind in dict.fromkeys(reduction):
+            whole = kind == "none"
+            look = {"color": COLOURS[i], "linestyle": ":" if whole else "-", "marker": "o" if whole else "s"}
+            runs = np.flatnonzero((solver == name) & (reduction == kind))
+            yield f"{name}{', all nodes' if whole else ', reduced'}", look, table.isel(run=runs)
+
+
+def scaling_summary(scaling: Scaling) -> Group:
+    """Tell time and memory of each size, the powers with which they grow, and what a position costs."""
+    data = scaling.data
+    parts: list[RenderableType] = [_series_table(data, series) for series in SERIES]
+    parts.append(_per_position_table(data))
+    attributes = data.attrs
+    parts.append(Text(f"{attributes['machine']}; threads: {attributes['threads']}; {attributes['versions']}."))
+    for message in dict.fromkeys(data["message"].to_numpy().astype(str)):
+        runs = int((data["message"] == message).sum())
+        parts += [Text(f"{runs} without an answer: {message}")] if message else []
+    return Group(*parts)
+
+
+def _series_table(data: xr.Dataset, series: str) -> Table:
+    values = np.unique(data[series].to_numpy()[(data["series"] == series).to_numpy()])
+    title = f"Time (s) and largest memory (MB) over {SERIES[series]}, and the power with which they grow at last"
+    table = table_of(title, "", *(f"{value:,}" for value in values), "power")
+    for label, _, runs in _lines(data, series):
+        for variable in PANELS:
+            found = dict(zip(runs[series].to_numpy(), runs[variable].to_numpy()))
+            cells = [number(found[value]) if np.isfinite(found.get(value, np.nan)) else "" for value in values]
+            name = f"{label} (s)" if variable == "seconds" else "  (MB)"
+            table.add_row(name, *cells, f"{last_power(runs[series].to_numpy(), runs[variable].to_numpy()):.2f}")
+    return table
+
+
+def last_power(sizes: Any, numbers: Any) -> float:
+    """Power of the size with which a number grows between its last two known values."""
+    known = np.flatnonzero(np.isfinite(numbers))[-2:]
+    if len(known) < 2:
+        return float("nan")
+    (a, b), (x, y) = sizes[known], numbers[known]
+    return float(np.log(y / x) / np.log(b / a))
+
+
+def _per_position_table(data: xr.Dataset) -> Table:
+    table = table_of(
+        "Time per position, one-off work apart", "solver, reduced", "elements", "time (ms)", "of the coarsest"
+    )
+    coarsest: dict[str, float] = {}
+    for solver, elements, seconds in cost_per_position(data):
+        first = coarsest.setdefault(solver, seconds)
+        table.add_row(solver, f"{elements}", number(1e3 * seconds), f"{seconds / first:.2f}")
+    return table
