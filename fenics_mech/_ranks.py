@@ -109,7 +109,9 @@ def _gathered(comm: Any, part: Array, ends: Sequence[int]) -> Array:
     whole = np.empty((ends[-1], *part.shape[1:]))
     row = MPI.DOUBLE.Create_contiguous(math.prod(part.shape[1:])).Commit()  # counts of numbers may be too large
     counts = [int(count) for count in np.diff(ends)]
-    comm.Allgatherv([np.ascontiguousarray(part), len(part), row], [whole, (counts, list(ends[:-1])), row])
+    comm.Allgatherv(
+        [np.ascontiguousarray(part, dtype=np.float64), len(part), row], [whole, (counts, list(ends[:-1])), row]
+    )
     row.Free()
     return whole
 

@@ -1,15 +1,13 @@
 """Sweeps: a resonance curve in closed form, sweeps that are ended and go on, several processes, points that fail."""
 
 import math
-import os
-import shutil
 import signal
 import subprocess
-import sys
 import time
 
 import numpy as np
 import pytest
+from processes import ENVIRONMENT, MPIRUN, command, finished
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
@@ -37,7 +35,6 @@ mesh.elements = 1
 analysis = {{ sub_intervals = 72, modes = 1 }}
 """  # an arm whose hub swings by SWING sin(2 pi t/period)
 RANGE = f"drive.period={0.9 * math.pi / OMEGA}:{4 * math.pi / OMEGA}:16"  # 0.45 to 2 natural periods, not itself
-MPIRUN = shutil.which("mpirun")
 
 
 @pytest.fixture
@@ -56,26 +53,6 @@ def resonance(period):
     """Amplitude of the tip (m): the hub's motion is an inertia load ``M L SWING (2 pi/T)^2`` on an oscillator."""
     ratio = 2 * np.pi / period / OMEGA
     return LENGTH * SWING * ratio**2 / np.hypot(1 - ratio**2, 2 * RATIO * ratio)
-
-
-def command(*arguments, ranks=0):
-    """The arguments that start Python, on several processes if asked to."""
-    start = [MPIRUN, "--oversubscribe", "-n", str(ranks)] if ranks else []
-    return [*start, sys.executable, *map(str, arguments)]
-
-
-ENVIRONMENT = os.environ | {
-    "OMP_NUM_THREADS": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_mpi_yield_when_idle": "1",  # a process that waits leaves its core to others
-}
-
-
-def finished(*arguments, ranks=0):
-    """Run Python to its end."""
-    arguments = command(*arguments, ranks=ranks)
-    return subprocess.run(arguments, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False)
 
 
 def test_resonance_curve_is_that_of_one_oscillator(arm, tmp_path):

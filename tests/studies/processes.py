@@ -1,0 +1,28 @@
+"""Python in processes of its own, several of them under `mpirun`."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+MPIRUN = shutil.which("mpirun")
+
+
+def command(*arguments, ranks=0):
+    """The arguments that start Python, on several processes if asked to."""
+    start = [MPIRUN, "--oversubscribe", "-n", str(ranks)] if ranks else []
+    return [*start, sys.executable, *map(str, arguments)]
+
+
+ENVIRONMENT = os.environ | {
+    "OMP_NUM_THREADS": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_mpi_yield_when_idle": "1",  # a process that waits leaves its core to others
+}
+
+
+def finished(*arguments, ranks=0):
+    """Run Python to its end."""
+    arguments = command(*arguments, ranks=ranks)
+    return subprocess.run(arguments, env=ENVIRONMENT, capture_output=True, text=True, timeout=120, check=False)
