@@ -107,7 +107,10 @@ class Flow:
         by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
         right = np.concatenate([-stiffness, by_velocity, load], axis=-1)
         flat = right.reshape(-1, s * n, right.shape[-1])
-        matrix, unit = tableau.stage_matrix(self.duration[steps], mass, damping, stiffness), np.tile(self.unit, s)[:, None]
+        matrix, unit = (
+            tableau.stage_matrix(self.duration[steps], mass, damping, stiffness),
+            np.tile(self.unit, s)[:, None],
+        )
         return (np.linalg.solve(matrix / (unit * unit.T), flat / unit) / unit).reshape(right.shape)
 
     @cached_property
