@@ -60,9 +60,10 @@ def run(
     from fenics_mech.scene import Scene, load, refined  # noqa: PLC0415
 
     def prepared() -> Scene:
-        make_folder(folder)
         loaded = refined(load(scene), refine)
-        return loaded if tolerance is None else loaded.changed(tolerance=tolerance)
+        loaded = loaded if tolerance is None else loaded.changed(tolerance=tolerance)
+        make_folder(folder)
+        return loaded
 
     first = one_voice()
     loaded = shared(prepared)
