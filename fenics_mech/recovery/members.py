@@ -362,6 +362,18 @@ def between_nodes(
     return u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
 
 
+def bent_by_tension(system: System, history: History, tension: Array, element: NDArray[np.int64], xi: Array) -> Array:
+    """Deflection that axial forces on their cubic shape add between the nodes of elements, ``(angles, places)`` (m).
+
+    It acts as the spread load ``T w''``. `tension` is that of the elements (N), ``(angles, elements)``.
+    """
+    beams = system.beams
+    h, number = beams.mesh.cell_length[element], _at(_shear_number(beams), element)
+    nodal = _scaled(_hermite(system, system.to_links(history.displacement))[:, element][..., NORMAL], h)
+    shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
+    return tension[:, element] * h**2 / beams.bending_rigidity[element] * np.sum(nodal * shapes, -1)
+
+
 def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
     """Displacements u and w by the shape functions, and the slope of w."""
     bent = _scaled(displacement[..., NORMAL], h)

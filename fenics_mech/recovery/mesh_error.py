@@ -20,7 +20,7 @@ from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import nodal_forces, reactions
-from fenics_mech.recovery.members import between_nodes, element_tension, left_to_statics
+from fenics_mech.recovery.members import bent_by_tension, between_nodes, element_tension, left_to_statics
 from fenics_mech.response import History
 
 Array = NDArray[np.float64]
@@ -53,6 +53,8 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     element, xi = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
     found = reactions(system, nodal_forces(system, history)) if system.transformation.constraints.contacts else {}
     u, w = between_nodes(system, history, element, xi, point_loads(system, found))
+    if tension is not None:
+        w = w + bent_by_tension(system, history, tension, element, xi)
     z = (u + 1j * w).reshape(len(u), count, -1)
     line = None
     if step is not None:

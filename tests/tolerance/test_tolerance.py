@@ -9,6 +9,7 @@ import pytest
 import fenics_mech.tolerance
 from fenics_mech import analyse, load
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from fenics_mech.views.report import _between_positions
@@ -90,3 +91,42 @@ def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
 def test_tolerance_is_a_share():
     with pytest.raises(SceneError, match="tolerance"):
         seed_four_bar(tolerance=2.0)
+
+
+def strut(force, elements):
+    """A strut on two pins that an axial force presses and 1 N in its middle bends; 299 N is Euler's load."""
+    return build(
+        {
+            "materials": {"al": {"modulus": 71e9, "density": 2714}},
+            "sections": {"s": {"shape": "rectangle", "width": 0.02, "height": 0.004}},
+            "ground": {"points": {"O": [0, 0], "G": [0.5, 0]}},
+            "links": {
+                "col": {
+                    "points": {"A": [0, 0], "B": [0.5, 0]},
+                    "members": {"AB": {"ends": ["A", "B"], "section": "s", "material": "al"}},
+                    "angle": 0.0,
+                }
+            },
+            "joints": {
+                "A": {"connect": ["ground.O", "col.A"]},
+                "B": {"kind": "slot", "connect": ["ground.G", "col.B"], "angle": 0.0},
+            },
+            "loads": {"axial": {"at": "col.B", "force": [-force, 0]}, "side": {"at": "col@0.5", "force": [0, 1]}},
+            "effects": ["geometric-stiffness"],
+            "mesh": {"elements": elements},
+            "analysis": {"method": "static", "allow_coarse": True},
+        }
+    )
+
+
+@pytest.mark.parametrize("force", [100.0, 280.0])
+def test_a_strut_needs_elements_near_its_buckling_load(force):
+    def moment(scene):
+        return float(np.abs(analyse(scene).data["moment"]).max())
+
+    wave = np.sqrt(force / (71e9 * 0.02 * 0.004**3 / 12))
+    exact = np.tan(wave / 4) / (2 * wave)  # of a beam-column under a force in its middle
+    coarse = strut(force, 2)
+    estimate = float(analyse(coarse).data["relative_error"].sel(source="mesh"))
+    assert 0.8 < estimate / abs(moment(coarse) / exact - 1) < 4
+    assert moment(coarse.changed(tolerance=1e-4)) == pytest.approx(exact, rel=1e-4)
