@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from fenics_mech.building import links
 from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
@@ -82,16 +84,11 @@ def within(scene: Scene, analyse: Analyse) -> Result:
     SolverError
         When the tolerance is not met, with the source of the largest error.
     SceneError
-        When the motion is one in time, whose steps are not in the estimate.
+        When the motion is one in time, has lumped masses, or no damping: their errors are not estimated.
     """
     assert scene.tolerance is not None
-    if scene.analysis.method == "transient":
-        raise SceneError(
-            "a motion in time does not estimate the error of its steps, so that a tolerance cannot be promised",
-            place="tolerance",
-            hint="Leave it out, and give analysis.time_tolerance and elements",
-        )
     chosen, choices = choose(scene)
+    _refuse_unknown(chosen)
     knobs, errors = _start(chosen), {"mesh": math.inf}
     for done in range(1, MOST_ROUNDS + 1):
         trial = knobs.of(chosen)
@@ -117,6 +114,26 @@ def within(scene: Scene, analyse: Analyse) -> Result:
         f"the tolerance of {scene.tolerance:g} is not met in {MOST_ROUNDS} rounds: the largest error left is "
         f"{errors[worst]:.2g}, by the {worst}, with {trial.analysis.sub_intervals} sub_intervals and "
         f"{trial.mesh.elements} elements a member. Give a larger tolerance"
+    )
+
+
+def _refuse_unknown(scene: Scene) -> None:
+    """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
+    damping = scene.damping
+    damped = np.any(damping.ratio) or damping.material or damping.external or scene.dampers
+    if scene.analysis.method == "transient":
+        what, hint = (
+            "a motion in time, the error of whose steps is not estimated",
+            "analysis.time_tolerance and elements",
+        )
+    elif "lumped-mass" in scene.named_effects:
+        what, hint = "lumped masses, the error of which is not estimated", "elements, or leave 'lumped-mass' out"
+    elif scene.analysis.method == "periodic" and not damped:
+        what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
+    else:
+        return
+    raise SceneError(
+        f"a tolerance cannot be promised of {what}", place="tolerance", hint=f"Leave it out, and give {hint}"
     )
 
 

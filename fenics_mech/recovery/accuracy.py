@@ -130,6 +130,8 @@ def estimated(
     largest, forces = np.abs(strain).max(axis=(0, 2, 3)), np.linalg.norm(base[2], axis=-1).max(axis=1, initial=0.0)
     strains, by_joint, order = {}, {}, {}
     for source, better in history.better.items():
+        if source == "mesh" and "lumped-mass" in scene.named_effects:
+            continue  # whose inertia the elements do not have
         order[source] = better.order
         if better.history is history:
             strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)

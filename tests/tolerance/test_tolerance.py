@@ -61,9 +61,22 @@ def test_static_answers_need_no_mesh():
     assert np.abs(result.data["strain"] - exact.data["strain"]).max() < 1e-9 * np.abs(exact.data["strain"]).max()
 
 
-def test_motion_in_time_is_refused():
-    with pytest.raises(SceneError, match="time_tolerance"):
-        analyse(seed_four_bar(analysis__method="transient", tolerance=1e-3))
+@pytest.mark.parametrize(
+    ("changes", "found"),
+    [
+        ({"analysis__method": "transient"}, "time_tolerance"),
+        ({"effects": ("lumped-mass",)}, "lumped masses"),  # 40 % off, with no error of the mesh by estimate
+        ({"effects": ("coupling",), "damping__ratio": 0.0}, "nothing damps"),  # twice as far off as the tolerance
+    ],
+)
+def test_what_is_not_estimated_is_refused(changes, found):
+    with pytest.raises(SceneError, match=found):
+        analyse(seed_four_bar(tolerance=1e-3, **changes))
+
+
+def test_lumped_masses_have_no_estimate_of_the_mesh():
+    data = analyse(seed_four_bar(effects=("lumped-mass", "coupling"), analysis__allow_coarse=True)).data
+    assert "mesh" not in data["source"]
 
 
 def test_peaks_are_sought_between_few_positions():
