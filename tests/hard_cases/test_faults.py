@@ -171,7 +171,7 @@ main()
     ("size", "command", "whole"),
     [
         (60_000, ["run", "--no-plots"], set()),  # HDF5 ended the process
-        (300_000, ["run", "--csv", "--no-plots"], {"result.nc"}),
+        (265_000, ["run", "--csv", "--no-plots"], {"result.nc"}),
         (20_001, ["mesh"], {"mesh.msh", "mesh.vtu", "mesh.xdmf"}),  # small enough
         (20_000, ["modes"], {"frequencies.csv"}),
     ],

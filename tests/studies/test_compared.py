@@ -92,5 +92,5 @@ def test_quick_comparison_has_all_hand_coded_programs():
     own, other = (data[name].to_numpy() for name in ("error_mid_span", "error_all_mid_span"))
     ours = np.array(["fenics_mech" in name for name in data["method"].to_numpy()]) & np.isfinite(own)
     assert ours.any()
-    assert np.abs(own - other)[ours].max() < 0.02
+    assert np.abs(own - other)[ours].max() < 0.03
     assert np.array_equal(own[~ours], other[~ours], equal_nan=True)

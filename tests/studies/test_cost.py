@@ -68,7 +68,7 @@ def test_the_same_equation_and_that_with_all_effects_are_two_measures(quick):
     assert fine["error"] == fine["error_all"]  # it has all effects
     assert fine["estimate_ratio"] == pytest.approx(float(fine["estimate"] / fine["error"]))
     truncated = run_of(data, method="sub-intervals, physical", sub_intervals=48)
-    assert truncated["error_all"] > 1.5 * truncated["error"]  # 12 % for want of coupling, 6 % by solver and mesh
+    assert truncated["error_all"] > 1.1 * truncated["error"]  # for want of coupling, beside solver and mesh
 
 
 def test_references_machine_and_overhead_are_stated(quick):
