@@ -58,7 +58,8 @@ def links(scene: Scene) -> Beams:
     if scene.analysis.reduction == "none":
         return fine
     members = _reducible(scene, fine)
-    coarse = thinned(scene, [fine.mesh.members[i] for i in members], MOST_SEEN)
+    varies = fine.density_powers is not None  # then strains are recovered on all elements
+    coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], MOST_SEEN)
     seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
     cutoff = scene.analysis.cutoff
     reduction = Reduction.of(fine, seen, members, None if cutoff == "auto" else 2 * math.pi * cutoff)

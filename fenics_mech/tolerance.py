@@ -128,6 +128,8 @@ def _refuse_unknown(scene: Scene) -> None:
         )
     elif "lumped-mass" in scene.named_effects:
         what, hint = "lumped masses, the error of which is not estimated", "elements, or leave 'lumped-mass' out"
+    elif not all(scene.sections[member.section].constant for _, member in scene.members().values()):
+        what, hint = "sections that vary, of whose error a part is not estimated", "elements"
     elif scene.analysis.method == "periodic" and not damped:
         what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
     else:
@@ -138,15 +140,21 @@ def _refuse_unknown(scene: Scene) -> None:
 
 
 def _start(scene: Scene) -> Knobs:
-    """Give the choices to begin with: coarse ones, from which the errors are told."""
+    """Give the choices to begin with: coarse ones, from which the errors are told.
+
+    Loads that change may do so between few positions: there the scene's own are the fewest.
+    """
     analysis = scene.analysis
-    steps = FEWEST_STEPS if analysis.method == "periodic" else analysis.sub_intervals
+    sudden = bool(scene.impulses) or any(getattr(load, "factor", None) is not None for load in scene.loads.values())
+    steps = FEWEST_STEPS if analysis.method == "periodic" and not sudden else analysis.sub_intervals
     nonlinear = any(name in scene.named_effects for name in NONLINEAR)
     if "coupling" not in scene.named_effects or nonlinear or analysis.method != "periodic":
         return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
     assert reduction is not None
+    if not reduction.spans:
+        return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     return Knobs(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
 
 

@@ -115,10 +115,12 @@ class Reduction:
 
     @property
     def fineness(self) -> float:
-        """How many times as many elements the modes are from, at least, as the mesh has."""
-        members = [span.member for span in self.spans]
-        fine, seen = (np.bincount(mesh.cell_member)[members] for mesh in (self.fine.mesh, self.mesh))
-        return float((fine / seen).min(initial=np.inf)) if members else 1.0
+        """How many times as long as that of the modes the longest element of a member is in the mesh, at least."""
+
+        def longest(mesh: BeamMesh, member: int) -> float:
+            return float(mesh.cell_length[mesh.cell_member == member].max())
+
+        return min((longest(self.mesh, s.member) / longest(self.fine.mesh, s.member) for s in self.spans), default=1.0)
 
     @cached_property
     def mass(self) -> sp.csr_matrix:

@@ -155,6 +155,12 @@ def follow(
     SolverError
         When there is no motion at the start. A branch that is lost later is given as far as it goes.
     """
+    if scene.tolerance is not None:
+        raise SceneError(
+            "a branch is followed with one mesh and one number of steps, which no tolerance chooses",
+            place="tolerance",
+            hint="Leave it out, and give elements and analysis.sub_intervals",
+        )
     if points < 1 or most_points < 2:
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     check(scene)

@@ -15,6 +15,7 @@ from fenics_mech.scene.meshing import with_elements
 from fenics_mech.views.report import _between_positions
 
 DEMOS = Path(__file__).parents[2] / "demos"
+VARIABLE = {"shape": "variable", "area": "4e-5*(1 - 0.6*s)", "inertia": "8e-12*(1 - 0.6*s)", "fibre": "8e-4"}
 
 
 def true_error(result):
@@ -66,6 +67,7 @@ def test_static_answers_need_no_mesh():
     [
         ({"analysis__method": "transient"}, "time_tolerance"),
         ({"effects": ("lumped-mass",)}, "lumped masses"),  # 40 % off, with no error of the mesh by estimate
+        ({"sections__coupler": VARIABLE}, "sections that vary"),
         ({"effects": ("coupling",), "damping__ratio": 0.0}, "nothing damps"),  # twice as far off as the tolerance
     ],
 )
