@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,14 +61,7 @@ def refined(scene: Scene, times: int) -> Scene:
             place="mesh",
             hint="Refine less often",
         )
-    links = {}
-    for name, link in scene.links.items():
-        members = {
-            label: member.model_copy(update={"mesh": _halved(member.mesh, times)} if member.mesh else {})
-            for label, member in link.members.items()
-        }
-        links[name] = link.model_copy(update={"members": members})
-    return scene.model_copy(update={"links": links, "mesh": _halved(scene.mesh, times)})
+    return with_meshes(scene, _halved(scene.mesh, times), lambda mesh: _halved(mesh, times))
 
 
 def with_elements(scene: Scene, count: int) -> Scene:
@@ -79,18 +72,19 @@ def with_elements(scene: Scene, count: int) -> Scene:
             return Mesh(elements=count, grading=mesh.grading ** (mesh.elements / count))
         return _halved(mesh, max(0, math.ceil(math.log2(count / (len(mesh.stations) - 1)))))
 
-    links = {
-        name: link.model_copy(
-            update={
-                "members": {
-                    label: member.model_copy(update={"mesh": cut(member.mesh)}) if member.mesh else member
-                    for label, member in link.members.items()
-                }
-            }
-        )
-        for name, link in scene.links.items()
-    }
-    return scene.model_copy(update={"links": links, "mesh": cut(scene.mesh)})
+    return with_meshes(scene, cut(scene.mesh), cut)
+
+
+def with_meshes(scene: Scene, mesh: Mesh, own: Callable[[Mesh], Mesh | None]) -> Scene:
+    """Give a scene another mesh; `own` makes that of a member which has one of its own, or None for the scene's."""
+    links = {}
+    for name, link in scene.links.items():
+        members = {
+            label: member.model_copy(update={"mesh": own(member.mesh)}) if member.mesh else member
+            for label, member in link.members.items()
+        }
+        links[name] = link.model_copy(update={"members": members})
+    return scene.model_copy(update={"links": links, "mesh": mesh})
 
 
 def thinned(scene: Scene, labels: Collection[str], most: int) -> Scene:

@@ -9,6 +9,7 @@ from typing import Any
 from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import with_meshes
 from fenics_mech.scene.models import Mesh
 
 QUASI_STATIC, TRUNCATED = "quasi-static", "(5.1)"
@@ -80,13 +81,7 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
 
 def meshed(scene: Scene, elements: int) -> Scene:
     """Give a scene whose members have so many elements each."""
-    links = {
-        name: link.model_copy(
-            update={"members": {label: m.model_copy(update={"mesh": None}) for label, m in link.members.items()}}
-        )
-        for name, link in scene.links.items()
-    }
-    return scene.model_copy(update={"links": links, "mesh": Mesh(elements=elements)})
+    return with_meshes(scene, Mesh(elements=elements), lambda mesh: None)
 
 
 def reference_meshes(scene: Scene, quick: bool = False) -> tuple[int, int, int]:
