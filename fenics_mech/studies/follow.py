@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
-from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
@@ -17,11 +17,11 @@ from fenics_mech.branch import check, family_of, first_motion, result_at
 from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.result import read_dataset, write_dataset
 from fenics_mech.response.continuation import Point, continued
 from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
+from fenics_mech.studies.run_table import Saved
 from fenics_mech.studies.sweep import stacked
 from fenics_mech.studies.sweep_axes import placed, scene_data, unit_of
 from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, reduced
@@ -40,7 +40,7 @@ REAL = 1e-6  # imaginary part of a multiplier that counts as none
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Saved):
     """Periodic motions along a branch.
 
     Parameters
@@ -51,7 +51,8 @@ class Branch:
         point has none. ``attrs["ended"]`` says where the branch ended: at `END`, or why it was lost.
     """
 
-    data: xr.Dataset
+    KIND: ClassVar[str] = "branch"
+    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "path", "ended")
 
     @property
     def path(self) -> str:
@@ -94,28 +95,6 @@ class Branch:
         before = np.flatnonzero(off[:-1] * off[1:] < 0)
         places = [(k + off[k] / (off[k] - off[k + 1]), bool(stable[k] and stable[k + 1])) for k in before]
         return sorted(places + [(float(k), bool(stable[k])) for k in np.flatnonzero(off == 0)])
-
-    def save(self, path: str | Path) -> Path:
-        """Write the branch as NetCDF 3; the file appears whole or not at all.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        write_dataset(Path(path), self.data, "scipy")
-        return Path(path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Branch:
-        """Read a branch that was saved.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be read or is not a branch of this program.
-        """
-        return cls(read_dataset(path, "scipy", "branch", ("fenics_mech", "path", "ended")))
 
 
 @guarded()

@@ -1,4 +1,4 @@
-"""A table of measured runs, one a line, that saves, loads and exports."""
+"""Datasets that studies save and load, and tables of measured runs that are exported too."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from fenics_mech.recovery.result import read_dataset, write_dataset, write_whole
 
 
 @dataclass(frozen=True)
-class RunTable:
-    """Measured runs.
+class Saved:
+    """A dataset that saves and loads.
 
     Parameters
     ----------
     data
-        Dimension "run"; units in ``attrs["units"]``.
+        The dataset; its attributes have the names in `NEEDED`.
     """
 
-    KIND: ClassVar[str] = "table of runs"
+    KIND: ClassVar[str]
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech",)
     data: xr.Dataset
 
     def save(self, path: str | Path) -> Path:
-        """Write as NetCDF 3; the file appears whole or not at all.
+        """Write as NetCDF 3, which has no times in it; the file appears whole or not at all.
 
         Raises
         ------
@@ -46,6 +46,19 @@ class RunTable:
             When the file cannot be read or holds something else.
         """
         return cls(read_dataset(path, "scipy", cls.KIND, cls.NEEDED))
+
+
+@dataclass(frozen=True)
+class RunTable(Saved):
+    """Measured runs.
+
+    Parameters
+    ----------
+    data
+        Dimension "run"; units in ``attrs["units"]``.
+    """
+
+    KIND: ClassVar[str] = "table of runs"
 
     def to_csv(self, path: str | Path) -> Path:
         """Write the table, one run a line; the file appears whole or not at all.

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -21,9 +21,10 @@ from mpi4py import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError
-from fenics_mech.recovery.result import read_dataset, write_dataset, write_whole
+from fenics_mech.recovery.result import write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
+from fenics_mech.studies.run_table import Saved
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
 from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, compute_point, point_file, read_point
 
@@ -34,7 +35,7 @@ TEXTS = {"error": "kind of error that the point ended with", "message": "what it
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Saved):
     """What a sweep found.
 
     Parameters
@@ -45,7 +46,8 @@ class Sweep:
         ``attrs["units"]``.
     """
 
-    data: xr.Dataset
+    KIND: ClassVar[str] = "sweep"
+    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "paths")
 
     @property
     def paths(self) -> list[str]:
@@ -56,28 +58,6 @@ class Sweep:
     def scene(self) -> Scene:
         """The scene of the first point."""
         return Scene.model_validate_json(self.data.attrs["scene"])
-
-    def save(self, path: str | Path) -> Path:
-        """Write the sweep as NetCDF 3, which has no times in it; the file appears whole or not at all.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        write_dataset(Path(path), self.data, "scipy")
-        return Path(path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Sweep:
-        """Read a sweep that was saved.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be read or is not a sweep of this program.
-        """
-        return cls(read_dataset(path, "scipy", "sweep", ("fenics_mech", "paths")))
 
 
 def run_sweep(
