@@ -49,9 +49,8 @@ def mesh_better(
     lack = neglected(system, history_of(equation, *motion), step)
     load = load_of(system, lack)
     size = load.shape[1]
-    states = np.concatenate([starts[0], flow.pace * starts[1]], axis=1)
     whole = np.pad(load, ((0, 0), (0, flow.size - size)))
-    q, rate = (change[:, :size] for change in periodic_change(whole, states, flow, regular, scene.petsc))
+    q, rate = (change[:, :size] for change in periodic_change(whole, flow.states(*starts), flow, regular, scene.petsc))
     return Better(history_of(equation, motion[0] + q, motion[1] + rate, load), ORDER, loads=lack)
 
 

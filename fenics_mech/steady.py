@@ -219,7 +219,7 @@ def condition_of(orbit: Orbit, scene: Scene) -> float:
     """How many times a relative error of the steps comes out in a motion by collocation; see `magnification`."""
     flow = orbit.flow
     assert flow is not None
-    states, unit = np.concatenate([orbit.start, flow.pace * orbit.start_velocity], axis=1), np.tile(flow.unit, 2)
+    states, unit = flow.states(orbit.start, orbit.start_velocity), np.tile(flow.unit, 2)
     return magnification(flow.transitions * unit[:, None] / unit, states * unit, scene.petsc)
 
 

@@ -75,7 +75,7 @@ def _solve_linear(
 def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbit:
     """Give the motion inside the steps from the states at their starts, ``(steps, 2n)``, and so much of each load."""
     n, tableau = flow.size, flow.tableau
-    q, rate = states[:, :n], states[:, n:] / flow.pace
+    q, rate = flow.parts(states)
     h = flow.duration[:, None, None]
     acceleration = flow.accelerations(states, loads)
     velocity = rate[:, None] + h * (tableau.inner @ acceleration)
@@ -112,16 +112,14 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
         When the cycle cannot be closed.
     """
     assert orbit.flow is not None
-    n, pace = orbit.flow.size, orbit.flow.pace
-    states = np.concatenate([orbit.start, pace * orbit.start_velocity], axis=1)
+    states = orbit.flow.states(orbit.start, orbit.start_velocity)
     defect = better.ends(states) - orbit.flow.ends(states)
     carrier = orbit.flow if orbit.flow.tableau.damps else better
     right = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
     error = solve_cycle(carrier.transitions, right + defect, options) - states
     if not better.tableau.damps:
         error = np.roll(times(carrier.transitions, error), 1, axis=0)
-    states = states + error
-    return states[:, :n], states[:, n:] / pace
+    return orbit.flow.parts(states + error)
 
 
 def refined(q: Array, rate: Array, flow: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
@@ -141,9 +139,9 @@ def refined(q: Array, rate: Array, flow: Flow, options: Mapping[str, Any]) -> tu
     SolverError
         When the cycle cannot be closed.
     """
-    states = np.concatenate([q, flow.pace * rate], axis=1)
+    states = flow.states(q, rate)
     states += solve_cycle(flow.transitions, flow.ends(states) - np.roll(states, -1, axis=0), options)
-    return states[:, : flow.size], states[:, flow.size :] / flow.pace
+    return flow.parts(states)
 
 
 def between(orbit: Orbit, tableau: Tableau, step: float | Array, places: Array) -> tuple[Array, Array]:

@@ -54,6 +54,14 @@ class Flow:
         size = sum(np.abs(np.einsum("tii->ti", part)).mean(axis=0) for part in parts)
         return np.sqrt(np.where(size, size, 1.0))
 
+    def states(self, q: Array, rate: Array) -> Array:
+        """Put q and q', ``(steps, coordinates)`` each, into states, ``(steps, 2n)``."""
+        return np.concatenate([q, self.pace * rate], axis=1)
+
+    def parts(self, states: Array) -> tuple[Array, Array]:
+        """Take q and q' out of states, ``(steps, coordinates)`` each."""
+        return states[:, : self.size], states[:, self.size :] / self.pace
+
     @property
     def transitions(self) -> Array:
         """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""

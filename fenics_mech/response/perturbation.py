@@ -32,15 +32,14 @@ def periodic_change(
     options
         PETSc options with the prefix "periodic_".
     """
-    n, start = flow.size, np.cumsum(flow.duration) - flow.duration
+    start = np.cumsum(flow.duration) - flow.duration
     if not regular.all():
         period = float(flow.duration.sum())
         load = np.stack([np.interp(start, start[regular], column, period=period) for column in load.T], axis=1)
     rise = np.roll(load, -1, axis=0) - load
     added = flow.added_by(load[:, None] + flow.tableau.points[:, None] * rise[:, None])
     right = np.roll(motion, -1, axis=0) - times(flow.transitions, motion)  # with it the answer is the motion itself
-    change = (solve_cycle(flow.transitions, right + added, options) - motion)[regular]
-    return change[:, :n], change[:, n:] / flow.pace
+    return flow.parts((solve_cycle(flow.transitions, right + added, options) - motion)[regular])
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:
