@@ -20,7 +20,7 @@ from fenics_mech.modes import Modes
 from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
-from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
+from fenics_mech.recovery.mesh_error import ORDER, neglected
 from fenics_mech.response import History, solve_periodic
 from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
@@ -125,7 +125,9 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
     history = solve_periodic(scene, system, modes, boundary_load(scene, system))
     lack = neglected(system, history.elastic, scene.period / len(modes.theta))
-    found = Neighbours(scene, system, modes, history).better(load_of(system, lack), lack, ORDER)
+    found = Neighbours(scene, system, modes, history).better(
+        system.on_coordinates(system.applied_by(lack)), lack, ORDER
+    )
     return system, replace(history, better=found)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
+from fenics_mech.recovery.mesh_error import ORDER, neglected
 from fenics_mech.response import History
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
@@ -47,7 +47,7 @@ def mesh_better(
     """
     system, step = equation.system, scene.period / len(motion[0])
     lack = neglected(system, history_of(equation, *motion), step)
-    load = load_of(system, lack)
+    load = system.on_coordinates(system.applied_by(lack))
     size = load.shape[1]
     whole = np.pad(load, ((0, 0), (0, flow.size - size)))
     q, rate = (change[:, :size] for change in periodic_change(whole, flow.states(*starts), flow, regular, scene.petsc))
@@ -59,7 +59,7 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
     lack = neglected(system, history, None)
     if lack.force is None:
         return Better(history, ORDER)
-    law, load = system.terms.law, load_of(system, lack)
+    law, load = system.terms.law, system.on_coordinates(system.applied_by(lack))
     if law is None:
         q = displacement_under(system, load, scene.petsc)
     else:

@@ -16,7 +16,7 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.mesh_error import ORDER, load_of, neglected
+from fenics_mech.recovery.mesh_error import ORDER, neglected
 from fenics_mech.response import History
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.damping import modal_damping
@@ -109,7 +109,7 @@ def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, 
     if law is not None:
         matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
     lack = neglected(equation.system, history_of(equation, *motion), step, closed=False)
-    load = load_of(equation.system, lack)
+    load = equation.system.on_coordinates(equation.system.applied_by(lack))
     change = change_in_time(load, matrices, step, state)
     q, rate, _ = change
     found = history_of(equation, motion[0] + q, motion[1] + rate, load)

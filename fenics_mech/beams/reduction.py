@@ -23,7 +23,7 @@ from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.assembly import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.span import Span
+from fenics_mech.beams.span import Span, outside
 from fenics_mech.beams.strings import Strings
 
 Array = NDArray[np.float64]
@@ -150,7 +150,7 @@ class Reduction:
     @cached_property
     def strings(self) -> Strings:
         """The members as strings."""
-        return Strings.of(self.mesh, self)
+        return Strings.of(self)
 
     def pairs(self, rows: Index, columns: Index) -> tuple[Index, Index, sp.csr_matrix]:
         """Say what entries of a matrix over the nodal dofs add to which entries over the coordinates.
@@ -188,7 +188,7 @@ def _placed(block: Array, rows: Index, columns: Index, shape: tuple[int, int]) -
 def _stiffness(beams: Beams, spans: Sequence[Span], kept: Index) -> sp.csr_matrix:
     """Stiffness over the nodal dofs that are kept: of the elements of members that are not reduced, and of spans."""
     mesh = beams.mesh
-    whole = ~np.isin(mesh.cell_member, [span.member for span in spans])
+    whole = outside(mesh, spans)
     turn = member_rotation(mesh)[whole]
     blocks = [
         turn.transpose(0, 2, 1) @ beams.element_stiffness[whole] @ turn,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,12 +16,18 @@ from fenics_mech._petsc import configured, name_of, to_petsc
 from fenics_mech.beams.assembly import Beams
 from fenics_mech.beams.chain import Chain
 from fenics_mech.beams.layout import member_rotation
+from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SolverError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 SMALL = 60  # inner dofs of a member, up to which all its modes are found at once
 TOLERANCE = 1e-12  # of the modes
+
+
+def outside(mesh: BeamMesh, spans: Sequence[Span]) -> NDArray[np.bool_]:
+    """Which elements are of no span, ``(elements,)``."""
+    return ~np.isin(mesh.cell_member, [span.member for span in spans])
 
 
 @dataclass(frozen=True, eq=False)

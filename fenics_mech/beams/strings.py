@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams.layout import element_dofs
-from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.beams.span import outside
 from fenics_mech.beams.stretching import Stretching
 
 if TYPE_CHECKING:
@@ -38,10 +38,10 @@ class Strings:
     shape: Array
 
     @classmethod
-    def of(cls, mesh: BeamMesh, reduction: Reduction) -> Strings:
+    def of(cls, reduction: Reduction) -> Strings:
         """Find the strings of reduced links."""
-        whole = ~np.isin(mesh.cell_member, [span.member for span in reduction.spans])
-        dofs, modes = element_dofs(mesh), len(reduction.kept) + np.arange(len(reduction.mode_member))
+        whole = outside(reduction.mesh, reduction.spans)
+        dofs, modes = element_dofs(reduction.mesh), len(reduction.kept) + np.arange(len(reduction.mode_member))
         strings = [(np.array([e]), reduction.place[dofs[e]]) for e in np.flatnonzero(whole)]
         for span in reduction.spans:
             mine = modes[reduction.mode_member == span.member]

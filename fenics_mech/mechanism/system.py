@@ -48,12 +48,15 @@ class System:
     @cached_property
     def applied(self) -> Array:
         """Loads on the nodal dofs in link axes (N, N m), ``(angles, nodal dofs)``."""
+        return self.applied_by(self.terms)
+
+    def applied_by(self, terms: Terms) -> Array:
+        """Those of given terms, ``(angles, nodal dofs)``."""
         applied = np.zeros((len(self.motion.theta), self.transformation.height))
-        if self.terms.force is not None:
-            applied += self.terms.force
-        if self.terms.line is not None:
-            ends = self.beams.layout.work_equivalent(self.terms.line)
-            applied += self.assembled(np.einsum("eji,tej->tei", member_rotation(self.beams.mesh), ends))
+        if terms.force is not None:
+            applied += terms.force
+        if terms.line is not None:
+            applied += self.assembled_from_members(self.beams.layout.work_equivalent(terms.line))
         return applied
 
     @property
@@ -163,6 +166,10 @@ class System:
     def assembled(self, ends: Array) -> Array:
         """Sum forces on the elements' ends ``(angles, elements, 6)`` to nodal forces ``(angles, nodal dofs)``."""
         return summed(ends.reshape(len(ends), -1), element_dofs(self.beams.mesh).ravel(), self.transformation.height)
+
+    def assembled_from_members(self, ends: Array) -> Array:
+        """Sum forces on the elements' ends in the axes of their members, ``(angles, elements, 6)``, to nodal ones."""
+        return self.assembled(np.einsum("eji,tej->tei", member_rotation(self.beams.mesh), ends))
 
     def mass_times(self, vectors: Array, shift: int = 0) -> Array:
         """``M vectors`` at all angles, M being that of the angle `shift` further on.

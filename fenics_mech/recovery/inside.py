@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
-from fenics_mech.beams.reduction import Span
+from fenics_mech.beams.span import Span, outside
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None 
     assert beams.reduction is not None
     mesh, spans = beams.mesh, beams.reduction.spans
     settled, elastic = strained.copy(), np.zeros((len(strained), len(mesh.cell), 6))
-    whole = ~np.isin(mesh.cell_member, [span.member for span in spans])
+    whole = outside(mesh, spans)
     if whole.any():
         v = each(member_rotation(mesh)[whole], strained[:, element_dofs(mesh)[whole]])
         elastic[:, whole] = each(beams.element_stiffness[whole], v)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import in_member_axes, member_rotation
+from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
@@ -105,20 +105,7 @@ def _by_tension(system: System, tension: Array, w: Array) -> Array:
     bent = (w * WEIGHTS) @ evaluate(tuple(f.deriv(2) for f in CUBIC), PLACES)
     ends = np.zeros((*tension.shape, 6))
     ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
-    return _assembled(system, ends)
-
-
-def _assembled(system: System, ends: Array) -> Array:
-    """Sum forces on the elements' ends in their members' axes, ``(angles, elements, 6)``, to nodal ones."""
-    return system.assembled(np.einsum("eji,tej->tei", member_rotation(system.beams.mesh), ends))
-
-
-def load_of(system: System, terms: Terms) -> Array:
-    """Give what loads are to the coordinates, ``(angles, coordinates)``."""
-    nodal = np.zeros((len(system.values), system.transformation.height)) if terms.force is None else terms.force
-    if terms.line is not None:
-        nodal = nodal + _assembled(system, system.beams.layout.work_equivalent(terms.line))
-    return system.on_coordinates(nodal)
+    return system.assembled_from_members(ends)
 
 
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
