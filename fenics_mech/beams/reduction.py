@@ -98,7 +98,8 @@ class Reduction:
             parts.append(_placed(shapes.T, inner, np.arange(len(shapes)), (height, len(shapes))))
         shape, omega = sp.hstack(parts, format="csr"), np.concatenate(omegas)
         modal = sp.diags(omega**2 * (shape.T @ mass @ shape).diagonal()[len(kept) :])
-        on_seen = spans if seen is fine else [Span.of(seen, to_scipy(seen.mass), member) for member in members]
+        seen_mass = to_scipy(seen.mass)
+        on_seen = spans if seen is fine else [Span.of(seen, seen_mass, member) for member in members]
         rows = (3 * np.array([fine.mesh.node(name) for name in seen.mesh.node_name])[:, None] + np.arange(3)).ravel()
         return cls(
             fine=fine,

@@ -92,11 +92,8 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     beams = system.beams
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    inertia, all_loads = _inertia(system, history, element), _with_spread(system, loads)
-    ends, v = _balanced(system, history)
-    axial, shear, moment = _statics(system, ends, inertia, all_loads, element, xi)
-    if beams.rotary_powers is not None:
-        moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
+    inertia, (ends, v) = _inertia(system, history, element), _balanced(system, history)
+    axial, shear, moment = _statics(system, history, ends, inertia, loads, element, xi)
     displacement = _hermite(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia)
@@ -123,13 +120,9 @@ def section_forces(
 
     Parameters are those of `recover_members`.
     """
-    beams = system.beams
-    element, xi = locate(beams, s)
+    element, xi = locate(system.beams, s)
     inertia, ends = _inertia(system, history, element), element_forces(system, history)
-    axial, shear, moment = _statics(system, ends, inertia, _with_spread(system, loads), element, xi)
-    if beams.rotary_powers is not None:
-        moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
-    return axial, shear, moment
+    return _statics(system, history, ends, inertia, loads, element, xi)
 
 
 def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
@@ -140,24 +133,26 @@ def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad 
 
 def _statics(
     system: System,
+    history: History,
     ends: Array,
     inertia: tuple[Array, Array],
-    loads: Sequence[PointLoad | SpreadLoad],
+    loads: Sequence[PointLoad],
     element: NDArray[np.int64],
     xi: Array,
 ) -> tuple[Array, Array, Array]:
     """N, V and M at places of elements, ``(angles, places)`` each, from the forces on the elements' ends."""
-    h = system.beams.mesh.cell_length[element]
+    beams, h = system.beams, system.beams.mesh.cell_length[element]
     for load in loads:
-        if isinstance(load, PointLoad):
-            ends[np.arange(len(ends)), load.element] -= load.at_ends(system.beams.mesh.cell_length[load.element])
+        ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
     end, (along, across) = ends[:, element], inertia
-    first, second = _mass_up_to(system.beams, element, xi)
+    first, second = _mass_up_to(beams, element, xi)
     axial = -end[..., 0] + h * np.sum(along * first, -1)
     shear = end[..., 1] - h * np.sum(across * first, -1)
     moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(across * second, -1)
-    for load in loads:
-        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), load.beyond(element, xi, h)))
+    for each_load in _with_spread(system, loads):
+        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
+    if beams.rotary_powers is not None:
+        moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
     return axial, shear, moment
 
 
