@@ -149,9 +149,13 @@ class Equation:
     def _tangents_at(self, among: slice, dofs: Index, by_v: Array, by_rate: Array) -> tuple[Array, Array]:
         """Damping and stiffness at some of the angles of strings on `dofs`, from theirs in link axes."""
         p, first, _ = self._shape_at(among)
-        of_v, of_rate = (Entries.of_blocks(dofs, blocks[among]).dense(p.shape[1]) for blocks in (by_v, by_rate))
-        stiffness = of_v @ p if first is None else of_v @ p + of_rate @ first
-        back = p.transpose(0, 2, 1)
+        back, size = p.transpose(0, 2, 1), p.shape[1]
+        stiffness = Entries.of_blocks(dofs, by_v[among]).dense(size) @ p
+        if not by_rate.any():
+            return np.zeros((len(p), 1, 1)), back @ stiffness
+        of_rate = Entries.of_blocks(dofs, by_rate[among]).dense(size)
+        if first is not None:
+            stiffness += of_rate @ first
         return back @ (of_rate @ p), back @ stiffness
 
     def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:

@@ -164,14 +164,14 @@ def _followed(transitions: Array, states: Complex, start: Matrices, limit: float
         Whether the velocity is below limit times the displacement, and how many turns the state makes in the complex
         plane at that speed. Both are weighed by mass, which the links' stiff directions do not upset.
     """
-    slow, fast, sense = np.zeros((3, len(states)))
-    n = states.shape[1] // 2
+    n, passed = states.shape[1] // 2, []
     for transition in transitions:
         states = states / np.linalg.norm(states, axis=1, keepdims=True)  # what dies out counts no less
-        slow += _norm(start, states[:, :n]) ** 2
-        fast += _norm(start, states[:, n:]) ** 2
-        sense += np.sum(states[:, :n].conj() * (states[:, n:] @ start.mass[0]), axis=1).imag
+        passed.append(states)
         states = states @ transition.T
+    q, rate = np.split(np.stack(passed), [n], axis=-1)
+    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in (q, rate))
+    sense = np.sum(q.conj() * (rate @ start.mass[0]), axis=(0, 2)).imag
     angle = np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny))  # in a step
     return angle < limit, np.where(sense < 0, -1, 1) * angle * len(transitions) / (2 * np.pi)
 
@@ -185,8 +185,8 @@ def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple
 
 
 def _norm(start: Matrices, states: Complex) -> Array:
-    """Root of ``x^H M x`` of each state, ``(states,)``."""
-    square = np.einsum("ki,ij,kj->k", states.conj(), start.mass[0], states).real
+    """Root of ``x^H M x`` of each state, ``(..., states)``."""
+    square = np.sum(states.conj() * (states @ start.mass[0]), axis=-1).real
     return np.sqrt(np.maximum(square, np.finfo(float).tiny))
 
 

@@ -80,7 +80,7 @@ class Flow:
     def accelerations(self, starts: Array, loads: Sequence[float] = (1.0,)) -> Array:
         """Give q'' at the points, ``(steps, s, n)``, from the states at the starts and so much of each load."""
         by_state, by_load = np.split(self._response, [2 * self.size], axis=-1)
-        return np.einsum("kinm,km->kin", by_state, starts) + by_load @ np.asarray(loads)
+        return times(by_state, starts[:, None]) + by_load @ np.asarray(loads)
 
     def added_by(self, load: Array) -> Array:
         """What another load adds to the state in each step, ``(steps, 2n)``; it is ``(steps, s, n)`` at the points."""
@@ -88,7 +88,7 @@ class Flow:
         blocks = (part.reshape(*load.shape, self.size) for part in parts)
         matrix = self.tableau.stage_matrix(self.duration, *blocks)
         found = np.linalg.solve(matrix, load.reshape(len(load), -1, 1)).reshape(load.shape)
-        return np.einsum("kri,kin->krn", self._to_ends, found).reshape(len(load), -1)
+        return (self._to_ends @ found).reshape(len(load), -1)
 
     @property
     def _to_ends(self) -> Array:
@@ -108,24 +108,23 @@ class Flow:
     def _response_of(self, steps: slice) -> Array:
         """Give the response in some of the steps."""
         tableau, s, n = self.tableau, len(self.tableau.points), self.size
-        parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
-        mass, damping, stiffness = (m.reshape(-1, s, n, n)[steps] for m in parts)
-        load = self.matrices.load.reshape(len(self.duration), s, n, -1)[steps]
+        unit = self.unit
+        pairs, parts = np.outer(unit, unit), (self.matrices.mass, self.matrices.damping, self.matrices.stiffness)
+        mass, damping, stiffness = (m.reshape(-1, s, n, n)[steps] / pairs for m in parts)
+        load = self.matrices.load.reshape(len(self.duration), s, n, -1)[steps] / unit[:, None]
         h = self.duration[steps, None, None]
         by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
-        right = np.concatenate([-stiffness, by_velocity, load], axis=-1)
-        flat = right.reshape(-1, s * n, right.shape[-1])
-        matrix, unit = (
-            tableau.stage_matrix(self.duration[steps], mass, damping, stiffness),
-            np.tile(self.unit, s)[:, None],
-        )
-        return (np.linalg.solve(matrix / (unit * unit.T), flat / unit) / unit).reshape(right.shape)
+        right = np.concatenate([-stiffness * unit, by_velocity * unit, load], axis=-1)
+        matrix = tableau.stage_matrix(self.duration[steps], mass, damping, stiffness)
+        found = np.linalg.solve(matrix, right.reshape(-1, s * n, right.shape[-1])).reshape(right.shape)
+        found /= unit[:, None]
+        return np.asarray(found)
 
     @cached_property
     def _ends(self) -> Array:
         """State at the ends by that at the start, and by the loads, ``(steps, 2n, 2n + loads)``."""
-        n, h = self.size, self.duration[:, None, None]
-        found = np.einsum("kri,kinm->krnm", self._to_ends, self._response).reshape(len(h), 2 * n, -1)
+        n, h, s = self.size, self.duration[:, None, None], len(self.tableau.points)
+        found = (self._to_ends @ self._response.reshape(len(h), s, -1)).reshape(len(h), 2 * n, -1)
         found[..., : 2 * n] += np.eye(2 * n)
         found[:, :n, n : 2 * n] += h / self.pace * np.eye(n)
         return found

@@ -120,10 +120,19 @@ def _at_load(
 
 
 def settled(changes: Sequence[float]) -> bool:
-    """Whether relative changes of the displacement, one an iteration, have come down to rounding."""
-    if len(changes) > 1 and changes[-1] < ROUNDING and changes[-1] > changes[-2] / 2:
+    """Whether relative changes of the displacement, one an iteration, are at their end.
+
+    That is where they have come down to rounding, or where the next one will be below the tolerance: each is a multiple
+    of the square of the one before it, and the multiple is taken to be at least 1.
+    """
+    if not changes or changes[-1] <= TOLERANCE:
+        return bool(changes)
+    if len(changes) == 1:
+        return False
+    before, last = changes[-2:]
+    if last < ROUNDING and last > before / 2:
         return True
-    return bool(changes) and changes[-1] <= TOLERANCE
+    return last**2 * max(1.0, last / before**2) <= TOLERANCE
 
 
 def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:

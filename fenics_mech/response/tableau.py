@@ -63,14 +63,11 @@ class Tableau:
         """
         s, n = mass.shape[-3:-1]
         h = np.asarray(step)[..., None, None]
-        first, second = h * self.inner, h**2 * self.square
-        matrix = np.empty((*mass.shape[:-3], s, n, s, n))
-        for i in range(s):
-            for j in range(s):
-                by_rate, by_place = (part[..., i, j, None, None] for part in (first, second))
-                matrix[..., i, :, j, :] = by_rate * damping[..., i, :, :] + by_place * stiffness[..., i, :, :]
-            matrix[..., i, :, i, :] += mass[..., i, :, :]
-        return matrix.reshape(*mass.shape[:-3], s * n, s * n)
+        weights = np.stack([h * self.inner, h**2 * self.square], axis=-1)
+        parts = np.stack([damping, stiffness], axis=-3).reshape(*damping.shape[:-2], 2, n * n)
+        matrix = (weights @ parts).reshape(*mass.shape[:-2], s, n, n)
+        matrix[..., np.arange(s), np.arange(s), :, :] += mass
+        return np.moveaxis(matrix, -3, -2).reshape(*mass.shape[:-3], s * n, s * n)
 
     @property
     def damps(self) -> bool:
