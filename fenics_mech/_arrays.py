@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -21,6 +23,13 @@ def each(matrices: Array, vectors: Array) -> Array:
 
 def summed(values: Array, place: NDArray[np.int64], size: int) -> Array:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
-    collect = sp.csr_matrix((np.ones(len(place)), (place, np.arange(len(place)))), shape=(size, len(place)))
+    collect = _collector(np.ascontiguousarray(place, dtype=np.int64).tobytes(), size)
     flat = values.reshape(-1, values.shape[-1])
     return np.ascontiguousarray((collect @ flat.T).T).reshape(*values.shape[:-1], size)
+
+
+@lru_cache(maxsize=64)
+def _collector(place: bytes, size: int) -> sp.csr_matrix:
+    """Give the matrix that sums entries by their places: the same few are wanted again and again."""
+    rows = np.frombuffer(place, dtype=np.int64)
+    return sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(size, len(rows)))

@@ -20,6 +20,7 @@ from typing import TypeVar
 from fenics_mech.errors import SolverError
 
 Made = TypeVar("Made")
+_cleaned: dict[Path, int] = {}  # when each folder was last changed, as it was found clean
 
 
 def compile_safely(make: Callable[[Path], Made]) -> Made:
@@ -62,15 +63,22 @@ def _locked(folder: Path) -> Iterator[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        for source in folder.glob("*.c"):
-            if not source.with_suffix(".c.cached").exists():
-                source.unlink()
-        for mark in folder.glob("*.c.cached"):
-            if not mark.with_suffix("").exists():
-                mark.unlink()
+        if folder.stat().st_mtime_ns != _cleaned.get(folder):
+            _clean(folder)
+            _cleaned[folder] = folder.stat().st_mtime_ns
         try:
             yield folder
         except Exception:  # of a full disk, or of a library that a full disk has cut: the next run makes them anew
             for left in folder.glob("libffcx_*"):
                 left.unlink(missing_ok=True)
             raise
+
+
+def _clean(folder: Path) -> None:
+    """Remove what was begun and not finished."""
+    for source in folder.glob("*.c"):
+        if not source.with_suffix(".c.cached").exists():
+            source.unlink()
+    for mark in folder.glob("*.c.cached"):
+        if not mark.with_suffix("").exists():
+            mark.unlink()

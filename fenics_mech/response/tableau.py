@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
@@ -31,6 +31,7 @@ class Tableau:
     weights: Array
 
     @classmethod
+    @cache
     def of(cls, scheme: str, stages: int) -> Tableau:
         """Give the method "gauss" (order 2s, conserves quadratic energies) or "radau" (IIA, order 2s - 1, L-stable).
 
