@@ -24,7 +24,10 @@ KNOBS = {  # of the table, and their meaning
     "tolerance": "relative tolerance of an integration in time",
 }
 MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member of references, finest first
-REDUCED = ((40, 8, 400), (60, 8, 500), (80, 8, 1000), (120, 16, 2000), (180, 16, 4000), (240, 32, 8000))
+REDUCED = (  # sub-intervals, points in each, elements a link, cutoff (Hz)
+    (36, 4, 8, 300), (48, 4, 8, 500), (60, 4, 8, 1000), (80, 3, 8, 1000), (120, 3, 16, 2000), (180, 3, 16, 4000),
+    (240, 3, 32, 8000),
+)  # fmt: skip
 MOST_ELEMENTS = 28  # of all members together, in a reference: the time grows with their third power
 
 
@@ -171,6 +174,6 @@ def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
 
 def _reduced(equation: str, scene: Scene, quick: bool) -> Iterator[Trial]:
     """Collocation with reduced members."""
-    for count, elements, cutoff in REDUCED[:1] if quick else REDUCED:
+    for count, stages, elements, cutoff in REDUCED[:1] if quick else REDUCED:
         yield trial("collocation, reduced", equation, scene, solver="collocation", sub_intervals=count,
-                    elements=elements, reduction="craig-bampton", cutoff=cutoff, stages=3)  # fmt: skip
+                    elements=elements, reduction="craig-bampton", cutoff=cutoff, stages=stages)  # fmt: skip

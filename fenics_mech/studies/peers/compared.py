@@ -262,8 +262,8 @@ def _ours(quick: bool) -> Iterator[Entry]:
             knobs = {"elements": elements, "sub_intervals": count, "stages": 3}
             work = _analysis(equation, solver="collocation", **knobs)
             yield Entry(f"{OURS}, collocation", equation, work, knobs)
-        for count, elements, cutoff in () if quick else REDUCED:
-            knobs = {"elements": elements, "sub_intervals": count, "stages": 3, "cutoff": cutoff}
+        for count, stages, elements, cutoff in () if quick else REDUCED:
+            knobs = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
             work = _analysis(equation, solver="collocation", reduction="craig-bampton", **knobs)
             yield Entry(f"{OURS}, reduced", equation, work, knobs)
         for harmonics, elements in () if quick else SERIES:
