@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -135,23 +135,52 @@ def cost_summary(cost: Cost) -> Group:
     """Tell what each accuracy costs, what failed, and how sure the converged answers are."""
     data, of_peers = cost.data, "meshes" not in cost.data.attrs
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
-    parts.append(levels_table(data, "error_mid_span" if of_peers else "error"))
+    parts.append(levels_table(data, "error_mid_span" if of_peers else "error", _known(cost, of_peers)))
     if not of_peers:
         parts += [front_table(data, "error_all"), *map(Text, advice(data, "error_all"))]
     parts += map(Text, (*_references(cost), *_about(data), *_failures(data)))
     return Group(*parts)
 
 
-def levels_table(data: xr.Dataset, variable: str) -> Table:
-    """Tabulate the shortest time (ms) in which each method comes within an accuracy."""
-    title = "Shortest time (ms) for an error against the method's own converged answer"
-    table = table_of(title, "method", *(f"below {percent(level)}" for level in LEVELS), "best")
-    for label, runs, _ in _methods(data):
-        seconds, error = (data[name].to_numpy()[runs] for name in ("seconds", variable))
-        cells = [seconds[error <= level].min(initial=np.inf) for level in LEVELS]
-        best = percent(float(np.nanmin(error))) if np.isfinite(error).any() else "none"
-        table.add_row(escape(label), *(number(1e3 * cell) if np.isfinite(cell) else "" for cell in cells), best)
+def levels_table(data: xr.Dataset, variable: str, known: Mapping[str, float]) -> Table:
+    """Tabulate the shortest time (ms) in which each method comes within an accuracy.
+
+    An error is told to be no smaller than the answers are `known`, by equation.
+    """
+    title = "Shortest time (ms) for an error below, against the method's own converged answer"
+    table = table_of(title, "method", *map(percent, LEVELS), "best")
+    named = data["equation"].to_numpy().astype(str)
+    for equation in dict.fromkeys(named):
+        table.add_section()
+        of_it = data.isel(run=np.flatnonzero(named == equation))
+        methods = of_it["method"].to_numpy().astype(str)
+        if set(methods) != {equation}:
+            table.add_row(Text(equation, style="bold"))
+        for method in dict.fromkeys(methods):
+            seconds, error = (of_it[name].to_numpy()[methods == method] for name in ("seconds", variable))
+            least = known.get(equation, 0.0)
+            cells = [seconds[np.maximum(error, least) <= level].min(initial=np.inf) for level in LEVELS]
+            times = (number(1e3 * cell) if np.isfinite(cell) else "" for cell in cells)
+            table.add_row(escape(method), *times, _best(error, least))
     return table
+
+
+def _known(cost: Cost, of_peers: bool) -> dict[str, float]:
+    """How well the converged answers of each equation are known, of two the worse."""
+    place, known = "mid_span" if of_peers else "everywhere", dict[str, float]()
+    for name, found in cost.references.items():
+        if not isinstance(found, str):
+            equation = name.rpartition(", ")[0] if of_peers else name
+            known[equation] = max(found[place], known.get(equation, 0.0))
+    return known
+
+
+def _best(error: Array, least: float) -> str:
+    """Say which error is the smallest, if the converged answer is known so well."""
+    if not np.isfinite(error).any():
+        return "none"
+    best = float(np.nanmin(error))
+    return percent(best) if best > least else f"< {percent(least)}"
 
 
 def front_table(data: xr.Dataset, variable: str) -> Table:
@@ -231,6 +260,12 @@ def _about(data: xr.Dataset) -> Iterator[str]:
 
 
 def _failures(data: xr.Dataset) -> Iterator[str]:
-    failure = data["failure"].to_numpy().astype(str)
-    if failed := int((failure != "").sum()):
-        yield f"{failed} of {failure.size} runs gave no answer; the tables say why."
+    """Say which runs gave no answer, and why the first of each method did not."""
+    failed = np.flatnonzero(data["failure"].to_numpy().astype(str) != "")
+    if len(failed):
+        yield f"{len(failed)} of {data.sizes['run']} runs gave no answer:"
+    told: dict[tuple[str, str], list[int]] = {}
+    for i in failed:
+        told.setdefault((str(data["method"][i].item()), str(data["failure"][i].item())), []).append(int(i))
+    for (method, _), runs in told.items():
+        yield f"  {method}, {len(runs)} of them: {data['message'][runs[0]].item()}"
