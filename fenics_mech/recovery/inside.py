@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None = None) -> tuple[Array, Array]:
     """Balance the inner nodes of reduced members: the modes left out answer statically (mode acceleration).
 
+    Source: Cornwell, Craig and Johnson, Earthq. Eng. Struct. Dyn. 11 (1983) 679.
+
     Parameters
     ----------
     beams

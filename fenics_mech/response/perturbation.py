@@ -45,6 +45,8 @@ def periodic_change(
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:
     """Give the changes that a load makes in time, by Newmark's method (average acceleration).
 
+    Source: Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67.
+
     Parameters
     ----------
     load, matrices
