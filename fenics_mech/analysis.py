@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
-from fenics_mech.better import still_better
+from fenics_mech.better import safety_of, still_better
 from fenics_mech.building import boundary_load, mechanism, scene_modes, settle, static_response
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
@@ -125,9 +125,8 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
     history = solve_periodic(scene, system, modes, boundary_load(scene, system))
     lack = neglected(system, history.elastic, scene.period / len(modes.theta))
-    found = Neighbours(scene, system, modes, history).better(
-        system.on_coordinates(system.applied_by(lack)), lack, ORDER
-    )
+    load = system.on_coordinates(system.applied_by(lack))
+    found = Neighbours(scene, system, modes, history).better(load, lack, ORDER, safety_of(system))
     return system, replace(history, better=found)
 
 

@@ -128,8 +128,6 @@ def _refuse_unknown(scene: Scene) -> None:
         )
     elif "lumped-mass" in scene.named_effects:
         what, hint = "lumped masses, the error of which is not estimated", "elements, or leave 'lumped-mass' out"
-    elif not all(scene.sections[member.section].constant for _, member in scene.members().values()):
-        what, hint = "sections that vary, of whose error a part is not estimated", "elements"
     elif scene.analysis.method == "periodic" and not damped:
         what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
     else:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.better import safety_of
 from fenics_mech.building import moved
 from fenics_mech.effects import Terms
 from fenics_mech.errors import ResultError, SceneError
@@ -28,6 +30,7 @@ from fenics_mech.response.transient import Course, Span, integrate
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
+Joined = TypeVar("Joined", History, Terms)
 MOST_POSITIONS = 100_000  # at which a result is held
 STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
 FINEST = 1e-12  # error of interpolated matrices
@@ -82,9 +85,8 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         found, state = _without_mesh(equation, motion, scene.period / analysis.sub_intervals, state)
         better.append(found)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
-    lines, forces = ([getattr(part.loads, name) for part in better] for name in ("line", "force"))
-    loads = Terms(line=np.concatenate(lines), force=None if forces[0] is None else np.concatenate(forces))
-    mesh = Better(_joined([part.history for part in better]), ORDER, loads=loads)
+    histories, loads = ([getattr(part, name) for part in better] for name in ("history", "loads"))
+    mesh = Better(_joined(histories), ORDER, safety_of(system), _joined(loads))
     return whole, replace(_joined(parts), course=course, better={"mesh": mesh})
 
 
@@ -176,8 +178,7 @@ def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
     return float(data["time"][-1]), displacement, velocity
 
 
-def _joined(parts: list[History]) -> History:
-    """Put histories one after the other."""
-    values = {f.name: [getattr(part, f.name) for part in parts] for f in fields(History) if f.name != "better"}
-    given = {name: np.concatenate(found) for name, found in values.items() if found[0] is not None}
-    return replace(parts[0], **given)
+def _joined(parts: list[Joined]) -> Joined:
+    """Put histories, or loads, one after the other: all arrays that they have."""
+    values = {f.name: [getattr(part, f.name) for part in parts] for f in fields(parts[0])}
+    return replace(parts[0], **{n: np.concatenate(v) for n, v in values.items() if isinstance(v[0], np.ndarray)})

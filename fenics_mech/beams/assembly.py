@@ -50,6 +50,8 @@ class Beams:
     density_powers
         Where a section varies: rho A along each element as coefficients of the powers 0 to `DEGREE` of the place 0..1
         in it (kg/m), ``(elements, DEGREE + 1)``; the same polynomials stand in the forms.
+    stiffness_powers
+        EA (N) and EI (N m^2) as `density_powers`, ``(elements, 2, DEGREE + 1)``; None where no section varies.
     shear_stiffness, shear_rigidity
         G A_s as UFL coefficient, and its means over the elements, ``(elements,)`` (N); None where beams are rigid in
         shear.
@@ -68,6 +70,7 @@ class Beams:
     bending_rigidity: Array
     line_density: Array
     density_powers: Array | None = None
+    stiffness_powers: Array | None = None
     shear_stiffness: Any | None = None
     shear_rigidity: Array | None = None
     rotary: Any | None = None
@@ -170,7 +173,7 @@ def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
     """Prepare the forms of all links, in link axes."""
     layout = Layout.of(mesh)
     coefficients, powers = along_elements(scene, layout, _rigidities)
-    properties = means(powers)
+    properties, varies = means(powers), powers.shape[-1] > 1
     return Beams(
         layout=layout,
         coefficients=coefficients,
@@ -178,7 +181,8 @@ def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
         axial_rigidity=properties[:, 0],
         bending_rigidity=properties[:, 1],
         line_density=properties[:, 2],
-        density_powers=powers[:, 2] if powers.shape[-1] > 1 else None,
+        density_powers=powers[:, 2] if varies else None,
+        stiffness_powers=powers[:, :2] if varies else None,
     )
 
 

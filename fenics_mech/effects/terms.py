@@ -159,6 +159,9 @@ class Terms:
     line
         Loads spread along the elements, linear in each, in its member's axes: along the axis at its first and second
         node, then along the normal, ``(angles, elements, 4)`` (N/m).
+    ends
+        Loads on the elements' ends, in their members' axes, ``(angles, elements, 6)`` (N, N m): they are inside the
+        elements, and no load of the nodes.
     acceleration
         Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
     stiffness, damping
@@ -181,6 +184,7 @@ class Terms:
     coupled: bool = False
     force: Array | None = None
     line: Array | None = None
+    ends: Array | None = None
     acceleration: Array | None = None
     stiffness: tuple[Entries, ...] = ()
     damping: tuple[Entries, ...] = ()

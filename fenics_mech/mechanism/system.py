@@ -57,6 +57,8 @@ class System:
             applied += terms.force
         if terms.line is not None:
             applied += self.assembled_from_members(self.beams.layout.work_equivalent(terms.line))
+        if terms.ends is not None:
+            applied += self.assembled_from_members(terms.ends)
         return applied
 
     @property

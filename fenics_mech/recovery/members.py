@@ -28,6 +28,7 @@ from fenics_mech.beams.shapes import (
     evaluate,
     integral,
 )
+from fenics_mech.beams.varying import lacking_shapes
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, SpreadLoad
 from fenics_mech.recovery.inside import inside
@@ -92,11 +93,11 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     beams = system.beams
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    inertia, (ends, v) = _inertia(system, history, element), _balanced(system, history)
+    inertia, (ends, v) = inertia_of(system, history, element), _balanced(system, history)
     axial, shear, moment = _statics(system, history, ends, inertia, loads, element, xi)
     displacement = _hermite(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
-    extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia)
+    extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia, v)
     u, w = u + extra_u, w + extra_w
     tension = element_tension(system, history)
     if tension is not None:  # the axial force acts on the bent axis
@@ -121,7 +122,7 @@ def section_forces(
     Parameters are those of `recover_members`.
     """
     element, xi = locate(system.beams, s)
-    inertia, ends = _inertia(system, history, element), element_forces(system, history)
+    inertia, ends = inertia_of(system, history, element), element_forces(system, history)
     return _statics(system, history, ends, inertia, loads, element, xi)
 
 
@@ -205,14 +206,16 @@ def _on_elements(system: System, history: History) -> Array:
         ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, history.turning))
         if beams.rotary is not None:
             ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, history.centripetal))
-    if terms.element_stiffness is None and terms.law is None and terms.line is None:
+    if terms.line is not None:
+        ends -= beams.layout.work_equivalent(terms.line)
+    if terms.ends is not None:
+        ends -= terms.ends
+    if terms.element_stiffness is None and terms.law is None:
         return ends
     v, rotation = system.to_links(history.displacement), member_rotation(beams.mesh)
     if terms.element_stiffness is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
         ends += each(rotation, times(terms.element_stiffness, of_elements))
-    if terms.line is not None:
-        ends -= beams.layout.work_equivalent(terms.line)
     if terms.law is not None and history.velocity is not None:
         ends += each(rotation, terms.law.on_elements.force(v, history.velocity))
     return ends
@@ -272,7 +275,7 @@ def _at(values: Array | None, element: NDArray[np.int64]) -> Array | None:
     return None if values is None else values[element]
 
 
-def _inertia(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+def inertia_of(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
     """Acceleration along and across the member in each element, as coefficients of `SHAPES`.
 
     Returns
@@ -330,10 +333,12 @@ def between_nodes(
     xi: Array,
     loads: Sequence[PointLoad] = (),
     inertia: tuple[Array, Array] | None = None,
+    v: Array | None = None,
 ) -> tuple[Array, Array]:
     """Displacements along and across the member that the shape functions lack, ``(angles, places)`` each (m).
 
-    They are those of an element with fixed, clamped ends under its own inertia and the loads on it.
+    They are those of an element with fixed, clamped ends under its own inertia and the loads on it, and where its
+    section varies what its shape under forces on its ends differs from the cubic one.
 
     Parameters
     ----------
@@ -341,12 +346,12 @@ def between_nodes(
         As of `recover_members`.
     element, xi
         Places 0..1 in elements.
-    inertia
-        From `_inertia`, where it is known.
+    inertia, v
+        From `inertia_of` and `_balanced`, where they are known.
     """
     beams = system.beams
     h, rho_a, number = beams.mesh.cell_length[element], beams.line_density[element], _at(_shear_number(beams), element)
-    along, across = _inertia(system, history, element) if inertia is None else inertia
+    along, across = inertia_of(system, history, element) if inertia is None else inertia
     u = rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
     w = -rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
     if beams.rotary_powers is not None:
@@ -354,7 +359,24 @@ def between_nodes(
     for load in _with_spread(system, loads):
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u, w + extra_w
-    return u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
+    u, w = u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
+    if beams.stiffness_powers is None:
+        return u, w
+    nodal = strain_of(system, history, _balanced(system, history)[1] if v is None else v)[:, element]
+    more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in lacking_shapes(beams, element, xi)]
+    return u + more[0], w + more[1]
+
+
+def strain_of(system: System, history: History, v: Array) -> Array:
+    """Nodal values v of the elements in member axes, less what strains nothing along them, ``(angles, elements, 6)``.
+
+    With moderate rotations bending shortens the axis: elements are as much longer as their axial force stretches them.
+    """
+    nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, history)
+    if system.terms.law is not None and tension is not None:
+        nodal[..., 0] = 0.0
+        nodal[..., 3] = tension * system.beams.mesh.cell_length / system.beams.axial_rigidity
+    return nodal
 
 
 def bent_by_tension(system: System, history: History, tension: Array, element: NDArray[np.int64], xi: Array) -> Array:

@@ -3,7 +3,8 @@
 The nodes of an element move as they should under any load that does not depend on the motion, but the deflection b that
 its own load adds between them has no inertia, and feels no axial force. In the equation of the nodes that leaves out
 ``-int (rho A b'' N + T b' N') dx``, b'' being an acceleration. The response to this load is the error, to its first
-order: it falls with the fourth power of the element's length in bending, with the second along the axis.
+order: it falls with the fourth power of the element's length in bending, with the second along the axis. Where a
+section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`.
 """
 
 from __future__ import annotations
@@ -13,18 +14,29 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.beams.varying import lacking_shapes, lacking_stiffness
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import nodal_forces, reactions
-from fenics_mech.recovery.members import bent_by_tension, between_nodes, element_tension, left_to_statics
+from fenics_mech.recovery.members import (
+    SHAPES,
+    bent_by_tension,
+    between_nodes,
+    element_tension,
+    inertia_of,
+    left_to_statics,
+    strain_of,
+)
 from fenics_mech.response import History
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
@@ -35,8 +47,8 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
-    are on its nodes. Differences in time stand for derivatives: of what is too fast for the positions they give less,
-    and no noise.
+    are on its nodes, and those of a section that varies on its ends. Differences in time stand for derivatives: of what
+    is too fast for the positions they give less, and no noise.
 
     Parameters
     ----------
@@ -48,7 +60,8 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         Whether the last position is followed by the first.
     """
     count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, history), system.beams.reduction
-    if step is None and tension is None:
+    varies = system.beams.stiffness_powers is not None
+    if step is None and tension is None and not varies:
         return NOTHING
     element, xi = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
     found = reactions(system, nodal_forces(system, history)) if system.transformation.constraints.contacts else {}
@@ -66,7 +79,26 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     if reduction is not None and step is not None:
         more = _by_modes_left_out(system, left_to_statics(system, history), step, closed)
         force = more if force is None else force + more
-    return Terms(line=line, force=force)
+    return Terms(line=line, force=force, ends=_by_varying(system, history, element, xi) if varies else None)
+
+
+def _by_varying(system: System, history: History, element: Index, xi: Array) -> Array:
+    """Give the loads on the elements' ends by the shapes that elements lack whose sections vary: ``f S - dk v``.
+
+    S are those shapes, f the loads and the inertia along the elements, dk what their stiffness is too large.
+    """
+    beams, terms = system.beams, system.terms
+    count = len(beams.mesh.cell)
+    found = -each(lacking_stiffness(beams), strain_of(system, history, history.elastic.strained(system)))
+    density, shapes = _line_density(beams).ravel(), evaluate(SHAPES, xi)
+    parts = zip(inertia_of(system, history, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
+    for acceleration, lacking, of_line in parts:
+        load = -density * np.sum(acceleration * shapes, axis=-1)
+        if terms.line is not None:
+            load += np.sum(terms.line[:, element, of_line] * evaluate(LINEAR, xi), axis=-1)
+        per_place = load * np.tile(WEIGHTS, count) * beams.mesh.cell_length[element]
+        found += (per_place[..., None] * lacking).reshape(len(load), count, -1, 6).sum(axis=2)
+    return found
 
 
 def _by_modes_left_out(system: System, v: Array, step: float, closed: bool) -> Array:

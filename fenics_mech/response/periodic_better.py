@@ -42,14 +42,14 @@ class Neighbours:
     modes: Modes
     history: History
 
-    def better(self, load: Array, terms: Terms, order: float) -> Mapping[str, Better]:
+    def better(self, load: Array, terms: Terms, order: float, safety: float) -> Mapping[str, Better]:
         """Give the motion without the errors by steps, by modes, and by a load of the mesh, that of `terms`."""
         lack, inertia = self._left_out()
         answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
             "modes": Better(self._moved(answers[..., 0], inertia), ORDERS["modes"], SAFETY),
-            "mesh": Better(self._moved(*self._under(load, answers[..., 1])), order, loads=terms),
+            "mesh": Better(self._moved(*self._under(load, answers[..., 1])), order, safety, terms),
         }
 
     @property

@@ -1,0 +1,83 @@
+"""Elements whose section varies: the shapes that statics gives them between their nodes are not the cubic ones.
+
+Under forces on its ends an element has a moment that is linear along it, over a stiffness that is not constant. Its
+cubic shape is stiffer than that; the flexibility of the element is known, as are the shapes of its axis.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams.shapes import AXIAL, CUBIC, NORMAL, evaluate
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.assembly import Beams
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # of integrals from 0 to 1
+
+
+def lacking_stiffness(beams: Beams) -> Array:
+    """Stiffness of the elements by statics less that by the shape functions, in member axes, ``(elements, 6, 6)``."""
+    axial, bending = _flexibility(beams, *_ends(beams))
+    relative, found = _relative(beams.mesh.cell_length), np.zeros_like(beams.element_stiffness)
+    found[:, [[1], [2], [4], [5]], NORMAL] = relative.transpose(0, 2, 1) @ np.linalg.inv(bending) @ relative
+    found[:, [[0], [3]], AXIAL] = np.array([[1.0, -1.0], [-1.0, 1.0]]) / axial[:, None, None]
+    found -= beams.element_stiffness
+    held = np.flatnonzero(np.isinf(beams.axial_rigidity))
+    found[held[:, None, None], np.array(AXIAL)[:, None], AXIAL] = 0.0
+    return found
+
+
+def lacking_shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
+    """Displacements along and across the member that the shape functions lack, by the nodes' in member axes.
+
+    Both are ``(places, 6)``, at places `xi` 0..1 of elements.
+    """
+    h = beams.mesh.cell_length[element]
+    axial, bending = _flexibility(beams, element, xi)
+    whole_axial, whole = (part[element] for part in _flexibility(beams, *_ends(beams)))
+    along, across = np.zeros((2, len(element), 6))
+    stretched = np.where(np.isinf(beams.axial_rigidity[element]), 0.0, axial / whole_axial - xi)
+    along[:, AXIAL] = stretched[:, None] * [-1.0, 1.0]
+    across[:, NORMAL] = (bending[:, :1] @ np.linalg.inv(whole) @ _relative(h))[:, 0]
+    across[:, [1, 2]] += np.stack([np.ones_like(xi), xi * h], axis=-1)
+    cubic = np.zeros_like(across)
+    cubic[:, NORMAL] = evaluate(CUBIC, xi) * np.stack([np.ones_like(h), h] * 2, axis=-1)
+    return along, across - np.einsum("pi,pij->pj", cubic, beams.layout.tie[element])
+
+
+def _ends(beams: Beams) -> tuple[Index, Array]:
+    """All elements, and the places of their second nodes."""
+    return np.arange(len(beams.mesh.cell)), np.ones(len(beams.mesh.cell))
+
+
+def _relative(h: Array) -> Array:
+    """Displacement w, phi of the second node beside that of the rigid element that the first one turns."""
+    relative = np.tile([[-1.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 1.0]], (len(h), 1, 1))
+    relative[:, 0, 1] = -h
+    return relative
+
+
+def _flexibility(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
+    """Displacements at places of elements by the forces on their second nodes, when the first ones are held.
+
+    Returns
+    -------
+    tuple
+        u by the axial force, ``(places,)``, and w, phi by the transverse force and the moment, ``(places, 2, 2)``.
+    """
+    assert beams.stiffness_powers is not None
+    h, powers = beams.mesh.cell_length[element], beams.stiffness_powers[element]
+    x, weight = xi[:, None] * POINTS, xi[:, None] * WEIGHTS
+    ea, ei = np.moveaxis(np.einsum("pgk,pak->pga", x[..., None] ** np.arange(powers.shape[-1]), powers), -1, 0)
+    curvature = np.stack([h[:, None] * (1 - x), np.ones_like(x)], axis=-1) / ei[..., None]
+    turned = np.sum(weight[..., None] * curvature, axis=1) * h[:, None]
+    moved = np.sum((weight * (xi[:, None] - x))[..., None] * curvature, axis=1) * h[:, None] ** 2
+    if beams.shear_rigidity is not None:
+        moved[:, 0] += xi * h / beams.shear_rigidity[element]
+    return h * np.sum(weight / ea, axis=1), np.stack([moved, turned], axis=1)
