@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -24,7 +25,7 @@ def each(matrices: Array, vectors: Array) -> Array:
 def summed(values: Array, place: NDArray[np.int64], size: int) -> Array:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
     collect = _collector(np.ascontiguousarray(place, dtype=np.int64).tobytes(), size)
-    flat = values.reshape(-1, values.shape[-1])
+    flat = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])
     return np.ascontiguousarray((collect @ flat.T).T).reshape(*values.shape[:-1], size)
 
 

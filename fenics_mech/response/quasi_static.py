@@ -58,6 +58,8 @@ def displacement_under(
         When the KSP does not converge at some angle, or the mechanism buckles there.
     """
     answer = np.empty_like(load)
+    if not answer.size:  # both ends of the only element are held
+        return answer
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
     force = PETSc.Vec().createSeq(system.size)
     displacement = force.duplicate()
