@@ -20,7 +20,7 @@ from fenics_mech.modes import Modes
 from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
-from fenics_mech.recovery.mesh_error import ORDER, neglected
+from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History, solve_periodic
 from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
@@ -126,7 +126,7 @@ def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[Syste
     history = solve_periodic(scene, system, modes, boundary_load(scene, system))
     lack = neglected(system, history.elastic, scene.period / len(modes.theta))
     load = system.on_coordinates(system.applied_by(lack))
-    found = Neighbours(scene, system, modes, history).better(load, lack, ORDER, safety_of(system))
+    found = Neighbours(scene, system, modes, history).better(load, lack, order_of(system.beams), safety_of(system))
     return system, replace(history, better=found)
 
 

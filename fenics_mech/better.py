@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fenics_mech.effects import NOTHING
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.mesh_error import ORDER, neglected
+from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
@@ -53,7 +53,9 @@ def mesh_better(
     size = load.shape[1]
     whole = np.pad(load, ((0, 0), (0, flow.size - size)))
     q, rate = (change[:, :size] for change in periodic_change(whole, flow.states(*starts), flow, regular, scene.petsc))
-    return Better(history_of(equation, motion[0] + q, motion[1] + rate, load), ORDER, safety_of(system), lack)
+    return Better(
+        history_of(equation, motion[0] + q, motion[1] + rate, load), order_of(system.beams), safety_of(system), lack
+    )
 
 
 def safety_of(system: System) -> float:
@@ -70,7 +72,7 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
     """
     lack = neglected(system, history, None)
     if lack is NOTHING:
-        return Better(history, ORDER)
+        return Better(history, order_of(system.beams))
     law, load = system.terms.law, system.on_coordinates(system.applied_by(lack))
     if law is None:
         q = displacement_under(system, load, scene.petsc)
@@ -79,4 +81,9 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
         tension = law.tension(*equation.in_links(history.displacement, still))
         tangents = equation.linearised(history.displacement, still, tension)
         q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
-    return Better(replace(history, displacement=history.displacement + q), ORDER, max(SAFETY, safety_of(system)), lack)
+    return Better(
+        replace(history, displacement=history.displacement + q),
+        order_of(system.beams),
+        max(SAFETY, safety_of(system)),
+        lack,
+    )

@@ -18,7 +18,7 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.mesh_error import ORDER, neglected
+from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.damping import modal_damping
@@ -86,7 +86,7 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         better.append(found)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     histories, loads = ([getattr(part, name) for part in better] for name in ("history", "loads"))
-    mesh = Better(_joined(histories), ORDER, safety_of(system), _joined(loads))
+    mesh = Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads))
     return whole, replace(_joined(parts), course=course, better={"mesh": mesh})
 
 
@@ -115,7 +115,7 @@ def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, 
     change = change_in_time(load, matrices, step, state)
     q, rate, _ = change
     found = history_of(equation, motion[0] + q, motion[1] + rate, load)
-    return Better(found, ORDER, loads=lack), change[:, -1]
+    return Better(found, order_of(equation.system.beams), loads=lack), change[:, -1]
 
 
 def _course(scene: Scene, system: System) -> Course:

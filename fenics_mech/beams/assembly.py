@@ -61,6 +61,8 @@ class Beams:
         rho I as `density_powers`, ``(elements, 1)`` where no section varies (kg m).
     reduction
         Fewer coordinates that say the nodal dofs, where the links are reduced.
+    spread
+        The same beams with their mass along them, where it stands at their nodes.
     """
 
     layout: Layout
@@ -76,6 +78,7 @@ class Beams:
     rotary: Any | None = None
     rotary_powers: Array | None = None
     reduction: Reduction | None = None
+    spread: Beams | None = None
 
     @property
     def mesh(self) -> BeamMesh:

@@ -36,6 +36,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
         coefficients=(ea, ei, links.layout.coefficient(none)),
         line_density=none,
         density_powers=None,
+        spread=links,
     )
 
 

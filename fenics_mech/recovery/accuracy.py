@@ -130,8 +130,6 @@ def estimated(
     largest, forces = np.abs(strain).max(axis=(0, 2, 3)), np.linalg.norm(base[2], axis=-1).max(axis=1, initial=0.0)
     strains, by_joint, order = {}, {}, {}
     for source, better in history.better.items():
-        if source == "mesh" and "lumped-mass" in scene.named_effects:
-            continue  # whose inertia the elements do not have
         order[source] = better.order
         if better.history is history:
             strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)
@@ -196,10 +194,17 @@ def _loaded(system: System, loads: Terms) -> System:
     return there
 
 
+def _stations(system: System) -> Array:
+    """Places at which strains are compared; moments that run straight between lumps of mass are right beside them."""
+    mesh = system.beams.mesh
+    lumped = system.beams.spread is not None
+    return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1) if lumped else STATIONS)
+
+
 def _recovered(scene: Scene, system: System, history: History) -> tuple[Array, Array, Array]:
     """Axial and bending strain at few stations, ``(angles, members, stations)``, forces ``(joints, angles, 2)``."""
     found = reactions(system, nodal_forces(system, history))
-    s, loads = np.linspace(0, 1, STATIONS), point_loads(system, found)
+    s, loads = _stations(system), point_loads(system, found)
     ea, ei, _, fibre = stiffnesses(scene, s)
     if element_tension(system, history) is None:
         axial, _, moment = section_forces(system, history, s, loads)

@@ -9,6 +9,7 @@ section varies, the nodes do not move as they should under loads at rest either;
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TypeVar, cast
 
 import numpy as np
@@ -22,7 +23,7 @@ from fenics_mech.beams.varying import lacking_shapes, lacking_stiffness
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import nodal_forces, reactions
+from fenics_mech.recovery.joints import nodal_forces, reactions, without_elastic
 from fenics_mech.recovery.members import (
     SHAPES,
     bent_by_tension,
@@ -40,7 +41,12 @@ Index = NDArray[np.int64]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
-ORDER = 4  # in the length of the elements
+ORDER, OF_LUMPS = 4, 2  # in the length of the elements
+
+
+def order_of(beams: Beams) -> float:
+    """Power of the elements' length with which the error falls."""
+    return ORDER if beams.spread is None else OF_LUMPS
 
 
 def neglected(system: System, history: History, step: float | None, closed: bool = True) -> Terms:
@@ -59,11 +65,14 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     closed
         Whether the last position is followed by the first.
     """
+    if (spread := system.beams.spread) is not None:
+        along = replace(system, beams=replace(spread, reduction=system.beams.reduction))
+        return _by_lumps(system, along, history) + neglected(along, history, step, closed)
     count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, history), system.beams.reduction
     varies = system.beams.stiffness_powers is not None
     if step is None and tension is None and not varies:
         return NOTHING
-    element, xi = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+    element, xi = _everywhere(system.beams)
     found = reactions(system, nodal_forces(system, history)) if system.transformation.constraints.contacts else {}
     u, w = between_nodes(system, history, element, xi, point_loads(system, found))
     if tension is not None:
@@ -80,6 +89,25 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         more = _by_modes_left_out(system, left_to_statics(system, history), step, closed)
         force = more if force is None else force + more
     return Terms(line=line, force=force, ends=_by_varying(system, history, element, xi) if varies else None)
+
+
+def _by_lumps(system: System, along: System, history: History) -> Terms:
+    """Give the inertia of mass along the beams in place of that of lumps; `along` is the mechanism with such beams.
+
+    It is linear along each element; what that lacks of the consistent mass's forces is on the nodes.
+    """
+    element, xi = _everywhere(along.beams)
+    along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, history, element))
+    force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(PLACES))
+    line = _line(force)
+    lumps, beams = (without_elastic(replace(one, terms=NOTHING), history) for one in (system, along))
+    return Terms(line=line, force=lumps - beams - along.applied_by(Terms(line=line)))
+
+
+def _everywhere(beams: Beams) -> tuple[Index, Array]:
+    """`PLACES` in all elements: their elements, and places 0..1."""
+    count = len(beams.mesh.cell)
+    return np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
 
 
 def _by_varying(system: System, history: History, element: Index, xi: Array) -> Array:

@@ -78,11 +78,6 @@ def test_what_is_not_estimated_is_refused(changes, found):
         analyse(seed_four_bar(tolerance=1e-3, **changes))
 
 
-def test_lumped_masses_have_no_estimate_of_the_mesh():
-    data = analyse(seed_four_bar(effects=("lumped-mass", "coupling"), analysis__allow_coarse=True)).data
-    assert "mesh" not in data["source"]
-
-
 def test_peaks_are_sought_between_few_positions():
     scene = load(DEMOS / "slider_crank.toml")
     few, many = (analyse(scene.changed(tolerance=1e-2)), analyse(scene.changed(mesh__elements=6)))
