@@ -84,7 +84,7 @@ def within(scene: Scene, analyse: Analyse) -> Result:
     SolverError
         When the tolerance is not met, with the source of the largest error.
     SceneError
-        When the motion is one in time, has lumped masses, or no damping: their errors are not estimated.
+        When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated.
     """
     assert scene.tolerance is not None
     chosen, choices = choose(scene)
@@ -123,11 +123,11 @@ def _refuse_unknown(scene: Scene) -> None:
     damped = np.any(damping.ratio) or damping.material or damping.external or scene.dampers
     if scene.analysis.method == "transient":
         what, hint = (
-            "a motion in time, the error of whose steps is not estimated",
+            "a motion in time, whose steps it does not choose",
             "analysis.time_tolerance and elements",
         )
-    elif "lumped-mass" in scene.named_effects:
-        what, hint = "lumped masses, the error of which is not estimated", "elements, or leave 'lumped-mass' out"
+    elif scene.impulses:
+        what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
     elif scene.analysis.method == "periodic" and not damped:
         what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
     else:
