@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +19,7 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.mesh_error import neglected, order_of
+from fenics_mech.recovery.mesh_error import at_the_start, neglected, order_of
 from fenics_mech.response import History
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.damping import modal_damping
@@ -34,7 +35,9 @@ Joined = TypeVar("Joined", History, Terms)
 MOST_POSITIONS = 100_000  # at which a result is held
 STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
 FINEST = 1e-12  # error of interpolated matrices
+OF_MODES = 2.0  # power of the cutoff with which the answer of the modes left out falls
 WANTED = "Give the result of a transient analysis of the same scene"
+ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
 
 
@@ -76,18 +79,36 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
             hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
         )
     course = _course(scene, system)
-    parts, better, state = [], [], np.zeros((3, system.size))
+    rough = _rougher(scene, system, course)
+    parts, roughly, better, state = [], [], [], np.zeros((3, system.size))
     for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
         part = slice(k, k + analysis.sub_intervals)
         equation = _equation(scene, system, course.time[part])
         motion = course.displacement[part], course.velocity[part]
         parts.append(history_of(equation, *motion))
-        found, state = _without_mesh(equation, motion, scene.period / analysis.sub_intervals, state)
-        better.append(found)
+        roughly.append(history_of(equation, rough.displacement[part], rough.velocity[part]))
+        meshless, state = _without_mesh(equation, motion, scene.period / analysis.sub_intervals, state)
+        better.append(meshless)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     histories, loads = ([getattr(part, name) for part in better] for name in ("history", "loads"))
-    mesh = Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads))
-    return whole, replace(_joined(parts), course=course, better={"mesh": mesh})
+    found = {
+        "time": Better(_joined(roughly), 1, ROUGH_SHARE),
+        "mesh": Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads)),
+    }
+    history = replace(_joined(parts), course=course)
+    if analysis.reduction != "none" and analysis.start == "rigid":
+        found["modes"] = Better(replace(history), OF_MODES, loads=at_the_start(whole))
+    return whole, replace(history, better=found)
+
+
+def _rougher(scene: Scene, system: System, course: Course) -> Course:
+    """Integrate over the same times with a larger tolerance."""
+    lead = _span(scene).lead(float(course.time[0]))
+    cycles = max(1, math.ceil((len(course.time) - 1 - lead) / scene.analysis.sub_intervals))
+    tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
+    return _course(
+        scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0), system
+    )
 
 
 def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, state: Array) -> tuple[Better, Array]:
@@ -120,17 +141,8 @@ def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, 
 
 def _course(scene: Scene, system: System) -> Course:
     """Integrate from the start to the end."""
-    analysis, run_up = scene.analysis, scene.drives[0].run_up or 0.0
+    analysis, span = scene.analysis, _span(scene)
     time, displacement, velocity = _start(scene, system)
-    span = Span(
-        cycle=scene.period,
-        samples=analysis.sub_intervals,
-        cycles=analysis.cycles,
-        settled=analysis.settled,
-        steady_after=run_up,
-        tolerance=analysis.time_tolerance,
-        tableau=Tableau.of(analysis.scheme, max(analysis.stages, STAGES)),
-    )
     if (positions := len(span.times(time))) > MOST_POSITIONS:
         raise SceneError(
             f"{positions} positions are more than a result holds, {MOST_POSITIONS}",
@@ -138,9 +150,23 @@ def _course(scene: Scene, system: System) -> Course:
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
-    coefficients = Coefficients(partial(_equation, scene, system), scene.period, time, run_up, tolerance)
+    coefficients = Coefficients(partial(_equation, scene, system), scene.period, time, span.steady_after, tolerance)
     blows = blows_between(scene, system, time, float(span.times(time)[-1]))
     return integrate(coefficients, span, time, displacement, velocity, scene.petsc, blows)
+
+
+def _span(scene: Scene) -> Span:
+    """Give what is to be computed."""
+    analysis = scene.analysis
+    return Span(
+        cycle=scene.period,
+        samples=analysis.sub_intervals,
+        cycles=analysis.cycles,
+        settled=analysis.settled,
+        steady_after=scene.drives[0].run_up or 0.0,
+        tolerance=analysis.time_tolerance,
+        tableau=Tableau.of(analysis.scheme, max(analysis.stages, STAGES)),
+    )
 
 
 def _equation(scene: Scene, system: System, time: Array) -> Equation:

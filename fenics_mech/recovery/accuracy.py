@@ -33,6 +33,7 @@ FAULTS = {
     "modes": "the modes kept are too few",
     "harmonics": "the harmonics are too few",
 }
+OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
 MARGIN = 1.2  # of the numbers that a refusal asks for
 
 
@@ -156,6 +157,18 @@ def left_out(choices: Sequence[Choice]) -> float | None:
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
 
 
+def not_estimated(scene: Scene) -> list[str]:
+    """Say what is wrong by more than any of the estimates tells."""
+    analysis, found = scene.analysis, []
+    if scene.impulses and analysis.method in ("periodic", "transient"):
+        found.append("what impulses put into vibration that mesh and modes are too coarse for")
+    if analysis.method == "transient" and any(name.startswith(OWN_STEPS) for name in scene.petsc):
+        found.append("the time steps, which PETSc's options state")
+    if analysis.method == "transient" and analysis.reduction != "none" and analysis.start != "rigid":
+        found.append("what the start puts into the modes left out of members")
+    return found
+
+
 def between_stations(strain: Array) -> Array:
     """By how much parabolas through three stations surpass the largest strain at the stations, ``(members,)``."""
     size = np.abs(strain)
@@ -172,6 +185,11 @@ def between_stations(strain: Array) -> Array:
 def _advice(scene: Scene, source: str, times: float) -> str:
     """Say how many more it takes."""
     analysis = scene.analysis
+    if source == "time" and analysis.method == "transient":
+        tolerance = analysis.time_tolerance / (MARGIN * times)
+        return f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
+    if source == "modes" and analysis.reduction != "none":
+        return f"Take a cutoff {math.ceil(MARGIN * times * 10) / 10:g} times as high"
     if source == "mesh" and analysis.reduction != "none":
         if "coupling" not in scene.named_effects:
             return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"

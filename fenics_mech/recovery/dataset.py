@@ -16,7 +16,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import Errors, estimated
+from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
@@ -112,6 +112,8 @@ def collect(
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(scene, system) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
+    if unknown := not_estimated(scene):
+        data.attrs["not_estimated"] = "; ".join(unknown)
     if history.condition is not None and np.isfinite(history.condition):
         data.attrs["condition"] = history.condition
     for name, (units, meaning) in ATTRIBUTES.items():

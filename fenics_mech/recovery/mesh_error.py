@@ -129,6 +129,26 @@ def _by_varying(system: System, history: History, element: Index, xi: Array) -> 
     return found
 
 
+def at_the_start(system: System) -> Terms:
+    """Give the loads whose static answer is what the modes left out of reduced members swing by from a start at rest.
+
+    Ends held, a mode swings about its static answer to the load that begins there, with an amplitude of that answer.
+    """
+    beams, mass = system.beams, system.nodal_mass
+    assert beams.reduction is not None
+    still = History(np.zeros((len(system.motion.theta), system.size)), system.rigid_acceleration)
+    held = in_member_axes(beams.mesh, left_to_statics(system, still)[:1])
+    force = system.assembled_from_members(each(beams.element_stiffness, held))[0]
+    inner = np.zeros(len(force), dtype=bool)
+    for span in beams.reduction.spans:
+        inner[span.inner] = True
+    force[~inner] = 0.0
+    kept = beams.reduction.shape[:, len(beams.reduction.kept) :]
+    momenta = (mass @ kept).toarray()
+    force -= momenta @ ((kept.T @ force) / (kept.multiply(momenta).sum(axis=0).A1))
+    return Terms(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))
+
+
 def _by_modes_left_out(system: System, v: Array, step: float, closed: bool) -> Array:
     """Give the forces on nodal dofs by the inertia of displacements v that have none, ``(angles, nodal dofs)``."""
     inertia = _second(v, step, closed)

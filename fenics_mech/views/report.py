@@ -136,6 +136,8 @@ def _errors(result: Result) -> str:
     if data.sizes["joint"]:
         force = data["joint_force_error"].sum("source").max() / max(float(np.abs(data["joint_force"]).max()), TINY)
         text += f", {float(force):.2g} of the joint forces"
+    if "not_estimated" in data.attrs:
+        text += f"; NOT in it: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, expect wrong numbers" if data.attrs["too_coarse"] else "")
 
 
