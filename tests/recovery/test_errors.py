@@ -157,6 +157,16 @@ def test_modes_left_out_without_their_static_answer():
     assert (found < 3).all()
 
 
+def test_inertia_of_the_shortening_inside_reduced_members():
+    """Against all nodes, with moderate rotations. Measured 0.7 to 0.9; without that inertia 0.1 to 0.3."""
+    damping = {"material": 1.34e-4}
+    scene = seed_four_bar(
+        mesh={"elements": 6}, effects=("coupling", "moderate-rotations"), damping=damping, analysis=WHOLE
+    )
+    found = analyse(scene.changed(analysis__reduction="craig-bampton")).data
+    assert ratio(found, analyse(scene).data, "mesh") == pytest.approx(0.8, abs=0.3)
+
+
 IN_TIME = {"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 120, "allow_coarse": True}
 
 
