@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SolverError, TooLargeError
 
 ADVICE = (
     "Look for numbers in the scene that lie too far apart, such as a spring or damper that is as good as rigid (a weld "
@@ -31,6 +31,11 @@ def guarded() -> Iterator[None]:
         raise SolverError(f"the numbers are too large or too small to be computed with ({error}). {ADVICE}") from error
 
 
+def memory() -> int:
+    """Give the machine's memory (bytes)."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
 def require_memory(numbers: float, what: str, hint: str) -> None:
     """Refuse what needs more memory than the machine has.
 
@@ -45,12 +50,12 @@ def require_memory(numbers: float, what: str, hint: str) -> None:
 
     Raises
     ------
-    SceneError
+    TooLargeError
         When they are more than the machine's memory holds.
     """
-    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    there = memory()
     if 8 * numbers > there:
-        raise SceneError(
+        raise TooLargeError(
             f"{what} need about {8 * numbers / 1e9:.3g} GB of memory, and the machine has {there / 1e9:.3g} GB",
             hint=hint,
         )

@@ -47,12 +47,20 @@ class SceneError(MechanismError):
         super().__init__(f"{text}. {hint}" if hint else text)
 
 
+class TooLargeError(SceneError):
+    """The scene asks for more than memory, or a solver, holds."""
+
+
 class AssemblyError(MechanismError):
     """The links cannot be put together at some drive angle."""
 
 
 class SolverError(MechanismError):
     """A linear or eigenvalue solver did not converge, or its answer is not accurate."""
+
+
+class UnresolvedError(SolverError):
+    """Steps or a mesh too coarse for an answer, or for an accurate one: finer ones may give it."""
 
 
 class ResultError(MechanismError):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.better import mesh_better
 from fenics_mech.building import moved, rough_tension
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -44,7 +44,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
     Raises
     ------
     SolverError
-        When Newton's method does not converge, or the motion is unstable.
+        When Newton's method does not converge (`UnresolvedError`), or the motion is unstable.
     """
     tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
     theta = steps.angles(tableau.points, scene.cycle_rate)
@@ -60,7 +60,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
         if change < TOLERANCE:
             break
     else:
-        raise SolverError(
+        raise UnresolvedError(
             f"the crank's motion was not found in {MOST_ITERATIONS} iterations: its twist of "
             f"{np.abs(twist[0]).max():.3g} rad still changes by {change:.1e}. Take a stiffer shaft, or more inertia"
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.better import mesh_better
 from fenics_mech.building import rough_tension, settle, system_at, with_tension
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
@@ -182,7 +182,9 @@ def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau
     theta = steps.angles(tableau.points, scene.cycle_rate)
     inside = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if inside.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
-        raise SolverError("the linkage has no coordinates that are good all over the cycle. Take other sub_intervals")
+        raise UnresolvedError(
+            "the linkage has no coordinates that are good all over the cycle. Take other sub_intervals"
+        )
     return Equation(inside, modal_damping(scene, inside))
 
 
@@ -232,7 +234,7 @@ def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Or
         if straight.weakest is None:
             raise
         theta = np.degrees(inside.system.motion.theta[straight.weakest])
-        raise SolverError(
+        raise type(error)(
             f"{error}. A member buckles: under the axial forces of loads and rigid motion the stiffness of the "
             f"straight links is not positive at drive angle {theta:.6g} deg"
         ) from error

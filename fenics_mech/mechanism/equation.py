@@ -18,7 +18,7 @@ from fenics_mech._arrays import summed, times
 from fenics_mech._guard import ADVICE, require_memory
 from fenics_mech._ranks import over_positions
 from fenics_mech.effects import Entries
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, TooLargeError
 from fenics_mech.mechanism.system import System
 
 Array = NDArray[np.float64]
@@ -66,9 +66,9 @@ class Equation:
     def __post_init__(self) -> None:
         """Refuse what is too large to be dense."""
         if self.system.size > MOST_COORDINATES:
-            raise SolverError(
-                f"{self.system.size} degrees of freedom are too many for this solver, which takes "
-                f"{MOST_COORDINATES}: use fewer elements"
+            raise TooLargeError(
+                f"{self.system.size} degrees of freedom are too many for this solver, which takes {MOST_COORDINATES}",
+                hint="Take fewer elements",
             )
         positions = len(self.system.values)
         what = f"the matrices of {positions} positions with {self.system.size} degrees of freedom"

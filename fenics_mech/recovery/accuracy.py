@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
@@ -73,7 +73,7 @@ class Errors:
         return float(self.of(list(self.strain)).max())
 
     def judge(self, scene: Scene) -> None:
-        """Raise `SolverError` where the numerical errors are too large, unless the scene lets them pass."""
+        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass."""
         if scene.analysis.allow_coarse:
             return
         for sources, limit in ((STEPS, LARGEST_BY_TIME), (NUMERICAL, LARGEST_ERROR)):
@@ -92,13 +92,13 @@ class Errors:
         """Whether they are larger than `judge` lets pass."""
         return bool(self.of(STEPS).max() > LARGEST_BY_TIME or self.of(NUMERICAL).max() > LARGEST_ERROR)
 
-    def _refusal(self, scene: Scene, sources: Sequence[str], worst: int, limit: float) -> SolverError:
+    def _refusal(self, scene: Scene, sources: Sequence[str], worst: int, limit: float) -> UnresolvedError:
         """Say which source has the largest part in the error of a member, and what to do about it."""
         total = self.of(sources)[worst]
         shares = {source: float(self.of([source])[worst]) for source in sources}
         source = max(shares, key=shares.__getitem__)
         room = max(limit - (total - shares[source]), limit / 2)
-        return SolverError(
+        return UnresolvedError(
             f"{FAULTS[source]}: the strain of {list(scene.members())[worst]!r} is uncertain by "
             f"{total:.2g} of its largest value, by estimate, {shares[source]:.2g} of it by the {source}. "
             f"{_advice(scene, source, (shares[source] / room) ** (1 / self.order[source]))}; "

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import times
 from fenics_mech._petsc import configured, name_of
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.newton import Orbit, solve_nonlinear
 
@@ -89,7 +89,7 @@ def solve_harmonic_balance(
     """
     count = len(equation.linear.load)
     if count <= 4 * harmonics:
-        raise SolverError(
+        raise UnresolvedError(
             f"{harmonics} harmonics need more than {4 * harmonics} sub_intervals, and there are {count}: give more "
             "sub_intervals or fewer harmonics"
         )
@@ -108,7 +108,7 @@ def solve_harmonic_balance(
         solve_nonlinear(equation, solve, tension)
     series = Series(found[0][0], rate, *found[0][1:])
     if series.error > LARGEST_ERROR:
-        raise SolverError(
+        raise UnresolvedError(
             f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
             "analysis.harmonics (and sub_intervals)"
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.flow import Flow
 
@@ -65,7 +65,8 @@ def solve_nonlinear(
     Raises
     ------
     SolverError
-        When the method does not converge, with the drive angle where it fails.
+        When the method does not converge, with the drive angle where it fails; `UnresolvedError` when a motion is
+        sought, as shorter steps may have one.
     """
     orbit: Orbit | None = None
     done, rise = 0.0, 1.0
@@ -137,20 +138,22 @@ def settled(changes: Sequence[float]) -> bool:
 
 def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:
     assert orbit is not None
+    kind: type[SolverError] = SolverError
     lack = equation.residual(orbit.displacement, orbit.velocity, orbit.acceleration)
     lack -= (factor - 1) * equation.linear.load
     worst = int(np.linalg.norm(lack / weight, axis=1).argmax())
     theta = np.degrees(equation.system.motion.theta[worst])
     left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
     if np.any(equation.system.motion.omega):
-        sought, hint = "motion", "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
+        kind, sought = UnresolvedError, "motion"
+        hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
     else:
         sought = "equilibrium"
         hint = (
             "Lower the load: in this theory a member that nothing holds against shortening carries no more than its "
             "buckling load"
         )
-    return SolverError(
+    return kind(
         f"no {sought} found: Newton's method stopped after {iterations} "
         f"iterations at {factor:.3g} of the load, with a relative residual of {left:.1e}, largest at drive angle "
         f"{theta:.6g} deg. {hint}"

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
 from fenics_mech.effects import NOTHING
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.response.cyclic import solve_cycle
@@ -49,7 +49,8 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     Raises
     ------
     SolverError
-        When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
+        When the KSP does not converge or its answer is not accurate, as at an undamped resonance; `UnresolvedError`
+        when modes ring that the sub-intervals are too long for.
     """
     step = scene.period / len(modes.theta)
     chain = Chain.of(scene, modes, np.full(len(modes.theta), step))
@@ -143,7 +144,7 @@ def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> N
     )
     if ringing[worst := int(ringing.argmax())] > LARGEST_RINGING:
         slower = int(np.argmax(unresolved))
-        raise SolverError(
+        raise UnresolvedError(
             f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
             f"{ringing[worst]:.0%} of the whole vibration: the answer would be wrong. Take at least "
             f"{int(np.ceil(2 * fastest[worst] * period))} sub_intervals"
