@@ -106,8 +106,31 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     return as_motion(loops, theta, theta / rate, q, rate * slope, rate**2 * curvature)
 
 
-def refuse_unresolved(scene: Scene, motion: Motion) -> None:
-    """Raise where the angles of a cycle miss a corner of the motion, as at a small transmission angle.
+@dataclass(frozen=True)
+class Corner:
+    """Where a link's velocity turns sharply.
+
+    Parameters
+    ----------
+    link, theta
+        Which link, and the drive coordinate (rad).
+    peak
+        Its angular acceleration there, over the square of the cycle's rate.
+    enough
+        Equal steps of a cycle, of which one is as long as the turn.
+    """
+
+    link: str
+    theta: float
+    peak: float
+    enough: int
+
+
+def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
+    """Find a corner of the motion, as at a small transmission angle, that the angles of a cycle miss.
+
+    A link's velocity turns sharply there, and its acceleration is larger between the angles than at any of them by
+    `LARGEST_BETWEEN`, or the links are to vibrate and it turns within one step.
 
     Parameters
     ----------
@@ -115,12 +138,6 @@ def refuse_unresolved(scene: Scene, motion: Motion) -> None:
         The linkage and its drives.
     motion
         Its motion at all angles of the cycle.
-
-    Raises
-    ------
-    SceneError
-        When a link's velocity turns sharply, and its acceleration is larger between the angles than at any of them by
-        `LARGEST_BETWEEN`, or the links are to vibrate and it turns within one step.
     """
     loops, law = Loops.of(scene), DriveLaw(scene)
     branch = follow_branch(scene, loops, law, motion.theta)
@@ -133,17 +150,23 @@ def refuse_unresolved(scene: Scene, motion: Motion) -> None:
     place, link = np.unravel_index(int(turns.argmax()), turns.shape)
     peak, rate = float(turns[place, link]), max(float(rates[:, link].max()), 1.0)
     if peak < SHARP * rate:
-        return
+        return None
     missed = peak > LARGEST_BETWEEN * np.abs(motion.alpha).max() / scene.cycle_rate**2
     enough = int(np.ceil(2 * np.pi * peak / rate))
-    if missed or (scene.analysis.method == "periodic" and len(motion.theta) < enough):
+    missed = missed or (scene.analysis.method == "periodic" and len(motion.theta) < enough)
+    return Corner(motion.links[link], float(theta[place]), peak, enough) if missed else None
+
+
+def refuse_unresolved(scene: Scene, motion: Motion) -> None:
+    """Raise `SceneError` where the angles of a cycle miss a corner; see `missed_corner`."""
+    if (corner := missed_corner(scene, motion)) is not None:
         raise SceneError(
-            f"link {motion.links[link]} has a corner of its motion near drive angle "
-            f"{np.degrees(theta[place]):.6g} deg, which {len(motion.theta)} positions miss: its angular "
-            f"acceleration is there {peak:.3g} rad for each rad^2 of the drive",
+            f"link {corner.link} has a corner of its motion near drive angle "
+            f"{np.degrees(corner.theta):.6g} deg, which {len(motion.theta)} positions miss: its angular "
+            f"acceleration is there {corner.peak:.3g} rad for each rad^2 of the drive",
             place="analysis.sub_intervals",
-            hint=f"Take at least {enough}, or lengths that keep away from dead centres; analysis.allow_coarse lets it "
-            "pass",
+            hint=f"Take at least {corner.enough}, or lengths that keep away from dead centres; analysis.allow_coarse "
+            "lets it pass",
         )
 
 
