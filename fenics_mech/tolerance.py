@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from fenics_mech.building import links
 from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
+from fenics_mech.kinematics import missed_corner, refuse_unresolved, solve_motion
+from fenics_mech.knobs import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import stamp
+from fenics_mech.response.floquet import TOLERANCE as NEUTRAL
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_elements
 
@@ -21,52 +23,13 @@ MOST_ROUNDS = 12
 SHARE = 0.2  # of the tolerance that each source is sent below, once it is above
 ENOUGH = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
 LARGEST_STEP, MARGIN = 4.0, 1.05  # by which a number grows in a round, and by how much more than it should
-MOST_WITHOUT_ANSWER = 1000  # sub-intervals, after which no answer is an answer
+LARGEST_JUDGED = 0.1  # error of a motion that may be called unstable
+MOST_WITHOUT_ANSWER = 200  # sub-intervals, or the scene's own, after which no answer is an answer
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
 REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
 NONLINEAR = ("moderate-rotations", "geometric-stiffness")
+SAMPLES, SEEN = 2**17, 0.1  # of a load's factor in a cycle; share of its variance that steps may miss
 Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
-
-
-@dataclass(frozen=True)
-class Knobs:
-    """What is chosen.
-
-    Parameters
-    ----------
-    elements
-        Per member.
-    sub_intervals, stations
-        Of the analysis.
-    cutoff
-        Of the reduction (Hz); None where all nodes are kept.
-    """
-
-    elements: float
-    sub_intervals: float
-    stations: float
-    cutoff: float | None
-
-    def of(self, scene: Scene) -> Scene:
-        """Give the scene with these choices."""
-        values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
-        if self.cutoff is not None:
-            values |= {"reduction": "craig-bampton", "cutoff": self.cutoff}
-        if scene.analysis.method == "periodic":
-            values |= {"solver": "collocation", "stages": 3, "scheme": "radau"}
-            values["sub_intervals"] = 2 * math.ceil(self.sub_intervals / 2)
-        changes = {f"analysis__{name}": value for name, value in values.items()}
-        return with_elements(scene, math.ceil(self.elements)).changed(**changes)
-
-    def finer(self, source: str, by: float) -> Knobs:
-        """Give the choices with more of what makes an error smaller, so many times."""
-        if source == "stations":
-            return replace(self, stations=by * (self.stations - 1) + 1)
-        if source == "time":
-            return replace(self, sub_intervals=by * self.sub_intervals)
-        if self.cutoff is not None:
-            return replace(self, cutoff=by**2 * self.cutoff, elements=by * self.elements)
-        return replace(self, elements=by * self.elements)
 
 
 def within(scene: Scene, analyse: Analyse) -> Result:
@@ -82,39 +45,116 @@ def within(scene: Scene, analyse: Analyse) -> Result:
     Raises
     ------
     SolverError
-        When the tolerance is not met, with the source of the largest error.
+        When the tolerance is not met, with the source of the largest error; or for what no steps or mesh cure, such as
+        a motion that is unstable.
     SceneError
-        When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated.
+        When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
+        scene asks for another solver, scheme or reduction than the tolerance takes.
     """
     assert scene.tolerance is not None
+    _refuse_stated(scene)
     chosen, choices = choose(scene)
     _refuse_unknown(chosen)
-    knobs, errors = _start(chosen), {"mesh": math.inf}
+    knobs, trials = _start(chosen), list[Trial]()
     for done in range(1, MOST_ROUNDS + 1):
         trial = knobs.of(chosen)
         try:
-            result = analyse(trial, choices)
-        except SolverError:  # steps or elements that are far too coarse may have no answer at all
-            if knobs.sub_intervals > MOST_WITHOUT_ANSWER:
+            result = analyse(trial.changed(analysis__allow_unstable=True), choices)
+        except UnresolvedError:  # steps that are far too long may have no answer at all
+            if knobs.steps >= max(MOST_WITHOUT_ANSWER, scene.analysis.sub_intervals) or not _periodic(chosen):
                 raise
-            knobs = knobs.finer("time", 2.0).finer("mesh", 1.5)
+            knobs = knobs.finer("time", 2.0)
             continue
+        except (TooLargeError, MemoryError) as error:
+            raise _not_met(chosen, trials, f"the next needs more memory than there is, {_numbers(knobs)}") from error
         found = result.data[["relative_error", "error_order"]].to_dataframe().drop("effects", errors="ignore")
-        errors = {str(source): float(error) for source, error in found["relative_error"].items()}
+        errors, orders = ({str(k): float(v) for k, v in found[name].items()} for name in found)
+        if not trial.analysis.allow_unstable and _grows(result) and sum(errors.values()) < LARGEST_JUDGED:
+            analyse(trial, choices)  # says so
         if sum(errors.values()) <= ENOUGH * scene.tolerance:
+            result.data.attrs |= stamp(trial)
             result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done)
             return result
-        for source, error in errors.items():
-            if error > SHARE * scene.tolerance:
-                order = max(float(found["error_order"][source]), 1.0)
-                by = (error / (SHARE * scene.tolerance)) ** (1 / order)
-                knobs = knobs.finer(source, min(MARGIN * by, LARGEST_STEP))
-    worst = max(errors, key=errors.__getitem__)
-    raise SolverError(
-        f"the tolerance of {scene.tolerance:g} is not met in {MOST_ROUNDS} rounds: the largest error left is "
-        f"{errors[worst]:.2g}, by the {worst}, with {trial.analysis.sub_intervals} sub_intervals and "
-        f"{trial.mesh.elements} elements a member. Give a larger tolerance"
+        trials.append(Trial(knobs, errors, orders, int(result.data.attrs["dofs"])))
+        knobs = _next(chosen, trials)
+    raise _not_met(chosen, trials, f"{MOST_ROUNDS} rounds were made")
+
+
+def _periodic(scene: Scene) -> bool:
+    return scene.analysis.method == "periodic"
+
+
+def _grows(result: Result) -> bool:
+    """Whether a small disturbance grows."""
+    return "multiplier" in result.data and float(np.hypot(*result.data["multiplier"][0].to_numpy())) > 1 + NEUTRAL
+
+
+def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
+    """Give the choices of the next trial.
+
+    An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it has
+    been seen twice, or once where loads jump, tells what the tolerance would take.
+
+    Raises
+    ------
+    SolverError
+        When that is more than memory or time allow.
+    """
+    assert scene.tolerance is not None
+    last = trials[-1]
+    finer = least = last.knobs
+    for source, error in last.errors.items():
+        if error <= SHARE * scene.tolerance:
+            continue
+        order = max(last.orders[source], 1.0)
+        slow = slow_order(trials, source) if error > scene.tolerance else None
+        sure = slow is not None and (_sudden(scene) or slow_order(trials[:-1], source) is not None)
+        by = (error / (SHARE * scene.tolerance)) ** (1 / (order if slow is None else max(slow, 1.0)))
+        finer = finer.finer(source, min(MARGIN * by, LARGEST_STEP))
+        by = min(error / SHARE, sum(last.errors.values()) / ENOUGH) / scene.tolerance
+        least = least.finer(source, MARGIN * by ** (1 / (slow if slow and sure else order)))
+    if what := last.too_large(least, _periodic(scene)):
+        too_many = f"so many {what} take too much memory or time"
+        raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")
+    return least if last.too_large(finer, _periodic(scene)) else finer
+
+
+def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
+    """Say that the tolerance is not met, what error is left, by what, and what to do."""
+    if not trials:
+        return SolverError(f"the tolerance of {scene.tolerance:g} cannot be met: {why}. Leave it out")
+    last = trials[-1]
+    worst = max(last.errors, key=last.errors.__getitem__)
+    order = slow_order(trials, worst)
+    falls = f", which falls with the power {order:.1f} of the {NUMBERS[worst]} only" if order is not None else ""
+    advice = "Give a larger tolerance"
+    if _sudden(scene):
+        advice += (
+            ", or loads with longer flanks (ramp) in place of jumps and impulses, which excite vibrations that only "
+            "short steps and many modes follow, or material damping, which ends those"
+        )
+    return SolverError(
+        f"the tolerance of {scene.tolerance:g} is not met: with {_numbers(last.knobs)} the strains are uncertain by "
+        f"{sum(last.errors.values()):.2g}, {last.errors[worst]:.2g} of it by the {worst}{falls}; {why}. {advice}"
     )
+
+
+def _numbers(knobs: Knobs) -> str:
+    elements, stations = math.ceil(knobs.elements), math.ceil(knobs.stations)
+    return f"{knobs.steps} sub_intervals, {elements} elements a member and {stations} stations"
+
+
+def _refuse_stated(scene: Scene) -> None:
+    """Raise `SceneError` where the scene asks for another method than the tolerance takes."""
+    taken = (TAKEN if _periodic(scene) else {}) | {"reduction": ("none",)}
+    for name, values in taken.items():
+        if (stated := getattr(scene.analysis, name)) not in values:
+            raise SceneError(
+                f"{stated!r} is stated beside a tolerance, which chooses the reduction itself and takes collocation "
+                f"with {STAGES} Radau points",
+                place=f"analysis.{name}",
+                hint=f"Leave {name} or the tolerance out",
+            )
 
 
 def _refuse_unknown(scene: Scene) -> None:
@@ -128,7 +168,7 @@ def _refuse_unknown(scene: Scene) -> None:
         )
     elif scene.impulses:
         what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
-    elif scene.analysis.method == "periodic" and not damped:
+    elif _periodic(scene) and not damped:
         what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
     else:
         return
@@ -138,15 +178,10 @@ def _refuse_unknown(scene: Scene) -> None:
 
 
 def _start(scene: Scene) -> Knobs:
-    """Give the choices to begin with: coarse ones, from which the errors are told.
-
-    Loads that change may do so between few positions: there the scene's own are the fewest.
-    """
-    analysis = scene.analysis
-    sudden = bool(scene.impulses) or any(getattr(load, "factor", None) is not None for load in scene.loads.values())
-    steps = FEWEST_STEPS if analysis.method == "periodic" and not sudden else analysis.sub_intervals
+    """Give the choices to begin with: coarse ones, from which the errors are told."""
+    steps = _fewest_steps(scene)
     nonlinear = any(name in scene.named_effects for name in NONLINEAR)
-    if "coupling" not in scene.named_effects or nonlinear or analysis.method != "periodic":
+    if "coupling" not in scene.named_effects or nonlinear or not _periodic(scene):
         return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
@@ -154,6 +189,37 @@ def _start(scene: Scene) -> Knobs:
     if not reduction.spans:
         return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     return Knobs(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
+
+
+def _sudden(scene: Scene) -> bool:
+    """Whether loads jump or impulses act."""
+    return bool(scene.impulses) or any(load.jumps for load in scene.loads.values())
+
+
+def _fewest_steps(scene: Scene) -> int:
+    """Give the steps to begin with, which miss no corner of the motion and no pulse of a load.
+
+    Loads that change may do so between few positions: there the scene's own are the fewest.
+    """
+    analysis = scene.analysis
+    if not _periodic(scene):
+        if scene.drives and analysis.method == "quasi-static":  # at the scene's own positions
+            refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
+        return analysis.sub_intervals
+    varying = [load for load in scene.loads.values() if load.factor is not None]
+    steps = analysis.sub_intervals if varying or scene.impulses else FEWEST_STEPS
+    for load in varying:
+        variance = load.factor_at(scene.drive_angles(SAMPLES)).var()
+        while STAGES * steps < SAMPLES and _missed(load.factor_at(scene.drive_angles(STAGES * steps)), variance):
+            steps *= 2
+    while corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(steps))):
+        steps = max(2 * steps, corner.enough)
+    return steps
+
+
+def _missed(values: np.ndarray, variance: float) -> bool:
+    """Whether the variance of a factor is not that of its values at the steps."""
+    return abs(values.var() - variance) > SEEN * variance
 
 
 def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int) -> str:

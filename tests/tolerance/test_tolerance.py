@@ -6,12 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fenics_mech.analysis
+import fenics_mech.knobs
 import fenics_mech.tolerance
 from fenics_mech import analyse, load
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
+from fenics_mech.kinematics import missed_corner, solve_motion
+from fenics_mech.knobs import Knobs, Trial
 from fenics_mech.scene.build import build
-from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
+from fenics_mech.tolerance import _next, within
 from fenics_mech.views.report import _between_positions
 
 DEMOS = Path(__file__).parents[2] / "demos"
@@ -94,10 +99,146 @@ def test_graded_and_stated_meshes_keep_their_kind():
     assert stated == pytest.approx((0, 0.1, 0.2, 0.6, 1))
 
 
+@pytest.fixture
+def runs(monkeypatch):
+    """Scenes that were analysed, one a trial."""
+    found, as_stated = [], fenics_mech.analysis._as_stated
+
+    def noted(scene, *rest):
+        found.append(scene)
+        return as_stated(scene, *rest)
+
+    monkeypatch.setattr(fenics_mech.analysis, "_as_stated", noted)
+    return found
+
+
 def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
     monkeypatch.setattr(fenics_mech.tolerance, "MOST_ROUNDS", 1)
-    with pytest.raises(SolverError, match=r"not met in 1 rounds: the largest error left is .*, by the time"):
+    with pytest.raises(SolverError, match=r"0.0001 is not met: with 24 sub_intervals.* by the time; 1 rounds"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
+
+
+def blow(tolerance):
+    """The seed four-bar under an impulse: a bar's velocity jumps, and all its modes vibrate."""
+    impulse = {"at": "B", "angle": 1.5, "impulse": [0, 0.01]}
+    return seed_four_bar(effects=("coupling",), impulses={"hammer": impulse}, tolerance=tolerance)
+
+
+def falling(power, count):
+    """Trials with twice the steps each, whose error of the time falls from 0.1 with a power, and should with 5."""
+    return [
+        Trial(Knobs(16, 100 * 2**k, 41, 2e3), {"time": 0.1 * 2 ** (-power * k)}, {"time": 5.0}, 22)
+        for k in range(count)
+    ]
+
+
+def test_what_falls_too_slowly_is_told_early():
+    """With the power 0.7 it takes (0.06/7e-5)^(1/0.7) times as many steps: millions."""
+    steps = r"falls with the power 0.7 of the sub_intervals only; it would take about \d{7} sub_intervals"
+    with pytest.raises(SolverError, match=steps):
+        _next(blow(1e-4), falling(0.7, 2))
+    smooth = seed_four_bar(effects=("coupling",), tolerance=1e-4)
+    assert _next(smooth, falling(0.7, 2)).sub_intervals == 800  # it may come to fall faster
+    with pytest.raises(SolverError, match=steps):
+        _next(smooth, falling(0.7, 3))
+    assert _next(smooth, falling(4.0, 3)).sub_intervals < 1600
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "found"),
+    [("MOST_ENTRIES", 1e5, "so many sub_intervals and elements"), ("MOST_STATIONS", 20, "so many stations")],
+)
+def test_what_takes_too_much_is_told_before_it_is_tried(monkeypatch, runs, name, value, found):
+    monkeypatch.setattr(fenics_mech.knobs, name, value)
+    with pytest.raises(SolverError, match=rf"tolerance of 0.0001 is not met.* it would take about .*{found}"):
+        analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
+    assert all(scene.analysis.sub_intervals * 22**2 < 1e5 for scene in runs)
+
+
+@pytest.mark.parametrize("error", [TooLargeError("too much"), MemoryError()])
+def test_memory_that_gives_out_is_an_error_of_the_tolerance(error):
+    scene, done = seed_four_bar(effects=("coupling",), tolerance=1e-4), []
+
+    def short(trial, choices):
+        if done:
+            raise error
+        done.append(trial)
+        return analyse(trial.changed(tolerance=None))
+
+    with pytest.raises(SolverError, match=r"uncertain by 0.1.*the next needs more memory than there is"):
+        within(scene, short)
+
+
+def test_steps_without_an_answer_are_halved_a_few_times():
+    scene, tried = seed_four_bar(effects=("coupling",), tolerance=1e-2), []
+
+    def none(trial, choices):
+        tried.append(trial.analysis.sub_intervals)
+        raise UnresolvedError("Newton's method stopped")
+
+    with pytest.raises(UnresolvedError):
+        within(scene, none)
+    assert tried == [24, 48, 96, 192, 384]
+
+
+def test_what_no_mesh_cures_is_told_at_once(runs):
+    with pytest.raises(SolverError, match="buckles"):
+        analyse(strut(310.0, 2).changed(tolerance=1e-3))
+    assert len(runs) == 1
+
+
+def test_unstable_motion_is_told_as_soon_as_it_is_known(runs):
+    """Parametric resonance: the force pulsates twice as fast as the column vibrates."""
+    scene = scene_of("pulsating_column").changed(drive__speed=195.0, analysis__allow_unstable=False)
+    with pytest.raises(SolverError, match="unstable"):
+        analyse(scene.changed(tolerance=1e-6))
+    assert len(runs) == 2  # of which the second is judged
+    analyse(scene.changed(tolerance=1e-2, analysis__allow_unstable=True))
+
+
+def test_accepted_motion_was_asked_to_be_stable():
+    assert not analyse(scene_of("slider_crank").changed(tolerance=1e-2)).scene.analysis.allow_unstable
+
+
+def test_a_narrow_pulse_is_not_missed():
+    """The 12 points of 4 steps are none of them in it, and it makes the largest strain."""
+    pulse = {"kind": "pulse", "start": 1.15, "end": 1.45, "ramp": 0.15}
+    load = {"at": "rod@0.5", "force": [0, 200.0], "factor": pulse}
+    scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=4)
+    found = analyse(scene.changed(tolerance=0.1))
+    finer = analyse(
+        scene.changed(analysis__sub_intervals=120, analysis__solver="collocation", analysis__stability=False)
+    )
+    largest = (float(np.abs(r.data["strain"].sel(member="rod")).max()) for r in (found, finer))
+    assert next(largest) == pytest.approx(next(largest), rel=0.1)
+    without = analyse(finer.scene.changed(loads={}))
+    assert float(np.abs(without.data["strain"].sel(member="rod")).max()) < 0.5 * float(
+        np.abs(finer.data["strain"]).max()
+    )
+
+
+def test_a_corner_of_the_motion_is_not_missed():
+    """Near a change point the follower turns within 2.4 deg: 24 steps know nothing of it."""
+    bar, steel = {"area": 1e-4, "inertia": 1e-8, "fibre": 1e-2}, {"modulus": 7e10, "density": 2700}
+    scene = four_bar(
+        crank=0.1, coupler=0.4, follower=0.35, ground=0.65 - 1e-5, sections=[bar] * 3, material=steel, speed=10.0,
+        damping={"ratio": 0.02}, tolerance=0.1,
+    )  # fmt: skip
+    start = fenics_mech.tolerance._start(scene).sub_intervals
+    missed = missed_corner(scene, solve_motion(scene, scene.drive_angles(24)))
+    assert missed is not None
+    assert start >= missed.enough > 100
+    assert missed_corner(scene, solve_motion(scene, scene.drive_angles(start))) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("solver", "harmonic-balance"), ("solver", "sub-intervals"), ("scheme", "gauss"), ("stages", 2),
+     ("reduction", "craig-bampton")],
+)  # fmt: skip
+def test_what_contradicts_a_tolerance_is_refused(name, value):
+    with pytest.raises(SceneError, match=f"analysis.{name}: .* beside a tolerance"):
+        analyse(seed_four_bar(tolerance=1e-2, **{f"analysis__{name}": value}))
 
 
 def test_tolerance_is_a_share():
