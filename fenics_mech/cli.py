@@ -6,13 +6,16 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.scene import Scene
 
 app = typer.Typer(
     help="Dynamics of planar linkages whose links bend.",
@@ -22,6 +25,7 @@ app = typer.Typer(
 )
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
+Tolerance = typer.Option("--tol", help="Largest error of the strains: the program chooses mesh and steps.")
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
 
@@ -42,6 +46,21 @@ def _fail(message: str) -> None:
     sys.exit(1)
 
 
+def _analysed(path: Path, refine: int, tolerance: float | None = None) -> Scene:
+    """Load a scene that is to be analysed; a tolerance in it, or one given here, chooses the mesh itself."""
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
+
+    scene = _toleranced(load(path), tolerance)
+    if refine and scene.tolerance is not None:
+        what = f"--refine asks for a mesh, and the tolerance of {scene.tolerance:g} chooses it"
+        raise MechanismError(f"{what}: give one of them")
+    return refined(scene, refine)
+
+
+def _toleranced(scene: Scene, tolerance: float | None) -> Scene:
+    return scene if tolerance is None else scene.changed(tolerance=tolerance)
+
+
 @app.command()
 def run(
     scene: SceneFile,
@@ -49,19 +68,15 @@ def run(
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
     csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
     refine: Refine = 0,
-    tolerance: Annotated[
-        float | None, typer.Option("--tol", help="Largest error of the strains: the program chooses mesh and steps.")
-    ] = None,
+    tolerance: Annotated[float | None, Tolerance] = None,
 ) -> None:
     """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
     from fenics_mech._ranks import shared  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.scene import Scene, load, refined  # noqa: PLC0415
 
     def prepared() -> Scene:
-        loaded = refined(load(scene), refine)
-        loaded = loaded if tolerance is None else loaded.changed(tolerance=tolerance)
+        loaded = _analysed(scene, refine, tolerance)
         make_folder(folder)
         return loaded
 
@@ -140,6 +155,9 @@ def effects(
     scene: SceneFile,
     compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
+    tolerance: Annotated[
+        float | None, typer.Option("--tol", help="Largest error of the strains: effects above half of it act.")
+    ] = None,
 ) -> None:
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
     from fenics_mech import views  # noqa: PLC0415
@@ -147,7 +165,7 @@ def effects(
     from fenics_mech.scene import load  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
 
-    loaded = load(scene).changed(effects="auto")
+    loaded = _toleranced(load(scene), tolerance).changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
         chosen, choices = choose(loaded)
@@ -190,14 +208,13 @@ def sweep(
     Ended before its time, it goes on where it was when it is started again with the same folder. Under mpirun the
     processes share the points.
     """
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
     from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
     from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
     from fenics_mech.views.sweep import check_member, plot_sweep, sweep_summary  # noqa: PLC0415
 
     first = one_voice()
-    loaded = refined(load(scene), refine)
+    loaded = _analysed(scene, refine)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
     check_member(list(loaded.members()), member)
     with progress_bar(math.prod(len(axis.values) for axis in axes) + refine_peaks) as step:
@@ -321,7 +338,6 @@ def animate(
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
     from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
 
     views.check_ending(file)
     make_folder(file.parent)
@@ -330,7 +346,7 @@ def animate(
             raise MechanismError("a result cannot be refined: give --refine with the scene file")
         result = Result.load(scene)
     else:
-        loaded = refined(load(scene), refine)
+        loaded = _analysed(scene, refine)
         with progress_bar(len(STEPS)) as step:
             result = analyse(loaded, step)
     with progress_bar(frames) as step:

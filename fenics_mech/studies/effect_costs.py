@@ -68,8 +68,10 @@ class Run:
 def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geometric-stiffness", *ALL[1:])) -> list[Run]:
     """Run a scene quasi-statically, then with vibration, then with effects added one at a time.
 
-    An effect that another one replaces goes when that one comes. The last run is what the others are compared with.
+    All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
+    replaces goes when that one comes. The last run is what the others are compared with.
     """
+    scene = scene.changed(tolerance=None)
     scenes = {"vibration": scene.changed(effects=(), analysis__solver="collocation")}
     if not (scene.impulses or any(drive.motor for drive in scene.drives)):  # these are nothing without vibration
         scenes = {"quasi-static": scene.changed(effects=(), analysis__method="quasi-static")} | scenes

@@ -164,3 +164,15 @@ def test_a_drawn_scene_is_run_from_another_folder(tmp_path):
     assert done.returncode == 0, done.stderr
     table = np.genfromtxt(tmp_path / "frequencies.csv", delimiter=",", names=True)
     assert min(table[table.dtype.names[-5]]) == pytest.approx(42.03, abs=0.01)
+
+
+def test_refine_beside_a_tolerance_is_refused(call, tmp_path):
+    code, _, err = call("run", DEMO, "--tol", "1e-2", "--refine", "1", "-o", tmp_path)
+    assert code == 1
+    assert "--refine asks for a mesh, and the tolerance of 0.01 chooses it" in err
+
+
+def test_effects_of_a_tolerance(call):
+    code, out, _ = call("effects", DEMO, "--tol", "1e-4")
+    assert code == 0
+    assert "above 5e-05 act" in out
