@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.scene.factories import seed_four_bar
 
 STIFF = {  # axially, 1e8 times; in bending as before
@@ -89,6 +89,18 @@ def test_meshes_graded_by_a_million_are_refused(mesh):
     """Their strains were 100 % off."""
     with pytest.raises(SceneError, match=r"mesh.*longest element .* times as long as the shortest"):
         seed({}, mesh=mesh)
+
+
+@pytest.mark.parametrize("damping", [{"material": 1e-4}, {"ratio": 0.02}])
+def test_multipliers_of_what_has_no_mass_are_refused_and_the_motion_is_right(damping):
+    """They were said to be at a resonance, at 108 to 154 Hz."""
+    scene = seed({"solver": "collocation"}, damping=damping).changed(materials__material__density=1e-27)
+    with pytest.raises(SolverError, match=r"(crank|coupler|follower)\S+ has next to no mass"):
+        analyse(scene)
+    motion = analyse(scene.changed(analysis__stability=False)).data
+    limit = analyse(scene.changed(materials__material__density=1e-14, analysis__stability=False)).data
+    for name in ("strain", "joint_force"):
+        assert np.abs(motion[name] - limit[name]).max() < 1e-8 * np.abs(limit[name]).max()
 
 
 def test_modal_damping_of_axially_stiff_links_takes_its_share_of_the_strain_only():
