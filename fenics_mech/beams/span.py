@@ -148,7 +148,8 @@ class Span:
                 found[i] = vector.array_r
         for thing in (mass, operator, vector):
             thing.destroy()
-        return 1 / values, self._bent(found) / values[:, None]
+        known = values > 0  # the fastest, of very short elements, are lost to rounding
+        return 1 / values[known], self._bent(found[known]) / values[known, None]
 
     @cached_property
     def _heavy(self) -> Index:
