@@ -22,7 +22,7 @@ from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_force
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
-from fenics_mech.recovery.validity import bow, euler_ratio, rotation
+from fenics_mech.recovery.validity import bow, euler_ratio, refuse_far, rotation
 from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
 from fenics_mech.response.floquet import Stability
@@ -86,6 +86,7 @@ def collect(
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     _, sampling = variables.pop("sampling_error", (None, None))
+    refuse_far(scene, system, members)
     errors = estimated(scene, system, history, variables["strain"][1], sampling, choices)
     errors.judge(scene)
     coordinates: dict[str, object] = {

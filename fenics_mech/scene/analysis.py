@@ -67,6 +67,9 @@ class Analysis(Part):
     allow_coarse
         Accept sub-intervals so long that collocation is uncertain by more than 2 % of the largest strain, or that
         miss a corner of the rigid motion.
+    allow_large
+        Accept axes of members that turn by more than 1 rad, or ends that move by more than the member's length, against
+        the rigid motion: far beyond small deflections.
     tension
         Axial force of the effect 'geometric-stiffness': "rigid", that of loads and rigid motion, or "settled", updated
         with the elastic response until it changes no more (collocation, quasi-static and static).
@@ -95,5 +98,6 @@ class Analysis(Part):
     load: Literal["constant", "linear"] = "linear"
     allow_ringing: bool = False
     allow_coarse: bool = False
+    allow_large: bool = False
     tension: Literal["rigid", "settled"] = "rigid"
     stations: Annotated[int, Field(ge=2, le=10_001)] = 21
