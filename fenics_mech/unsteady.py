@@ -20,7 +20,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.mesh_error import at_the_start, neglected, order_of
-from fenics_mech.response import History
+from fenics_mech.response import History, solve_static
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.history import Better, history_of
@@ -181,8 +181,8 @@ def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
     if start == "rigid":
         return 0.0, still, still
     if start == "static":
-        linear = _equation(scene, system, np.zeros(1)).linear
-        return 0.0, np.linalg.solve(linear.stiffness[0], linear.load[0]), still
+        here = moved(scene, system, solve_motion_in_time(scene, np.zeros(1)))
+        return 0.0, solve_static(here, scene.petsc).displacement[0], still
     if not Path(start).is_file():
         raise SceneError(
             f"there is no file {start!r}",

@@ -93,6 +93,10 @@ class Coefficients:
         last = max(self.start, self.repeats_after) + self.cycle
         equation = self.equation_at(np.linspace(self.start, last, REFERENCES))
         linear, self.law = equation.linear, equation.system.terms.law
+        self.growth = 0.0  # largest rate at which a motion without vibration grows, as the stiffness is not positive
+        if linear.weakest is not None:
+            squares = np.linalg.eigvals(np.linalg.solve(linear.mass, linear.stiffness)).real
+            self.growth = float(np.sqrt(max(0.0, -squares.min())))
         diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / REFERENCES
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self.dofs = None if self.law is None else self.law.dofs

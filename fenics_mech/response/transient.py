@@ -29,6 +29,7 @@ from fenics_mech.response.tableau import Tableau
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 LONGEST_STEP = 1 / 40  # of a cycle
 Prepared = tuple[float, Callable[[], Any]]  # TS's time over ours, and what gives the state
+LARGEST_MOTION = 1e6  # over the static deflection or the start: such a motion grows without bound
 SAME = 2 * NARROWEST  # of a cycle, between times that count as one
 
 
@@ -230,16 +231,34 @@ class _Run:
         self, coefficients: Coefficients, span: Span, options: Mapping[str, Any], keep: Keep, z: Array, rates: Array
     ) -> None:
         """Take the size of the motion from the loads, the first displacement, and velocities ``(rates, n)``."""
-        self.span, self.options, self.keep, self.steps = span, options, keep, 0
+        self.span, self.options, self.taken, self.steps = span, options, keep, 0
         self.instant = Instant(coefficients)
         self.kind = str(options.get("transient_ts_type", COLLOCATION))
-        self.length = LONGEST_STEP * span.cycle
+        growth = max(coefficients.growth, 1e-300)
+        self.longest = min(LONGEST_STEP * span.cycle, 1 / growth)  # longer ones would damp it
+        self.length = self.longest
         mass, _, stiffness = coefficients.at(coefficients.start)[:3]
         self.scale = np.sqrt(np.abs(np.diag(mass)))  # of velocities, so that energies count
         self.pace = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness))).min()))
         energies = [abs(z @ stiffness @ z), *np.abs(np.einsum("ki,ij,kj->k", rates, mass, rates))]
         self.energy = max(coefficients.energy, float(np.sqrt(max(energies))))
         self.size = max(coefficients.largest, np.abs(z).max(), np.abs(rates).max() / self.pace, 1e-300)
+
+    def keep(self, start: float, end: float, curve: Curve) -> bool:
+        """Take a step; tell whether the motion is settled.
+
+        Raises
+        ------
+        SolverError
+            When it grows without bound.
+        """
+        if np.abs(curve(np.array([end]))[0]).max() > LARGEST_MOTION * self.size:
+            raise SolverError(
+                f"the motion grows without bound: at {end:.6g} s it is more than {LARGEST_MOTION:.0e} times what "
+                "loads and start bend. It is unstable: a member buckles, or the drive is in a tongue of "
+                "parametric resonance. Change loads or speed, or give more damping"
+            )
+        return self.taken(start, end, curve)
 
     def go_on(self, start: float, end: float, z: Array, rate: Array) -> tuple[Array, Array]:
         """Integrate from a state to a time, or until the motion is settled; gives the state there."""
@@ -258,7 +277,7 @@ class _Run:
             "ts_alpha_radius": 0.5,  # so that what is too fast for the steps dies out
             "ts_rtol": self.span.tolerance,
             "ts_atol": self.span.tolerance * self.size,
-            "ts_adapt_dt_max": pace * LONGEST_STEP * self.span.cycle,
+            "ts_adapt_dt_max": pace * self.longest,
             "ts_exact_final_time": "matchstep",
             "ts_max_steps": 10_000_000,
             "ts_max_snes_failures": -1,
@@ -279,8 +298,9 @@ class _Run:
 
     def _collocation(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
         """Steps of our own."""
-        longest = LONGEST_STEP * self.span.cycle
-        context = Collocation(self.instant, self.span.tableau, self.span.tolerance, self.energy, longest, self.keep)
+        context = Collocation(
+            self.instant, self.span.tableau, self.span.tolerance, self.energy, self.longest, self.keep
+        )
         ts.setPythonContext(context)
         y = PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF)
         ts.setSolution(y)

@@ -30,7 +30,7 @@ class Oscillator:
 
     law = dofs = None
     between = -np.inf, np.inf
-    error, weight, start, cycle, largest, energy = 0.0, np.ones(1), 0.0, 2 * np.pi, 1 / 4, 1 / 2
+    error, weight, start, cycle, largest, energy, growth = 0.0, np.ones(1), 0.0, 2 * np.pi, 1 / 4, 1 / 2, 0.0
 
     def __init__(self, load=np.cos, jumps=()):
         self.load, self.jump = load, np.array(jumps)
