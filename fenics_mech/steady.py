@@ -21,6 +21,7 @@ from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import History
 from fenics_mech.response.collocation import between, corrected, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping
+from fenics_mech.response.equilibrium import weakest_link
 from fenics_mech.response.floquet import Stability, floquet
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.harmonic_balance import solve_harmonic_balance
@@ -249,9 +250,10 @@ def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Or
         straight = inside.linear if tension is None else _straight(inside, tension)
         if straight.weakest is None:
             raise
-        theta = np.degrees(inside.system.motion.theta[straight.weakest])
+        k = straight.weakest
+        theta, link = np.degrees(inside.system.motion.theta[k]), weakest_link(inside.system, k, straight.stiffness[k])
         raise type(error)(
-            f"{error}. A member buckles: under the axial forces of loads and rigid motion the stiffness of the "
+            f"{error}. Link {link} buckles: under the axial forces of loads and rigid motion the stiffness of the "
             f"straight links is not positive at drive angle {theta:.6g} deg"
         ) from error
 

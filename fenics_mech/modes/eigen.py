@@ -151,7 +151,8 @@ def _solve_position(eps: SLEPc.EPS, size: int, count: int, theta: float, shift: 
     order = np.argsort(values)
     if values[order[0]] <= -NOUGHT * shift:
         raise SolverError(
-            f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive there"
+            f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive "
+            "there, and the mechanism buckles or gives way"
         )
     shapes = np.empty((count, size))
     for place, i in enumerate(order):

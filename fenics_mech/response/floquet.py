@@ -82,9 +82,11 @@ class Stability:
         """Raise a `SolverError` that names the worst disturbance when the motion is unstable."""
         if not self.stable:
             worst = self.multipliers[0]
+            steadily = worst.real > 0 and abs(worst.imag) < TOLERANCE * abs(worst)
+            how = f"at {self.frequency[0]:.4g} Hz" + (", or without vibrating (buckling)" if steadily else "")
             raise SolverError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
-                f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) at {self.frequency[0]:.4g} Hz; mode "
+                f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) {how}; mode "
                 f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping, or more "
                 f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
             )

@@ -144,7 +144,7 @@ def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Arr
     worst = int(np.linalg.norm(lack / weight, axis=1).argmax())
     theta = np.degrees(equation.system.motion.theta[worst])
     left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
-    if np.any(equation.system.motion.omega):
+    if np.any(orbit.velocity):
         kind, sought = UnresolvedError, "motion"
         hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
     else:

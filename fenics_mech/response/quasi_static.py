@@ -14,6 +14,7 @@ from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.response.equilibrium import loss, refuse_buckled, refuse_lost, weakest_link
 from fenics_mech.response.history import History
 from fenics_mech.response.newton import Orbit, solve_nonlinear
 
@@ -55,9 +56,10 @@ def displacement_under(
     Raises
     ------
     SolverError
-        When the KSP does not converge at some angle, or the mechanism buckles there.
+        When the KSP does not converge at some angle, the mechanism buckles there, or rounding takes a noticeable share
+        of a single load's answer.
     """
-    answer = np.empty_like(load)
+    answer, losses = np.empty_like(load), np.zeros(len(load))
     if not answer.size:  # both ends of the only element are held
         return answer
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
@@ -66,7 +68,7 @@ def displacement_under(
     with configured(ksp, "static_", DIRECT, options or {}):
         for k, _, stiffness in system.positions():
             if system.terms.tension is not None:
-                _refuse_buckled(to_scipy(stiffness).toarray(), system.motion.theta[k])
+                refuse_buckled(system, k, to_scipy(stiffness).toarray())
             ksp.setOperators(stiffness)
             for part, found in zip(load[k].reshape(system.size, -1).T, answer[k].reshape(system.size, -1).T):
                 force.array[:] = part
@@ -76,6 +78,9 @@ def displacement_under(
                     angle = np.degrees(system.motion.theta[k])
                     raise SolverError(f"no static answer at drive angle {angle:.6g} deg (PETSc says {reason})")
                 found[:] = displacement.array_r
+            if load.ndim == 2:
+                losses[k] = loss(to_scipy(stiffness), answer[k])
+    refuse_lost(system, answer, losses)
     return answer
 
 
@@ -84,7 +89,7 @@ def _relieved(system: System, rigid: RigidModes) -> History:
     if system.terms.tension is not None:
         momenta = rigid.mass @ rigid.shapes.T
         held = rigid.stiffness + rigid.lowest_elastic() * momenta @ momenta.T
-        _refuse_buckled(np.asarray(held), system.motion.theta[0])
+        refuse_buckled(system, 0, np.asarray(held))
     q, acceleration = (np.array(parts) for parts in zip(*map(rigid.relieved, system.load)))
     return History(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))
 
@@ -102,8 +107,8 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Histo
         return Orbit(found, still, still, found, still)
 
     def accept(tangents: Matrices) -> None:
-        for stiffness, theta in zip(tangents.stiffness, system.motion.theta):
-            _refuse_buckled(stiffness, theta)
+        for k, stiffness in enumerate(tangents.stiffness):
+            refuse_buckled(system, k, stiffness)
 
     def guess(tension: NDArray[np.float64]) -> NDArray[np.float64]:
         """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far."""
@@ -115,19 +120,16 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Histo
                 return share * tension
             share[buckled] *= SMALLER
 
-    found = solve_nonlinear(equation, solve, tension, accept, guess).displacement
-    return History(
-        displacement=found, inertia=system.rigid_acceleration, velocity=np.zeros_like(system.rigid_acceleration)
-    )
-
-
-def _refuse_buckled(stiffness: NDArray[np.float64], theta: float) -> None:
-    """Raise where a stiffness is not positive: the equilibrium is not stable."""
     try:
-        np.linalg.cholesky((stiffness + stiffness.T) / 2)
-    except np.linalg.LinAlgError:
-        raise SolverError(
-            f"the mechanism buckles at drive angle {np.degrees(theta):.6g} deg: under its axial forces its stiffness "
-            "is not positive. Lower the load or the speed, or take stiffer members; or, with the effect "
-            "'moderate-rotations', give a small load across the members that buckle, so that they know where to go"
-        ) from None
+        found = solve_nonlinear(equation, solve, tension, accept, guess)
+    except SolverError as error:
+        straight = equation.linearised(still, still, tension)
+        if (k := straight.weakest) is None:
+            raise
+        link = weakest_link(system, k, straight.stiffness[k])
+        raise SolverError(f"{error}. The straight link {link} buckles under it") from error
+    return History(
+        displacement=found.displacement,
+        inertia=system.rigid_acceleration,
+        velocity=np.zeros_like(system.rigid_acceleration),
+    )

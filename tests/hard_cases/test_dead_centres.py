@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.errors import AssemblyError, SceneError
+from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar
@@ -158,16 +158,23 @@ def test_a_parallelogram_that_rocks_carries_its_coupler_along():
     assert np.abs(whole - mass * motion.acceleration[:, 1]).max() < 1e-9 * np.abs(whole).max()
 
 
-@pytest.mark.parametrize(("before", "largest"), [(1e-2, 1e-9), (1e-4, 1e-7), (1e-6, 5e-6)])
+def toggle(before, force, **rest):
+    """The double rocker, held next to its dead centre, with a force on its last pin."""
+    a, b, c, d = map(mpmath.mpf, DOUBLE_ROCKER)
+    at = float(mpmath.acos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))) - before
+    analysis = {"method": "static", "position": at, "stations": 2} | rest
+    return linkage(*DOUBLE_ROCKER, loads={"push": {"at": "B", "force": force}}, analysis=analysis)
+
+
+@pytest.mark.parametrize(("before", "largest"), [(1e-2, 1e-9), (1e-4, 1e-7), (1e-6, 5e-6), (1e-8, 1e-3)])
 def test_joint_forces_and_deflection_of_a_toggle(before, largest):
     """Statics of two bars on pins and a crank that bends, in 50 digits.
 
     Rounding grows as 1/sine^2, times 1e4, which the bars are stiffer along than across.
     """
     a, b, c, d = map(mpmath.mpf, DOUBLE_ROCKER)
-    at = float(mpmath.acos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d))) - before
-    analysis = {"method": "static", "position": at, "stations": 2}
-    scene = linkage(*DOUBLE_ROCKER, loads={"push": {"at": "B", "force": (3.0, -5.0)}}, analysis=analysis)
+    scene = toggle(before, (3e-6, -5e-6))
+    at = scene.analysis.position
     data = analyse(scene).data
     with mpmath.workdps(50):
         crank = a * mpmath.expj(mpmath.mpf(at))
@@ -176,7 +183,7 @@ def test_joint_forces_and_deflection_of_a_toggle(before, largest):
         pin = crank + b * (d - crank) / far * mpmath.mpc(cosine, -mpmath.sqrt(1 - cosine**2))
         along = (pin - crank) / b, (pin - d) / c
         lead = mpmath.matrix([[e.real for e in along], [e.imag for e in along]])
-        pulls = mpmath.lu_solve(lead, mpmath.matrix([3, -5]))
+        pulls = mpmath.lu_solve(lead, mpmath.matrix([mpmath.mpf(3e-6), mpmath.mpf(-5e-6)]))
         ea, ei = (STEEL["modulus"] * BAR[key] for key in ("area", "inertia"))
         local = pulls[0] * along[0] * mpmath.conj(crank) / a
         moved = crank / a * mpmath.mpc(local.real * a / ea, local.imag * a**3 / (3 * ei))
@@ -189,6 +196,23 @@ def test_joint_forces_and_deflection_of_a_toggle(before, largest):
     )
     assert abs(complex(*found[0]) - force) < largest * abs(force)
     assert abs(complex(*found[1]) - shift) < largest * abs(shift)
+
+
+@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
+@pytest.mark.parametrize("before", [1e-9, 1e-10])
+def test_a_toggle_whose_forces_are_lost_to_rounding_is_refused(before, reduction):
+    """They were 1e-3 and 1e-2 off, without a word."""
+    with pytest.raises(SolverError, match=r"lost to rounding at drive angle 75\.911\d+ deg: .* (coupler|follower)\.B"):
+        analyse(toggle(before, (3e-9, -5e-9), reduction=reduction))
+
+
+def test_deflections_beyond_all_bounds_are_refused_unless_asked_for():
+    scene = toggle(1e-6, (3e4, -5e4))
+    with pytest.raises(SolverError, match=r"member '(coupler|follower)' turns by .* rad .* at drive angle 75\.911"):
+        analyse(scene)
+    data = analyse(scene.changed(analysis__allow_large=True)).data
+    small = analyse(toggle(1e-6, (3e-6, -5e-6))).data
+    assert np.abs(data["strain"] * 1e-10 - small["strain"]).max() < 1e-9 * np.abs(small["strain"]).max()
 
 
 @pytest.mark.parametrize(("gap", "count"), [(1e-6, 90), (1e-6, 91), (1e-6, 360), (1e-8, 1440)])

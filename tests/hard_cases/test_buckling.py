@@ -1,0 +1,152 @@
+"""Buckling, divergence and parametric instability: a strut pressed to 4 times its Euler load, and pulsating pressure.
+
+Hard: the stiffness is next to singular at the Euler load and indefinite beyond; steps of an implicit scheme damp what
+ought to grow. Right: below the load the textbook's amplification, to what the mesh makes of the Euler load; above it,
+and in a tongue of Strutt's diagram, an error that names link or mode, and angle or frequency.
+"""
+
+import numpy as np
+import pytest
+from hard import DEMOS
+from scipy.optimize import brentq
+from scipy.special import mathieu_a, mathieu_b
+
+from fenics_mech import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.scene import load
+
+LENGTH, BENDING, LINE, ACROSS = 0.5, 206e9 * 0.02 * 0.002**3 / 12, 7850 * 0.02 * 0.002, 0.1
+EULER = np.pi**2 * BENDING / LENGTH**2
+OMEGA = np.pi**2 / LENGTH**2 * np.sqrt(BENDING / LINE)
+ELEMENTS = 12
+SOFTER = (np.pi / ELEMENTS) ** 4 / 720  # by so much the Euler load of a mesh of cubic elements is too large
+SLOW = 1e-6  # s, of material damping, which goes with the bending stiffness alone
+WAYS = {
+    "static": {"analysis__method": "static"},
+    "quasi-static": {"analysis__method": "quasi-static"},
+    "reduced": {"analysis__method": "static", "analysis__reduction": "craig-bampton"},
+    "sub-intervals": {"analysis__solver": "sub-intervals", "damping": {}},
+    "collocation": {"analysis__solver": "collocation"},
+    "harmonic-balance": {"analysis__solver": "harmonic-balance", "analysis__harmonics": 3},
+    "in time": {
+        "analysis__method": "transient",
+        "analysis__start": "static",
+        "analysis__cycles": 1,
+        "analysis__settled": 0.0,
+    },
+}
+LINEAR, NONLINEAR = ("geometric-stiffness",), ("moderate-rotations",)
+BOTH = [(way, effects) for way in WAYS for effects in (LINEAR, NONLINEAR)]
+CASES = [
+    pair for pair in BOTH if pair not in [(way, NONLINEAR) for way in ("quasi-static", "sub-intervals", "reduced")]
+]
+
+
+@pytest.fixture(scope="module")
+def column():
+    """The demo: a column on two pins, whose drive only gives the time in which its load pulsates."""
+    return load(DEMOS / "pulsating_column.toml").changed(mesh__elements=ELEMENTS, analysis__stations=3)
+
+
+def pressed(column, share, way, effects):
+    """Press with a share of the Euler load that does not pulsate."""
+    forces = {"loads__dead__force": (0, -share * EULER), "loads__pulse__force": (0, 0), "drive__speed": 1.0}
+    rest = {"analysis__sub_intervals": 16 if "balance" in way else 4, "analysis__allow_unstable": False}
+    return column.changed(effects=effects, **forces, **rest | WAYS[way])
+
+
+@pytest.mark.parametrize(("way", "effects"), CASES)
+def test_amplification_up_to_the_euler_load(column, way, effects):
+    """Timoshenko and Gere, Theory of Elastic Stability, section 1.3: a uniform load on a beam-column."""
+    for share in (0.5, 0.9, 0.99, 0.999):
+        u = np.pi / 2 * np.sqrt(share)
+        expected = ACROSS * LENGTH**4 / (16 * BENDING * u**4) * (1 / np.cos(u) - 1 - u**2 / 2)
+        found = analyse(pressed(column, share, way, effects)).data["deflection"].sel(member="column", s=0.5)
+        # moderate rotations that nothing holds against shortening leave the strut's equation linear
+        softer = 25 * SOFTER if way == "reduced" else 1.1 * SOFTER  # without the clamped modes above the cutoff
+        assert found.sel(component="x").to_numpy() == pytest.approx(expected, rel=softer / (1 - share))
+
+
+@pytest.mark.parametrize("share", [1.001, 1.1, 4.0])
+@pytest.mark.parametrize(("way", "effects"), CASES)
+def test_beyond_the_euler_load_link_or_mode_is_named(column, way, effects, share):
+    """In time the straight strut was said to stand at 4 times the load; at 1.1 times it bent by 1e82 m."""
+    equilibrium = r"link column (gives way|buckles)"
+    motion = r"mode 1 (has the eigenvalue -.* at drive angle 0 deg|carries \d+% of it)"
+    periodic = way in ("sub-intervals", "collocation", "harmonic-balance")
+    with pytest.raises(SolverError, match=motion if periodic else equilibrium):
+        analyse(pressed(column, share, way, effects))
+
+
+@pytest.mark.parametrize("share", [1.1, 4.0])
+def test_a_straight_strut_that_goes_off_in_time_is_refused(column, share):
+    coarse = {"analysis__start": "rigid", "analysis__time_tolerance": 1e-2, "mesh__elements": 2}
+    with pytest.raises(SolverError, match=r"grows without bound: at 0\.\d+ s"):
+        analyse(pressed(column, share, "in time", LINEAR).changed(**coarse))
+
+
+def pulsating(column, speed, reduction="none"):
+    """The column as Mathieu's equation; a trace of material damping makes the multipliers of mode 1 the largest."""
+    few = {
+        "mesh__elements": 12,
+        "analysis__modes": 1,
+        "analysis__sub_intervals": 30,
+        "analysis__reduction": reduction,
+        "damping": {"material": SLOW},
+    }
+    return column.changed(drive__speed=speed, analysis__allow_unstable=False, **few)
+
+
+def parameters(speed):
+    """Give a and q of ``x'' + (a - 2 q cos 2t) x = 0``, for both forces 32.5 N."""
+    return 4 * OMEGA**2 * (1 - 32.5 / EULER) / speed**2, 2 * OMEGA**2 * 32.5 / EULER / speed**2
+
+
+def multiplier(speed):
+    """That with the larger magnitude, and the decay of both, by Hill's determinant: Whittaker and Watson, 19.42."""
+    a, q = parameters(speed)
+    beside = q / ((2.0 * np.arange(-30, 31)) ** 2 - a)
+    whole = np.eye(61) + np.diag(beside[:-1], 1) + np.diag(beside[1:], -1)
+    half = 1 - np.linalg.det(whole) * (1 - np.cos(np.pi * np.sqrt(a)))
+    decay = np.exp(-SLOW * OMEGA**2 * np.pi / speed)
+    return decay * (half + np.sign(half) * np.sqrt(max(half**2 - 1, 0)) + 1j * np.sqrt(max(1 - half**2, 0)))
+
+
+def border(which):
+    """Speed at which a curve of Strutt's diagram is met: a_1 and b_1 hold the principal tongue."""
+    first = 2 * OMEGA * np.sqrt(1 - 32.5 / EULER)
+
+    def lack(speed):
+        a, q = parameters(speed)
+        return float(which(1, q)) - a
+
+    return brentq(lack, 0.8 * first, 1.25 * first, xtol=1e-10)
+
+
+def found_at(scene):
+    data = analyse(scene).data.isel(disturbance=0)
+    assert data["multiplier_mode"] == 1
+    real, imaginary = data["multiplier"].to_numpy()
+    return real + 1j * abs(imaginary)
+
+
+@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
+@pytest.mark.parametrize(("which", "inside"), [(mathieu_b, -1), (mathieu_a, 1)])
+def test_tongue_at_its_border(column, which, inside, reduction):
+    """At 1e-3 and 1e-4 from it: what grows inside is named, with half the frequency of the force."""
+    at = border(which)
+    for off in (1e-4, 1e-3):
+        within, beyond = at * (1 + inside * off), at * (1 - inside * off)
+        assert abs(multiplier(within)) > 1 > abs(multiplier(beyond))
+        frequency = rf"{within / (4 * np.pi):.4g} Hz"
+        with pytest.raises(SolverError, match=rf"unstable: .* at {frequency}; mode 1 carries 100% of it"):
+            analyse(pulsating(column, within, reduction))
+        assert found_at(pulsating(column, beyond, reduction)) == pytest.approx(multiplier(beyond), abs=1e-3)
+
+
+@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
+def test_multipliers_inside_the_tongue_and_far_outside(column, reduction):
+    low, high = border(mathieu_a), border(mathieu_b)
+    for speed in (low * 0.7, low * 0.95, (low + high) / 2, high * 0.98, high * 1.05, high * 1.5):
+        scene = pulsating(column, speed, reduction).changed(analysis__allow_unstable=True)
+        assert found_at(scene) == pytest.approx(multiplier(speed), abs=1e-4)
