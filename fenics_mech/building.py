@@ -18,7 +18,7 @@ from fenics_mech.kinematics import Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.modes import Modes, solve_modes
-from fenics_mech.recovery.members import mean_tension
+from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History, solve_static
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned

@@ -11,7 +11,8 @@ from fenics_mech.building import mechanism, scene_modes, system_at
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.recovery.members import mean_tension, recover_members
+from fenics_mech.recovery.ends import mean_tension
+from fenics_mech.recovery.members import recover_members
 from fenics_mech.recovery.validity import bow
 from fenics_mech.response import solve_static
 from fenics_mech.response.survey import survey

@@ -17,7 +17,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.members import mean_tension
+from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History
 from fenics_mech.response.collocation import between, corrected, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping

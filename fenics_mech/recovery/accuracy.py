@@ -14,8 +14,9 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
+from fenics_mech.recovery.ends import element_tension
 from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
-from fenics_mech.recovery.members import element_tension, recover_members, section_forces, stiffnesses
+from fenics_mech.recovery.members import recover_members, section_forces, stiffnesses
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 

@@ -43,14 +43,14 @@ def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None 
         v = each(member_rotation(mesh)[whole], strained[:, element_dofs(mesh)[whole]])
         elastic[:, whole] = each(beams.element_stiffness[whole], v)
     for span in spans:
-        elastic[:, span.cells], settled[:, span.inner] = _balanced(span, strained, lack)
+        elastic[:, span.cells], settled[:, span.inner] = _of_span(span, strained, lack)
         if elongation is not None:
             along = np.cumsum(elongation[:, span.cells], axis=1)[:, :-1, None]
             settled[:, span.inner] += along * span.rotation[0]
     return elastic, settled
 
 
-def _balanced(span: Span, strained: Array, lack: Array) -> tuple[Array, Array]:
+def _of_span(span: Span, strained: Array, lack: Array) -> tuple[Array, Array]:
     """Elastic forces on the ends of a member's elements, and the displacement of its inner nodes in link axes."""
     ends = strained[:, span.ends.reshape(2, 3)] @ span.rotation.T
     moved, forces = span.chain.carried(ends.reshape(-1, 6))

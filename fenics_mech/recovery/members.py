@@ -14,10 +14,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import each, times
+from fenics_mech._arrays import each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.assembly import means
-from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
+from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import (
     AXIAL,
     CUBIC,
@@ -31,8 +31,7 @@ from fenics_mech.beams.shapes import (
 from fenics_mech.beams.varying import lacking_shapes
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, SpreadLoad
-from fenics_mech.recovery.inside import inside
-from fenics_mech.recovery.joints import held_tension, without_elastic
+from fenics_mech.recovery.ends import balanced, element_forces, element_tension
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -93,7 +92,7 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     beams = system.beams
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    inertia, (ends, v) = inertia_of(system, history, element), _balanced(system, history)
+    inertia, (ends, v) = inertia_of(system, history, element), balanced(system, history)
     axial, shear, moment = _statics(system, history, ends, inertia, loads, element, xi)
     displacement = _hermite(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
@@ -166,76 +165,6 @@ def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
     parts = ("axial", "bending", "modulus", "fibre")
     ea, ei, modulus, fibre = (np.stack([getattr(rigidity, part) for rigidity in found]) for part in parts)
     return ea, ei, modulus, fibre
-
-
-def element_forces(system: System, history: History) -> Array:
-    """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
-    return _balanced(system, history)[0]
-
-
-def _balanced(system: System, history: History) -> tuple[Array, Array]:
-    """Forces on the elements' ends, ``(angles, elements, 6)``, and the displacement v that goes with them.
-
-    Inside members that are reduced both follow from equilibrium, so that the modes left out answer statically.
-    """
-    beams, strained = system.beams, history.strained(system)
-    v, ends = system.to_links(history.displacement), _on_elements(system, history)
-    if beams.reduction is None:
-        ends += each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
-    else:
-        law = system.terms.law
-        longer = None if law is None or history.velocity is None else law.on_elements.lengthening(v)
-        elastic, settled = inside(beams, strained, without_elastic(system, history), longer)
-        ends, v = ends + elastic, v + settled - strained
-    held = system.transformation.held
-    if held is not None:
-        ends[..., [0, 3]] += held_tension(system, held, history)[..., None] * [-1.0, 1.0]
-    return ends, v
-
-
-def left_to_statics(system: System, history: History) -> Array:
-    """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia."""
-    return _balanced(system, history)[1] - system.to_links(history.displacement)
-
-
-def _on_elements(system: System, history: History) -> Array:
-    """Forces on the elements' ends by everything but the links' stress, ``(angles, elements, 6)``."""
-    beams, terms = system.beams, system.terms
-    ends = each(beams.element_mass, in_member_axes(beams.mesh, history.inertia))
-    if history.turning is not None and history.centripetal is not None:
-        ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, history.turning))
-        if beams.rotary is not None:
-            ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, history.centripetal))
-    if terms.line is not None:
-        ends -= beams.layout.work_equivalent(terms.line)
-    if terms.ends is not None:
-        ends -= terms.ends
-    if terms.element_stiffness is None and terms.law is None:
-        return ends
-    v, rotation = system.to_links(history.displacement), member_rotation(beams.mesh)
-    if terms.element_stiffness is not None:
-        of_elements = v[:, element_dofs(beams.mesh)]
-        ends += each(rotation, times(terms.element_stiffness, of_elements))
-    if terms.law is not None and history.velocity is not None:
-        ends += each(rotation, terms.law.on_elements.force(v, history.velocity))
-    return ends
-
-
-def element_tension(system: System, history: History) -> Array | None:
-    """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory."""
-    law = system.terms.law
-    if law is not None and history.velocity is not None:
-        return law.on_elements.tension(system.to_links(history.displacement), history.velocity)
-    return system.terms.tension
-
-
-def mean_tension(system: System, history: History) -> Array:
-    """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
-
-    The share of modal damping does not, as it is linear in the coordinates; nor does it with moderate rotations.
-    """
-    ends = element_forces(system, history.elastic)
-    return (ends[..., 3] - ends[..., 0]) / 2
 
 
 def _hermite(system: System, nodal: Array) -> Array:
@@ -347,7 +276,7 @@ def between_nodes(
     element, xi
         Places 0..1 in elements.
     inertia, v
-        From `inertia_of` and `_balanced`, where they are known.
+        From `inertia_of` and `balanced`, where they are known.
     """
     beams = system.beams
     h, rho_a, number = beams.mesh.cell_length[element], beams.line_density[element], _at(_shear_number(beams), element)
@@ -362,7 +291,7 @@ def between_nodes(
     u, w = u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
     if beams.stiffness_powers is None:
         return u, w
-    nodal = strain_of(system, history, _balanced(system, history)[1] if v is None else v)[:, element]
+    nodal = strain_of(system, history, balanced(system, history)[1] if v is None else v)[:, element]
     more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in lacking_shapes(beams, element, xi)]
     return u + more[0], w + more[1]
 

@@ -23,14 +23,13 @@ from fenics_mech.beams.varying import lacking_shapes, lacking_stiffness
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
+from fenics_mech.recovery.ends import element_tension, left_to_statics
 from fenics_mech.recovery.joints import nodal_forces, reactions, without_elastic
 from fenics_mech.recovery.members import (
     SHAPES,
     bent_by_tension,
     between_nodes,
-    element_tension,
     inertia_of,
-    left_to_statics,
     strain_of,
 )
 from fenics_mech.response import History

@@ -5,8 +5,8 @@ import pytest
 
 from fenics_mech.analysis import analyse
 from fenics_mech.building import mechanism, scene_modes, settle
+from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.recovery.joints import nodal_forces
-from fenics_mech.recovery.members import mean_tension
 from fenics_mech.response import solve_static
 from fenics_mech.steady import by_collocation
 from fenics_mech.studies.effect_costs import difference
