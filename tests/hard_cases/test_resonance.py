@@ -12,7 +12,7 @@ from hard import arm, by_modes, natural
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.response.cyclic import solve_cycle
-from fenics_mech.response.resonance import magnification
+from fenics_mech.response.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
 
 SOLVERS = {
@@ -100,6 +100,14 @@ def test_condition_is_that_of_the_singular_value():
         states = solve_cycle(steps, chance.normal(size=(40, 6)), {})
         assert 0.3 / gap < magnification(steps, states, {}) < 300 / gap
     assert magnification(steps, np.zeros_like(states), {}) == 0
+
+
+def test_a_motion_that_rounding_changes_is_refused_if_a_multiplier_is_to_blame():
+    """Between the distance at which a solver fails and that at which steps err, only the condition tells."""
+    with pytest.raises(SolverError, match=r"comes out 2\.0e\+09 times as large in the motion, as mode 3"):
+        refuse_magnified(2e9, lambda: (2e-5, "mode 3"))
+    refuse_magnified(5e8, lambda: (2e-5, "mode 3"))
+    refuse_magnified(2e9, lambda: (2e-4, "mode 3"))
 
 
 def test_condition_of_a_damped_machine_is_small():
