@@ -75,7 +75,7 @@ def test_nonlinear_motion():
 def test_undamped_resonance_is_named(solver, harmonic, mode):
     modes = analyse(arm(1.0, analysis={"sub_intervals": 24, "modes": 3, "solver": "sub-intervals"}))
     frequency = float(modes.data["frequency"][0, mode - 1])
-    analysis = {"sub_intervals": 96, "modes": 3, "solver": solver, "harmonics": 10}
+    analysis = {"sub_intervals": 96, "modes": 3, "solver": solver, "harmonics": 10, "allow_large": True}
     scene = arm(2 * np.pi * frequency / harmonic, analysis=analysis)
     with pytest.raises(SolverError, match="resonance") as found:
         analyse(scene)
