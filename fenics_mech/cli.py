@@ -50,15 +50,12 @@ def _analysed(path: Path, refine: int, tolerance: float | None = None) -> Scene:
     """Load a scene that is to be analysed; a tolerance in it, or one given here, chooses the mesh itself."""
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
-    scene = _toleranced(load(path), tolerance)
+    scene = load(path)
+    scene = scene if tolerance is None else scene.changed(tolerance=tolerance)
     if refine and scene.tolerance is not None:
         what = f"--refine asks for a mesh, and the tolerance of {scene.tolerance:g} chooses it"
         raise MechanismError(f"{what}: give one of them")
     return refined(scene, refine)
-
-
-def _toleranced(scene: Scene, tolerance: float | None) -> Scene:
-    return scene if tolerance is None else scene.changed(tolerance=tolerance)
 
 
 @app.command()
@@ -162,10 +159,9 @@ def effects(
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.choice import choose  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
 
-    loaded = _toleranced(load(scene), tolerance).changed(effects="auto")
+    loaded = _analysed(scene, 0, tolerance).changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
         chosen, choices = choose(loaded)

@@ -106,13 +106,13 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
     for source, error in last.errors.items():
         if error <= SHARE * scene.tolerance:
             continue
-        order = max(last.orders[source], 1.0)
-        slow = slow_order(trials, source) if error > scene.tolerance else None
-        sure = slow is not None and (_sudden(scene) or slow_order(trials[:-1], source) is not None)
-        by = (error / (SHARE * scene.tolerance)) ** (1 / (order if slow is None else max(slow, 1.0)))
+        power = slow_order(trials, source) if error > scene.tolerance else None
+        if power is None or not (_sudden(scene) or slow_order(trials[:-1], source)):
+            power = max(last.orders[source], 1.0)
+        by = (error / (SHARE * scene.tolerance)) ** (1 / max(power, 1.0))
         finer = finer.finer(source, min(MARGIN * by, LARGEST_STEP))
         by = min(error / SHARE, sum(last.errors.values()) / ENOUGH) / scene.tolerance
-        least = least.finer(source, MARGIN * by ** (1 / (slow if slow and sure else order)))
+        least = least.finer(source, MARGIN * by ** (1 / power))
     if what := last.too_large(least, _periodic(scene)):
         too_many = f"so many {what} take too much memory or time"
         raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")

@@ -32,7 +32,7 @@ from fenics_mech.response.resonance import NEAR, blamed
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
-LARGEST_DENSE = 300  # states, beyond which the monodromy matrix is not formed
+LARGEST_DENSE = 1000  # states, beyond which the monodromy matrix is not formed; forming it costs less than the steps
 LONGEST_STEP = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
 TOLERANCE = 1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
 

@@ -10,7 +10,7 @@ import fenics_mech.analysis
 import fenics_mech.knobs
 import fenics_mech.tolerance
 from fenics_mech import analyse, load
-from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
+from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError
 from fenics_mech.kinematics import missed_corner, solve_motion
 from fenics_mech.knobs import Knobs, Trial
 from fenics_mech.scene.build import build
@@ -138,7 +138,7 @@ def test_what_falls_too_slowly_is_told_early():
     with pytest.raises(SolverError, match=steps):
         _next(blow(1e-4), falling(0.7, 2))
     smooth = seed_four_bar(effects=("coupling",), tolerance=1e-4)
-    assert _next(smooth, falling(0.7, 2)).sub_intervals == 800  # it may come to fall faster
+    assert _next(smooth, falling(0.7, 2)).sub_intervals <= 800  # it may come to fall faster
     with pytest.raises(SolverError, match=steps):
         _next(smooth, falling(0.7, 3))
     assert _next(smooth, falling(4.0, 3)).sub_intervals < 1600
@@ -181,7 +181,20 @@ def test_steps_without_an_answer_are_halved_a_few_times():
     assert tried == [24, 48, 96, 192, 384]
 
 
-def test_what_no_mesh_cures_is_told_at_once(runs):
+@pytest.mark.parametrize("kind", [SolverError, SceneError, AssemblyError])
+def test_what_no_mesh_cures_is_told_at_once(kind):
+    scene, tried = seed_four_bar(effects=("coupling",), tolerance=1e-2), []
+
+    def none(trial, choices):
+        tried.append(trial.analysis.sub_intervals)
+        raise kind("at resonance")
+
+    with pytest.raises(kind, match="at resonance"):
+        within(scene, none)
+    assert tried == [24]
+
+
+def test_buckling_is_told_at_once(runs):
     with pytest.raises(SolverError, match="buckles"):
         analyse(strut(310.0, 2).changed(tolerance=1e-3))
     assert len(runs) == 1
@@ -201,20 +214,13 @@ def test_accepted_motion_was_asked_to_be_stable():
 
 
 def test_a_narrow_pulse_is_not_missed():
-    """The 12 points of 4 steps are none of them in it, and it makes the largest strain."""
-    pulse = {"kind": "pulse", "start": 1.15, "end": 1.45, "ramp": 0.15}
-    load = {"at": "rod@0.5", "force": [0, 200.0], "factor": pulse}
-    scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=4)
-    found = analyse(scene.changed(tolerance=0.1))
-    finer = analyse(
-        scene.changed(analysis__sub_intervals=120, analysis__solver="collocation", analysis__stability=False)
-    )
-    largest = (float(np.abs(r.data["strain"].sel(member="rod")).max()) for r in (found, finer))
-    assert next(largest) == pytest.approx(next(largest), rel=0.1)
-    without = analyse(finer.scene.changed(loads={}))
-    assert float(np.abs(without.data["strain"].sel(member="rod")).max()) < 0.5 * float(
-        np.abs(finer.data["strain"]).max()
-    )
+    """The points of 24 steps are none of them in it; a third of a step has to be as long as half of it."""
+    pulse = {"kind": "pulse", "start": 1.02, "end": 1.06, "ramp": 0.02}
+    load = {"at": "rod@0.5", "force": [0, 2.0], "factor": pulse}
+    scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=24, tolerance=0.1)
+    steps = fenics_mech.tolerance._start(scene).sub_intervals
+    assert 2 * np.pi / steps / 3 < 0.02
+    assert steps < 2000
 
 
 def test_a_corner_of_the_motion_is_not_missed():
