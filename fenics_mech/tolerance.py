@@ -107,7 +107,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
         if error <= SHARE * scene.tolerance:
             continue
         power = slow_order(trials, source) if error > scene.tolerance else None
-        if power is None or not (_sudden(scene) or slow_order(trials[:-1], source)):
+        if power is None or not (_jumping(scene) or slow_order(trials[:-1], source)):
             power = max(last.orders[source], 1.0)
         by = (error / (SHARE * scene.tolerance)) ** (1 / max(power, 1.0))
         finer = finer.finer(source, min(MARGIN * by, LARGEST_STEP))
@@ -128,10 +128,10 @@ def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
     order = slow_order(trials, worst)
     falls = f", which falls with the power {order:.1f} of the {NUMBERS[worst]} only" if order is not None else ""
     advice = "Give a larger tolerance"
-    if _sudden(scene):
+    if _jumping(scene):
         advice += (
-            ", or loads with longer flanks (ramp) in place of jumps and impulses, which excite vibrations that only "
-            "short steps and many modes follow, or material damping, which ends those"
+            ", or loads with longer flanks (ramp) in place of jumps, which excite vibrations that only short steps and "
+            "many modes follow, or material damping, which ends those"
         )
     return SolverError(
         f"the tolerance of {scene.tolerance:g} is not met: with {_numbers(last.knobs)} the strains are uncertain by "
@@ -191,9 +191,9 @@ def _start(scene: Scene) -> Knobs:
     return Knobs(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
 
 
-def _sudden(scene: Scene) -> bool:
-    """Whether loads jump or impulses act."""
-    return bool(scene.impulses) or any(load.jumps for load in scene.loads.values())
+def _jumping(scene: Scene) -> bool:
+    """Whether loads jump."""
+    return any(load.jumps for load in scene.loads.values())
 
 
 def _fewest_steps(scene: Scene) -> int:
@@ -207,7 +207,7 @@ def _fewest_steps(scene: Scene) -> int:
             refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
-    steps = analysis.sub_intervals if varying or scene.impulses else FEWEST_STEPS
+    steps = analysis.sub_intervals if varying else FEWEST_STEPS
     for load in varying:
         variance = load.factor_at(scene.drive_angles(SAMPLES)).var()
         while STAGES * steps < SAMPLES and _missed(load.factor_at(scene.drive_angles(STAGES * steps)), variance):

@@ -118,10 +118,10 @@ def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
 
 
-def blow(tolerance):
-    """The seed four-bar under an impulse: a bar's velocity jumps, and all its modes vibrate."""
-    impulse = {"at": "B", "angle": 1.5, "impulse": [0, 0.01]}
-    return seed_four_bar(effects=("coupling",), impulses={"hammer": impulse}, tolerance=tolerance)
+def jump(tolerance):
+    """The seed four-bar under a force that jumps, by which all modes vibrate."""
+    press = {"at": "follower.B", "force": (5.0, 0.0), "factor": {"kind": "pulse", "start": 1.0, "end": 2.0}}
+    return seed_four_bar(effects=("coupling",), loads={"press": press}, tolerance=tolerance)
 
 
 def falling(power, count):
@@ -136,7 +136,7 @@ def test_what_falls_too_slowly_is_told_early():
     """With the power 0.7 it takes (0.06/7e-5)^(1/0.7) times as many steps: millions."""
     steps = r"falls with the power 0.7 of the sub_intervals only; it would take about \d{7} sub_intervals"
     with pytest.raises(SolverError, match=steps):
-        _next(blow(1e-4), falling(0.7, 2))
+        _next(jump(1e-4), falling(0.7, 2))
     smooth = seed_four_bar(effects=("coupling",), tolerance=1e-4)
     assert _next(smooth, falling(0.7, 2)).sub_intervals <= 800  # it may come to fall faster
     with pytest.raises(SolverError, match=steps):
