@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
@@ -46,15 +47,16 @@ def weakest_link(system: System, k: int, stiffness: Array) -> str:
     return system.motion.links[int(np.argmax(bent))]
 
 
-def loss(stiffness: Array, q: Array) -> float:
-    """Give the share of an answer of ``K q = f`` that rounding of K may change, ``eps |q| |K| |q| / (q K q)``.
+def loss(stiffness: PETSc.Mat, q: Array, force: Array) -> float:
+    """Give the share of an answer of ``K q = f`` that rounding of K may change, ``eps |q| |K| |q| / (q f)``.
 
     It is large where q strains the links little beside what its parts would alone: next to a dead centre, in members
     that are far stiffer along than across, and on fine meshes.
     """
-    energy = abs(q @ (stiffness @ q))
-    size = np.abs(q)
-    return float(np.finfo(float).eps * (size @ (abs(stiffness) @ size)) / energy) if energy else 0.0
+    pointers, columns, values = stiffness.getValuesCSR()
+    size, energy = np.abs(q), abs(q @ force)
+    sums = np.add.reduceat(np.abs(values) * size[columns], pointers[:-1])
+    return float(np.finfo(float).eps * (size @ sums) / energy) if energy else 0.0
 
 
 def refuse_lost(system: System, q: Array, losses: Array) -> None:

@@ -79,7 +79,7 @@ def displacement_under(
                     raise SolverError(f"no static answer at drive angle {angle:.6g} deg (PETSc says {reason})")
                 found[:] = displacement.array_r
             if load.ndim == 2:
-                losses[k] = loss(to_scipy(stiffness), answer[k])
+                losses[k] = loss(stiffness, answer[k], load[k])
     refuse_lost(system, answer, losses)
     return answer
 
