@@ -20,7 +20,7 @@ LENGTHS = st.tuples(st.floats(0.05, 0.12), st.floats(0.2, 0.35), st.floats(0.2, 
 def linkage(lengths, speed=20.0, scale=1.0, modulus=71e9, **rest):
     names = ("crank", "coupler", "follower", "ground")
     section = {"area": 4e-5 * scale**2, "inertia": 9e-12 * scale**4, "fibre": 8e-4 * scale}
-    analysis = {"sub_intervals": 24, "stations": 3} | rest.pop("analysis", {})
+    analysis = {"sub_intervals": 24, "stations": 3, "allow_large": True} | rest.pop("analysis", {})
     return four_bar(
         **{name: scale * size for name, size in zip(names, lengths)},
         sections=[section] * 3,

@@ -42,7 +42,8 @@ def solved(scene):
 
 
 def case(solver, speed, **rest):
-    return arm(speed, analysis={"sub_intervals": 96, "stations": 2, "allow_coarse": True} | SOLVERS[solver], **rest)
+    chosen = {"sub_intervals": 96, "stations": 2, "allow_coarse": True, "allow_large": True} | SOLVERS[solver]
+    return arm(speed, analysis=chosen, **rest)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
