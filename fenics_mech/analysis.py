@@ -16,6 +16,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import require_dense
 from fenics_mech.modes import Modes
 from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
@@ -69,10 +70,12 @@ def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str]
     system = mechanism(scene, progress)
     modes, solver = None, str(scene.analysis.method)
     if scene.analysis.method == "periodic":
+        solver = periodic_solver(scene, system.terms)
+        if solver != "sub-intervals":
+            require_dense(system.size, scene.analysis.stages * scene.analysis.sub_intervals)
         progress("modes")
         modes = scene_modes(scene, system)
         progress("response")
-        solver = periodic_solver(scene, system.terms)
         system, history = SOLVERS[solver](scene, system, modes)
     else:
         progress("response")

@@ -65,14 +65,7 @@ class Equation:
 
     def __post_init__(self) -> None:
         """Refuse what is too large to be dense."""
-        if self.system.size > MOST_COORDINATES:
-            raise TooLargeError(
-                f"{self.system.size} degrees of freedom are too many for this solver, which takes {MOST_COORDINATES}",
-                hint="Take fewer elements",
-            )
-        positions = len(self.system.values)
-        what = f"the matrices of {positions} positions with {self.system.size} degrees of freedom"
-        require_memory(DENSE * positions * self.system.size**2, what, "Take fewer sub_intervals or elements")
+        require_dense(self.system.size, len(self.system.values))
 
     @cached_property
     def shape(self) -> tuple[Array, Array | None, Array | None]:
@@ -232,6 +225,17 @@ class Equation:
         """Scale the rows of each link by a factor that changes with the angle, ``(angles, links)``."""
         rows = by_link[:, self.system.link_of_coordinate]
         return rows[..., None] * matrix.toarray()
+
+
+def require_dense(size: int, positions: int) -> None:
+    """Raise `TooLargeError` where dense matrices of so many coordinates at so many positions are too large."""
+    if size > MOST_COORDINATES:
+        raise TooLargeError(
+            f"{size} degrees of freedom are too many for this solver, which takes {MOST_COORDINATES}",
+            hint="Take fewer elements",
+        )
+    what = f"the matrices of {positions} positions with {size} degrees of freedom"
+    require_memory(DENSE * positions * size**2, what, "Take fewer sub_intervals or elements")
 
 
 def refuse_rigid_damping(matrices: Matrices, step: float) -> None:

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from hard import arm, by_modes, natural
 
+import fenics_mech.analysis
+import fenics_mech.mechanism.equation
 from fenics_mech import analyse
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, TooLargeError
+from fenics_mech.scene.factories import seed_four_bar
 
 
 def off(count, share, **analysis):
@@ -45,3 +48,13 @@ def test_sub_intervals_few_and_many(count, largest):
 def test_steps_in_which_a_mode_swings_more_than_once_are_refused(count):
     with pytest.raises(SolverError, match=r"mode 1 \(6\.62\d* Hz\) rings"):
         off(count, 0.013, solver="sub-intervals", modes=2)
+
+
+def test_memory_is_judged_before_every_position_is_solved(monkeypatch):
+    def modes(*_):
+        raise AssertionError("the eigenproblems of all positions are solved first")
+
+    monkeypatch.setattr(fenics_mech.analysis, "scene_modes", modes)
+    monkeypatch.setattr(fenics_mech.mechanism.equation, "DENSE", 1e9)
+    with pytest.raises(TooLargeError, match=r"180 positions with 27 degrees of freedom"):
+        analyse(seed_four_bar(effects=("coupling",), analysis__sub_intervals=60))
