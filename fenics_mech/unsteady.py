@@ -27,7 +27,7 @@ from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import blows_between
 from fenics_mech.response.perturbation import change_in_time
 from fenics_mech.response.tableau import Tableau
-from fenics_mech.response.transient import Course, Span, integrate
+from fenics_mech.response.transient import Course, Schedule, integrate
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -103,7 +103,7 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
 
 def _rougher(scene: Scene, system: System, course: Course) -> Course:
     """Integrate over the same times with a larger tolerance."""
-    lead = _span(scene).lead(float(course.time[0]))
+    lead = _schedule(scene).lead(float(course.time[0]))
     cycles = max(1, math.ceil((len(course.time) - 1 - lead) / scene.analysis.sub_intervals))
     tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
     return _course(
@@ -141,24 +141,24 @@ def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, 
 
 def _course(scene: Scene, system: System) -> Course:
     """Integrate from the start to the end."""
-    analysis, span = scene.analysis, _span(scene)
+    analysis, schedule = scene.analysis, _schedule(scene)
     time, displacement, velocity = _start(scene, system)
-    if (positions := len(span.times(time))) > MOST_POSITIONS:
+    if (positions := len(schedule.times(time))) > MOST_POSITIONS:
         raise SceneError(
             f"{positions} positions are more than a result holds, {MOST_POSITIONS}",
             place="analysis.cycles",
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
-    coefficients = Coefficients(partial(_equation, scene, system), scene.period, time, span.steady_after, tolerance)
-    blows = blows_between(scene, system, time, float(span.times(time)[-1]))
-    return integrate(coefficients, span, time, displacement, velocity, scene.petsc, blows)
+    coefficients = Coefficients(partial(_equation, scene, system), scene.period, time, schedule.steady_after, tolerance)
+    blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))
+    return integrate(coefficients, schedule, time, displacement, velocity, scene.petsc, blows)
 
 
-def _span(scene: Scene) -> Span:
+def _schedule(scene: Scene) -> Schedule:
     """Give what is to be computed."""
     analysis = scene.analysis
-    return Span(
+    return Schedule(
         cycle=scene.period,
         samples=analysis.sub_intervals,
         cycles=analysis.cycles,

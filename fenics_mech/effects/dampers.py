@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.spans import Span, across
+from fenics_mech.effects.separations import Separation, across
 from fenics_mech.effects.terms import Array, Situation, Terms, total
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
@@ -24,19 +24,21 @@ def terms(situation: Situation) -> Terms:
     size = 3 * len(mesh.node_name)
     found = []
     for name, damper in scene.dampers.items():
-        span = Span.of(scene, mesh, motion, damper)
-        n = span.direction(motion, f"dampers.{name}")
+        separation = Separation.of(scene, mesh, motion, damper)
+        n = separation.direction(motion, f"dampers.{name}")
         c = damper.damping
-        rate = np.sum(n * span.rate, axis=1)
+        rate = np.sum(n * separation.rate, axis=1)
         along, turned = c * n[:, :, None] * n[:, None, :], across(n)
-        carried = n[:, :, None] * (turned @ span.rate[..., None]).transpose(0, 2, 1) + rate[:, None, None] * turned
+        carried = (
+            n[:, :, None] * (turned @ separation.rate[..., None]).transpose(0, 2, 1) + rate[:, None, None] * turned
+        )
         found.append(
             Terms(
-                force=span.force(c * rate[:, None] * n, size),
-                damping=(span.entries(along),),
+                force=separation.force(c * rate[:, None] * n, size),
+                damping=(separation.entries(along),),
                 convective=(
-                    span.entries(along, span.turning),
-                    span.entries(c * carried / span.length[:, None, None]),
+                    separation.entries(along, separation.turning),
+                    separation.entries(c * carried / separation.length[:, None, None]),
                 ),
             )
         )
@@ -56,12 +58,12 @@ def damper_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array, rate: 
     """
     forces = {}
     for name, damper in scene.dampers.items():
-        span = Span.of(scene, mesh, motion, damper)
-        n = span.direction(motion, f"dampers.{name}")
-        speed = np.sum(n * span.rate, axis=1)
+        separation = Separation.of(scene, mesh, motion, damper)
+        n = separation.direction(motion, f"dampers.{name}")
+        speed = np.sum(n * separation.rate, axis=1)
         if rate is not None:
-            turning = (across(n) @ span.rate[..., None])[..., 0] / span.length[:, None]
-            speed = speed + np.sum(n * span.elastic_rate(v, rate) + turning * span.elastic(v), axis=1)
+            turning = (across(n) @ separation.rate[..., None])[..., 0] / separation.length[:, None]
+            speed = speed + np.sum(n * separation.elastic_rate(v, rate) + turning * separation.elastic(v), axis=1)
         forces[name] = damper.damping * speed
     return forces
 

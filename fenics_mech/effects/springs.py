@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.spans import Span, across
+from fenics_mech.effects.separations import Separation, across
 from fenics_mech.effects.terms import Array, Situation, Terms, total
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import Motion, solve_motion
@@ -26,14 +26,14 @@ def terms(situation: Situation) -> Terms:
     size = 3 * len(mesh.node_name)
     found = []
     for name, spring in scene.springs.items():
-        span = Span.of(scene, mesh, motion, spring)
+        separation = Separation.of(scene, mesh, motion, spring)
         if isinstance(spring, HingeSpring):
-            _refuse_winding(scene, motion, name, span)
-            pull, tangent = span.value - _free_angle(scene, mesh, spring), np.ones((len(span.value), 1, 1))
+            _refuse_winding(scene, motion, name, separation)
+            pull, tangent = separation.value - _free_angle(scene, mesh, spring), np.ones((len(separation.value), 1, 1))
         else:
-            pull, tangent = _of_line(motion, name, span, _free_length(scene, mesh, spring))
+            pull, tangent = _of_line(motion, name, separation, _free_length(scene, mesh, spring))
         k = spring.stiffness
-        found.append(Terms(force=span.force(k * pull, size), stiffness=(span.entries(k * tangent),)))
+        found.append(Terms(force=separation.force(k * pull, size), stiffness=(separation.entries(k * tangent),)))
     return total(found)
 
 
@@ -49,27 +49,29 @@ def spring_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> dic
     """
     forces = {}
     for name, spring in scene.springs.items():
-        span = Span.of(scene, mesh, motion, spring)
+        separation = Separation.of(scene, mesh, motion, spring)
         if isinstance(spring, HingeSpring):
-            longer = span.value[:, 0] - _free_angle(scene, mesh, spring) + span.elastic(v)[:, 0]
+            longer = separation.value[:, 0] - _free_angle(scene, mesh, spring) + separation.elastic(v)[:, 0]
         else:
-            along = span.value / np.maximum(span.length, np.finfo(float).tiny)[:, None]
-            longer = span.length - _free_length(scene, mesh, spring) + np.sum(along * span.elastic(v), axis=1)
+            along = separation.value / np.maximum(separation.length, np.finfo(float).tiny)[:, None]
+            longer = (
+                separation.length - _free_length(scene, mesh, spring) + np.sum(along * separation.elastic(v), axis=1)
+            )
         forces[name] = spring.stiffness * longer
     return forces
 
 
-def _of_line(motion: Motion, name: str, span: Span, free: float) -> tuple[Array, Array]:
+def _of_line(motion: Motion, name: str, separation: Separation, free: float) -> tuple[Array, Array]:
     """Force of a spring of stiffness 1, ``(angles, 2)``, and its tangent, ``(angles, 2, 2)``."""
-    one = np.broadcast_to(np.eye(2), (len(span.value), 2, 2))
+    one = np.broadcast_to(np.eye(2), (len(separation.value), 2, 2))
     if free == 0:
-        return span.value, one
-    direction = span.direction(motion, f"springs.{name}")
-    return span.value - free * direction, one - (free / span.length)[:, None, None] * across(direction)
+        return separation.value, one
+    direction = separation.direction(motion, f"springs.{name}")
+    return separation.value - free * direction, one - (free / separation.length)[:, None, None] * across(direction)
 
 
-def _at_start(scene: Scene, mesh: BeamMesh, spring: LineSpring | HingeSpring) -> Span:
-    return Span.of(scene, mesh, solve_motion(scene, np.zeros(1)), spring)
+def _at_start(scene: Scene, mesh: BeamMesh, spring: LineSpring | HingeSpring) -> Separation:
+    return Separation.of(scene, mesh, solve_motion(scene, np.zeros(1)), spring)
 
 
 def _free_length(scene: Scene, mesh: BeamMesh, spring: LineSpring) -> float:
@@ -82,9 +84,9 @@ def _free_angle(scene: Scene, mesh: BeamMesh, spring: HingeSpring) -> float:
     return start if spring.angle is None else spring.angle + TURN * np.round((start - spring.angle) / TURN)
 
 
-def _refuse_winding(scene: Scene, motion: Motion, name: str, span: Span) -> None:
+def _refuse_winding(scene: Scene, motion: Motion, name: str, separation: Separation) -> None:
     """Raise when a periodic response is asked for and the spring is wound up by a turn in every cycle."""
-    if scene.analysis.method == "periodic" and scene.drives and round(span.rate.mean() / scene.cycle_rate):
+    if scene.analysis.method == "periodic" and scene.drives and round(separation.rate.mean() / scene.cycle_rate):
         raise SceneError(
             "the bodies turn against each other for ever, and wind the spring up more in every cycle",
             place=f"springs.{name}",

@@ -53,26 +53,26 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
         when modes ring that the sub-intervals are too long for.
     """
     step = scene.period / len(modes.theta)
-    chain = Chain.of(scene, modes, np.full(len(modes.theta), step))
+    joined = SubIntervals.of(scene, modes, np.full(len(modes.theta), step))
     load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
     slope = np.zeros_like(load)
     if boundary_load is not None:
         rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
     frequency = modes.frequency.mean(axis=0)
-    with blaming(lambda: of_modes(chain.transitions, frequency, scene.period)):
-        starts = chain.starts(load, slope)
-    condition = magnification(chain.transitions, starts, scene.petsc)
-    refuse_magnified(condition, lambda: of_modes(chain.transitions, frequency, scene.period))
-    state = chain.middles(starts, load, slope)
+    with blaming(lambda: of_modes(joined.transitions, frequency, scene.period)):
+        starts = joined.starts(load, slope)
+    condition = magnification(joined.transitions, starts, scene.petsc)
+    refuse_magnified(condition, lambda: of_modes(joined.transitions, frequency, scene.period))
+    state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
-        free = state - chain.oscillators.particular(load - slope * step / 2, slope, step / 2)
+        free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
         _refuse_ringing(modes, state, free, scene.period)
     return replace(_superpose(system, modes, state, load, scene), condition=condition)
 
 
 @dataclass(frozen=True)
-class Chain:
+class SubIntervals:
     """Modes in sub-intervals, joined to a cycle.
 
     Parameters
@@ -93,7 +93,7 @@ class Chain:
     options: Mapping[str, Any]
 
     @classmethod
-    def of(cls, scene: Scene, modes: Modes, duration: Array) -> Chain:
+    def of(cls, scene: Scene, modes: Modes, duration: Array) -> SubIntervals:
         """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s)."""
         oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
         return cls(oscillators, duration[:, None], _carry_over(scene, modes, duration[:, None, None]), scene.petsc)

@@ -17,7 +17,7 @@ from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.response.history import Better, History
-from fenics_mech.response.periodic import Chain, superposed
+from fenics_mech.response.periodic import SubIntervals, superposed
 from fenics_mech.response.quasi_static import displacement_under
 from fenics_mech.scene import Scene
 
@@ -91,8 +91,8 @@ class Neighbours:
     def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
         """Change of q and of the nodal inertia under a load, whose static answer is known."""
         modal, square = self._modal(load), self.modes.omega**2
-        chain = Chain.of(self.scene, self.modes, np.full(len(load), self.step))
-        y = chain.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
+        joined = SubIntervals.of(self.scene, self.modes, np.full(len(load), self.step))
+        y = joined.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
         q = superposed(self.modes, y - modal / square) + static
         return q, self.system.to_links(superposed(self.modes, modal - square * y))
 
@@ -137,4 +137,4 @@ class Neighbours:
         if self.scene.analysis.load == "constant":
             rise[:] = 0
         modal, slope = (np.einsum("kmi,ki->km", shapes, part) for part in (middle, rise / duration[:, None]))
-        return Chain.of(self.scene, thinned, duration).answer(modal, slope)[..., 0]
+        return SubIntervals.of(self.scene, thinned, duration).answer(modal, slope)[..., 0]

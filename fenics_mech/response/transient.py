@@ -34,7 +34,7 @@ SAME = 2 * NARROWEST  # of a cycle, between times that count as one
 
 
 @dataclass(frozen=True)
-class Span:
+class Schedule:
     """What is to be computed.
 
     Parameters
@@ -123,15 +123,15 @@ class Course:
 class _Record:
     """Takes samples of the motion step by step, and says when two cycles are the same."""
 
-    def __init__(self, span: Span, start: float, z: Array, rate: Array) -> None:
-        self.span, self.times, self.lead = span, span.times(start), span.lead(start)
+    def __init__(self, schedule: Schedule, start: float, z: Array, rate: Array) -> None:
+        self.schedule, self.times, self.lead = schedule, schedule.times(start), schedule.lead(start)
         self.states = np.zeros((len(self.times), 2, len(z)))
         self.states[0] = z, rate
         self.known, self.change, self.settled = 1, np.inf, False
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; tell whether the motion is periodic by now."""
-        known = int(np.searchsorted(self.times, end + SAME * self.span.cycle))
+        known = int(np.searchsorted(self.times, end + SAME * self.schedule.cycle))
         if known > self.known:
             self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1)
         while self.known < known and not self.settled:
@@ -141,21 +141,21 @@ class _Record:
 
     def strike(self, time: float, z: Array, rate: Array) -> None:
         """Put a state in the place of the one just before an impulse."""
-        if abs(self.times[self.known - 1] - time) <= SAME * self.span.cycle:
+        if abs(self.times[self.known - 1] - time) <= SAME * self.schedule.cycle:
             self.states[self.known - 1] = z, rate
 
     def _is_settled(self, index: int) -> bool:
-        samples = self.span.samples
+        samples = self.schedule.samples
         if (index - self.lead) % samples or index < self.lead + 2 * samples:
             return False
         now, then = self.states[index - samples : index, 0], self.states[index - 2 * samples : index - samples, 0]
         self.change = float(np.abs(now - then).max() / max(np.abs(now).max(), 1e-300))
-        return self.change < self.span.settled
+        return self.change < self.schedule.settled
 
 
 def integrate(
     coefficients: Coefficients,
-    span: Span,
+    schedule: Schedule,
     time: float,
     q: Array,
     rate: Array,
@@ -168,7 +168,7 @@ def integrate(
     ----------
     coefficients
         The equation at any time.
-    span
+    schedule
         How long, and how accurately.
     time, q, rate
         Where the motion starts (s), with its displacement and velocity, ``(coordinates,)`` each.
@@ -182,11 +182,11 @@ def integrate(
     SolverError
         When the time steps fail, or a mass or a tangent matrix is singular.
     """
-    weight, slack = coefficients.weight, SAME * span.cycle
+    weight, slack = coefficients.weight, SAME * schedule.cycle
     z, z_rate = q * weight, rate * weight
-    record = _Record(span, time, z, z_rate)
+    record = _Record(schedule, time, z, z_rate)
     blows = blows or Blows(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(q))))
-    run = _Run(coefficients, span, options, record.keep, z, weight * np.vstack([rate, blows.jump]))
+    run = _Run(coefficients, schedule, options, record.keep, z, weight * np.vstack([rate, blows.jump]))
     for stop in _stops(coefficients, blows, time, record.times[-1], slack):
         if stop > time:
             coefficients.look(time, stop)
@@ -228,14 +228,20 @@ class _Run:
     """TS with one of its types, from stop to stop."""
 
     def __init__(
-        self, coefficients: Coefficients, span: Span, options: Mapping[str, Any], keep: Keep, z: Array, rates: Array
+        self,
+        coefficients: Coefficients,
+        schedule: Schedule,
+        options: Mapping[str, Any],
+        keep: Keep,
+        z: Array,
+        rates: Array,
     ) -> None:
         """Take the size of the motion from the loads, the first displacement, and velocities ``(rates, n)``."""
-        self.span, self.options, self.taken, self.steps = span, options, keep, 0
+        self.schedule, self.options, self.taken, self.steps = schedule, options, keep, 0
         self.instant = Instant(coefficients)
         self.kind = str(options.get("transient_ts_type", COLLOCATION))
         growth = max(coefficients.growth, 1e-300)
-        self.longest = min(LONGEST_STEP * span.cycle, 1 / growth)  # longer ones would damp it
+        self.longest = min(LONGEST_STEP * schedule.cycle, 1 / growth)  # longer ones would damp it
         self.length = self.longest
         mass, _, stiffness = coefficients.at(coefficients.start)[:3]
         self.scale = np.sqrt(np.abs(np.diag(mass)))  # of velocities, so that energies count
@@ -275,8 +281,8 @@ class _Run:
             "ts_type": self.kind,
             "ts_adapt_type": "basic",
             "ts_alpha_radius": 0.5,  # so that what is too fast for the steps dies out
-            "ts_rtol": self.span.tolerance,
-            "ts_atol": self.span.tolerance * self.size,
+            "ts_rtol": self.schedule.tolerance,
+            "ts_atol": self.schedule.tolerance * self.size,
             "ts_adapt_dt_max": pace * self.longest,
             "ts_exact_final_time": "matchstep",
             "ts_max_steps": 10_000_000,
@@ -299,7 +305,7 @@ class _Run:
     def _collocation(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
         """Steps of our own."""
         context = Collocation(
-            self.instant, self.span.tableau, self.span.tolerance, self.energy, self.longest, self.keep
+            self.instant, self.schedule.tableau, self.schedule.tolerance, self.energy, self.longest, self.keep
         )
         ts.setPythonContext(context)
         y = PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF)
@@ -332,7 +338,7 @@ class _Run:
         ts.setI2Function(function, f)
         ts.setI2Jacobian(jacobian, tangent, tangent)
         ts.setSolution2(u, v)
-        ts.setTimeStep(self.span.tolerance / 10)  # in rad; alpha2 estimates its first acceleration only to order 1
+        ts.setTimeStep(self.schedule.tolerance / 10)  # in rad; alpha2 estimates its first acceleration only to order 1
         ts.setPostStep(self._kept(start, z, rate, pace, state))  # a monitor cannot stop the steps
         return pace, state
 
@@ -363,7 +369,7 @@ class _Run:
         ts.setIFunction(function, f)
         ts.setIJacobian(jacobian, tangent, tangent)
         ts.setSolution(y)
-        ts.setTimeStep(self.span.tolerance / 10 / self.pace)
+        ts.setTimeStep(self.schedule.tolerance / 10 / self.pace)
         ts.setPostStep(self._kept(start, z, rate, 1.0, state))
         return 1.0, state
 

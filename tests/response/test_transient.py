@@ -16,13 +16,13 @@ from fenics_mech.response import coefficients, transient
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.impulses import blows_between
 from fenics_mech.response.tableau import Tableau
-from fenics_mech.response.transient import Blows, Span, integrate
+from fenics_mech.response.transient import Blows, Schedule, integrate
 from fenics_mech.scene.factories import seed_four_bar
 
 BDF = {"transient_ts_type": "bdf", "transient_ts_bdf_order": 5}
 ALPHA2 = {"transient_ts_type": "alpha2"}
 RADAU, GAUSS = Tableau.of("radau", 5), Tableau.of("gauss", 3)
-SPAN = Span(cycle=2 * np.pi, samples=40, cycles=1, settled=0, steady_after=0, tolerance=1e-4, tableau=RADAU)
+SPAN = Schedule(cycle=2 * np.pi, samples=40, cycles=1, settled=0, steady_after=0, tolerance=1e-4, tableau=RADAU)
 
 
 class Oscillator:
@@ -49,9 +49,9 @@ class Oscillator:
         return cycle * self.cycle + self.jump
 
 
-def solved(oscillator, options=None, blows=None, **span):
-    span = Span(**(vars(SPAN) | span))
-    return integrate(oscillator, span, 0.0, np.zeros(1), np.zeros(1), options or {}, blows)
+def solved(oscillator, options=None, blows=None, **schedule):
+    schedule = Schedule(**(vars(SPAN) | schedule))
+    return integrate(oscillator, schedule, 0.0, np.zeros(1), np.zeros(1), options or {}, blows)
 
 
 def error(tolerance, tableau=RADAU, **options):

@@ -19,7 +19,7 @@ SHORTEST = 1e-9  # length of a line, of its longest over the cycle, below which 
 
 
 @dataclass(frozen=True)
-class Span:
+class Separation:
     """Displacement, or rotation, of one body against another; n is 2 for a line in the fixed frame, 1 for a rotation.
 
     It is linear in the elastic displacement v, as all of the joints' equations: points of a rigid link move with its
@@ -44,7 +44,7 @@ class Span:
     rate: Array
 
     @classmethod
-    def of(cls, scene: Scene, mesh: BeamMesh, motion: Motion, part: Line | Hinge) -> Span:
+    def of(cls, scene: Scene, mesh: BeamMesh, motion: Motion, part: Line | Hinge) -> Separation:
         """Find what lies between the two bodies of a spring or a damper."""
         if isinstance(part, Hinge):
             return cls._of_rotation(scene, mesh, motion, part)
@@ -69,7 +69,7 @@ class Span:
         )
 
     @classmethod
-    def _of_rotation(cls, scene: Scene, mesh: BeamMesh, motion: Motion, hinge: Hinge) -> Span:
+    def _of_rotation(cls, scene: Scene, mesh: BeamMesh, motion: Motion, hinge: Hinge) -> Separation:
         points = {point.split(".")[0]: point for point in scene.joints[hinge.joint].connect}
         bodies = hinge.bodies or tuple(points)
         first, second = (Attachment.of(scene, mesh, points[body]) for body in bodies)
@@ -114,11 +114,11 @@ class Span:
         return Entries(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
 
     def elastic(self, v: Array) -> Array:
-        """What a displacement in link axes, ``(angles, nodal dofs)``, adds to the span, ``(angles, n)``."""
+        """What a displacement in link axes, ``(angles, nodal dofs)``, adds to the separation, ``(angles, n)``."""
         return np.einsum("tnk,tk->tn", self.reach, v[:, self.dofs])
 
     def elastic_rate(self, v: Array, rate: Array) -> Array:
-        """What it and its velocity in link axes add to the span's rate, ``(angles, n)``."""
+        """What it and its velocity in link axes add to the separation's rate, ``(angles, n)``."""
         return np.einsum("tnk,tk->tn", self.turning, v[:, self.dofs]) + self.elastic(rate)
 
 
