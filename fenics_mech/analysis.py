@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
 from fenics_mech.better import safety_of, still_better
-from fenics_mech.building import boundary_load, mechanism, scene_modes, settle, static_response
+from fenics_mech.building import boundary_load, mechanism, refuse_unseen, scene_modes, settle, static_response
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
 from fenics_mech.effects.effect import Choice
@@ -71,8 +71,10 @@ def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str]
     modes, solver = None, str(scene.analysis.method)
     if scene.analysis.method == "periodic":
         solver = periodic_solver(scene, system.terms)
+        points = scene.analysis.sub_intervals * (1 if solver == "sub-intervals" else scene.analysis.stages)
+        refuse_unseen(scene, points)
         if solver != "sub-intervals":
-            require_dense(system.size, scene.analysis.stages * scene.analysis.sub_intervals)
+            require_dense(system.size, points)
         progress("modes")
         modes = scene_modes(scene, system)
         progress("response")
@@ -82,6 +84,7 @@ def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str]
         if scene.analysis.method == "transient":
             system, history = by_time(scene, system)
         else:
+            refuse_unseen(scene, scene.analysis.sub_intervals)
             if scene.analysis.tension == "settled" and system.terms.tension is not None:
                 system = settle(system, lambda changed: static_response(scene, changed))
             history = static_response(scene, system)

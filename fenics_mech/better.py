@@ -20,7 +20,11 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 SAFETY = 2  # where the elastic motion has no inertia: the axial force of an element is a mean, which is left out
-ONE_ELEMENT = 2.5  # safety where a section varies along it: the error is 0.8 to 5 times its first order
+TAPERED = 1.25  # where sections vary, or mass is lumped: the estimate is 0.57 of the error or more
+ONE_ELEMENT = (
+    2.5  # where a section varies along the only element of a member: the error is 0.8 to 5 times the first order
+)
+CONSTANT = 1e-9  # change of a section along an element, of its mean, that is rounding
 
 
 def mesh_better(
@@ -61,8 +65,12 @@ def mesh_better(
 def safety_of(system: System) -> float:
     """By which the error of a mesh is raised."""
     beams = system.beams
-    single = np.bincount(beams.mesh.cell_member) == 1
-    return ONE_ELEMENT if beams.stiffness_powers is not None and single.any() else 1.0
+    if beams.stiffness_powers is None:
+        return 1.0 if beams.spread is None else TAPERED
+    powers = np.abs(beams.stiffness_powers).reshape(len(beams.mesh.cell), -1, beams.stiffness_powers.shape[-1])
+    varies = (powers[..., 1:].max(axis=-1, initial=0.0) > CONSTANT * powers[..., 0]).any(axis=1)
+    members = beams.mesh.cell_member
+    return ONE_ELEMENT if (np.bincount(members)[members] == 1)[varies].any() else TAPERED
 
 
 def still_better(scene: Scene, system: System, history: History) -> Better:

@@ -52,6 +52,20 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
     return system_at(scene, links(scene), motion)
 
 
+def refuse_unseen(scene: Scene, points: int) -> None:
+    """Raise `SceneError` where so many points of a cycle miss what a load does between them; see `enough_angles`."""
+    if scene.analysis.allow_coarse or not scene.drives or scene.analysis.method == "static":
+        return
+    for name, load in scene.loads.items():
+        if (enough := load.enough_angles(points)) > points:
+            raise SceneError(
+                f"{scene.analysis.sub_intervals} positions miss what the factor of the load does between them",
+                place=f"loads.{name}.factor",
+                hint=f"Take at least {math.ceil(scene.analysis.sub_intervals * enough / points)} sub_intervals, or a "
+                "wider pulse; analysis.allow_coarse lets it pass",
+            )
+
+
 def links(scene: Scene) -> Beams:
     """Mesh and assemble the links, with fewer coordinates if the scene wants that."""
     fine = shaped(scene, assemble_beams(scene, mesh_scene(scene)))

@@ -28,7 +28,6 @@ MOST_WITHOUT_ANSWER = 200  # sub-intervals, or the scene's own, after which no a
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
 REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
 NONLINEAR = ("moderate-rotations", "geometric-stiffness")
-SAMPLES, SEEN = 2**17, 0.1  # of a load's factor in a cycle; share of its variance that steps may miss
 Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
 
 
@@ -69,9 +68,10 @@ def within(scene: Scene, analyse: Analyse) -> Result:
             raise _not_met(chosen, trials, f"the next needs more memory than there is, {_numbers(knobs)}") from error
         found = result.data[["relative_error", "error_order"]].to_dataframe().drop("effects", errors="ignore")
         errors, orders = ({str(k): float(v) for k, v in found[name].items()} for name in found)
-        if not trial.analysis.allow_unstable and _grows(result) and sum(errors.values()) < LARGEST_JUDGED:
+        total, enough = sum(errors.values()), ENOUGH * scene.tolerance
+        if not trial.analysis.allow_unstable and _grows(result) and total <= max(LARGEST_JUDGED, enough):
             analyse(trial, choices)  # says so
-        if sum(errors.values()) <= ENOUGH * scene.tolerance:
+        if total <= enough:
             result.data.attrs |= stamp(trial)
             result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done)
             return result
@@ -203,23 +203,19 @@ def _fewest_steps(scene: Scene) -> int:
     """
     analysis = scene.analysis
     if not _periodic(scene):
-        if scene.drives and analysis.method == "quasi-static":  # at the scene's own positions
+        if (
+            scene.drives and analysis.method == "quasi-static" and not analysis.allow_coarse
+        ):  # at the scene's own positions
             refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
     steps = analysis.sub_intervals if varying else FEWEST_STEPS
-    for load in varying:
-        variance = load.factor_at(scene.drive_angles(SAMPLES)).var()
-        while STAGES * steps < SAMPLES and _missed(load.factor_at(scene.drive_angles(STAGES * steps)), variance):
-            steps *= 2
-    while corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(steps))):
+    steps = max([steps, *(math.ceil(load.enough_angles(STAGES * steps) / STAGES) for load in varying)])
+    while not analysis.allow_coarse and (
+        corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(steps)))
+    ):
         steps = max(2 * steps, corner.enough)
     return steps
-
-
-def _missed(values: np.ndarray, variance: float) -> bool:
-    """Whether the variance of a factor is not that of its values at the steps."""
-    return abs(values.var() - variance) > SEEN * variance
 
 
 def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int) -> str:

@@ -19,9 +19,10 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.accuracy import own_steps
 from fenics_mech.recovery.mesh_error import at_the_start, neglected, order_of
 from fenics_mech.response import History, solve_static
-from fenics_mech.response.coefficients import Coefficients
+from fenics_mech.response.coefficients import NODES, WINDOWS, Coefficients
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import blows_between
@@ -39,6 +40,7 @@ OF_MODES = 2.0  # power of the cutoff with which the answer of the modes left ou
 WANTED = "Give the result of a transient analysis of the same scene"
 ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
+LONGEST_GAP = 2.0  # between nodes of the interpolation, over the mean one, at most
 
 
 def by_time(scene: Scene, system: System) -> tuple[System, History]:
@@ -79,25 +81,25 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
             hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
         )
     course = _course(scene, system)
-    rough = _rougher(scene, system, course)
+    rough = None if own_steps(scene) else _rougher(scene, system, course)
     parts, roughly, better, state = [], [], [], np.zeros((3, system.size))
     for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
         part = slice(k, k + analysis.sub_intervals)
         equation = _equation(scene, system, course.time[part])
         motion = course.displacement[part], course.velocity[part]
         parts.append(history_of(equation, *motion))
-        roughly.append(history_of(equation, rough.displacement[part], rough.velocity[part]))
+        if rough is not None:
+            roughly.append(history_of(equation, rough.displacement[part], rough.velocity[part]))
         meshless, state = _without_mesh(equation, motion, scene.period / analysis.sub_intervals, state)
         better.append(meshless)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     histories, loads = ([getattr(part, name) for part in better] for name in ("history", "loads"))
-    found = {
-        "time": Better(_joined(roughly), 1, ROUGH_SHARE),
-        "mesh": Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads)),
-    }
+    found = {"mesh": Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads))}
+    if roughly:
+        found = {"time": Better(_joined(roughly), 1, ROUGH_SHARE), **found}
     history = replace(_joined(parts), course=course)
     if analysis.reduction != "none" and analysis.start == "rigid":
-        found["modes"] = Better(replace(history), OF_MODES, loads=at_the_start(whole))
+        found["modes"] = Better(history, OF_MODES, loads=at_the_start(whole))
     return whole, replace(history, better=found)
 
 
@@ -150,7 +152,15 @@ def _course(scene: Scene, system: System) -> Course:
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
-    coefficients = Coefficients(partial(_equation, scene, system), scene.period, time, schedule.steady_after, tolerance)
+    seen = max([1, *(load.enough_angles(NODES * WINDOWS) for load in scene.loads.values())])
+    coefficients = Coefficients(
+        partial(_equation, scene, system),
+        scene.period,
+        time,
+        schedule.steady_after,
+        tolerance,
+        max(WINDOWS, math.ceil(LONGEST_GAP * seen / NODES)),
+    )
     blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))
     return integrate(coefficients, schedule, time, displacement, velocity, scene.petsc, blows)
 

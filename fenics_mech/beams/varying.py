@@ -2,6 +2,8 @@
 
 Under forces on its ends an element has a moment that is linear along it, over a stiffness that is not constant. Its
 cubic shape is stiffer than that; the flexibility of the element is known, as are the shapes of its axis.
+
+Source: Spacone, Filippou and Taucer, Earthq. Eng. Struct. Dyn. 25 (1996) 711, elements by forces.
 """
 
 from __future__ import annotations

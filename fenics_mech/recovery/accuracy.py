@@ -133,7 +133,7 @@ def estimated(
     strains, by_joint, order = {}, {}, {}
     for source, better in history.better.items():
         order[source] = better.order
-        if better.history is history:
+        if better.history.displacement is history.displacement and better.loads is NOTHING:
             strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)
             continue
         there = system if better.loads is NOTHING else _loaded(system, better.loads)
@@ -158,15 +158,22 @@ def left_out(choices: Sequence[Choice]) -> float | None:
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
 
 
+def own_steps(scene: Scene) -> bool:
+    """Whether the scene's options of PETSc choose the steps in time, whatever the tolerance."""
+    return any(name.startswith(OWN_STEPS) for name in scene.petsc)
+
+
 def not_estimated(scene: Scene) -> list[str]:
     """Say what is wrong by more than any of the estimates tells."""
     analysis, found = scene.analysis, []
     if scene.impulses and analysis.method in ("periodic", "transient"):
         found.append("what impulses put into vibration that mesh and modes are too coarse for")
-    if analysis.method == "transient" and any(name.startswith(OWN_STEPS) for name in scene.petsc):
+    if analysis.method == "transient" and own_steps(scene):
         found.append("the time steps, which PETSc's options state")
     if analysis.method == "transient" and analysis.reduction != "none" and analysis.start != "rigid":
         found.append("what the start puts into the modes left out of members")
+    if analysis.method == "transient" and analysis.reduction != "none" and any(p.jumps for p in scene.loads.values()):
+        found.append("what loads that jump put into the modes left out of members")
     return found
 
 

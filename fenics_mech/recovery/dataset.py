@@ -86,9 +86,9 @@ def collect(
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     _, sampling = variables.pop("sampling_error", (None, None))
-    refuse_far(scene, system, members)
     errors = estimated(scene, system, history, variables["strain"][1], sampling, choices)
     errors.judge(scene)
+    refuse_far(scene, system, members)
     coordinates: dict[str, object] = {
         "theta": system.motion.theta,
         "time": ("theta", system.motion.time),

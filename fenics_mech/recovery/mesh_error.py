@@ -110,7 +110,7 @@ def _everywhere(beams: Beams) -> tuple[Index, Array]:
 
 
 def _by_varying(system: System, history: History, element: Index, xi: Array) -> Array:
-    """Give the loads on the elements' ends by the shapes that elements lack whose sections vary: ``f S - dk v``.
+    """Give the loads on the elements' ends by the shapes that elements lack whose sections vary: ``f S + dk v``.
 
     S are those shapes, f the loads and the inertia along the elements, dk what their stiffness is too large.
     """

@@ -69,6 +69,8 @@ class Coefficients:
         Time from which the matrices repeat in each cycle (s).
     tolerance
         Largest error of the interpolation, relative to the largest value.
+    windows
+        In a cycle, before any is halved: as many as loads need to be seen at the nodes of all.
     """
 
     equation_at: Callable[[Array], Equation]
@@ -76,6 +78,7 @@ class Coefficients:
     start: float
     repeats_after: float
     tolerance: float
+    windows: int = WINDOWS
     error: float = 0.0
     law: Law | None = None
     dofs: NDArray[np.int64] | None = None
@@ -91,13 +94,14 @@ class Coefficients:
         orders = np.arange(NODES)[:, None]
         self.to_chebyshev = np.cos(orders * (np.pi - odd)) * np.where(orders, 2, 1) / NODES
         last = max(self.start, self.repeats_after) + self.cycle
-        equation = self.equation_at(np.linspace(self.start, last, REFERENCES))
+        count = max(REFERENCES, NODES * min(self.windows, MOST_WINDOWS) + 1)
+        equation = self.equation_at(np.linspace(self.start, last, count))
         linear, self.law = equation.linear, equation.system.terms.law
         self.growth = 0.0  # largest rate at which a motion without vibration grows, as the stiffness is not positive
         if linear.weakest is not None:
             squares = np.linalg.eigvals(np.linalg.solve(linear.mass, linear.stiffness)).real
             self.growth = float(np.sqrt(max(0.0, -squares.min())))
-        diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / REFERENCES
+        diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / count
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self.dofs = None if self.law is None else self.law.dofs
         still = np.linalg.solve(linear.stiffness, linear.load[..., None])[..., 0]
@@ -154,8 +158,8 @@ class Coefficients:
 
     def _table(self, cycle: int) -> _Table:
         """Halve the windows of a cycle until all of them are good, or so narrow that they are a jump."""
-        first = self.cycle / WINDOWS
-        start, width = first * np.arange(WINDOWS), np.full(WINDOWS, first)
+        first = self.cycle / self.windows
+        start, width = first * np.arange(self.windows), np.full(self.windows, first)
         good: list[tuple[Array, Array, Array]] = []
         size: Array | None = None
         while len(start):
@@ -163,7 +167,7 @@ class Coefficients:
             values = self._values(cycle, start, width)
             size = self._sizes(values) if size is None else size
             error = self._error(values, size)
-            weighed = error * width / first  # what acts for a short time only does little
+            weighed = error * width * WINDOWS / self.cycle  # what acts for a short time only does little
             wrong = (weighed > self.tolerance) | (error > JUMP)
             narrow = width < NARROWEST * self.cycle
             self.error = max(self.error, float(weighed[~wrong | narrow].max(initial=0.0)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,7 +15,7 @@ from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation, Matrices
-from fenics_mech.response.equilibrium import loss, refuse_buckled, refuse_lost, weakest_link
+from fenics_mech.response.equilibrium import LARGEST_LOSS, loss, refuse_buckled, refuse_lost, weakest_link
 from fenics_mech.response.history import History
 from fenics_mech.response.newton import Orbit, solve_nonlinear
 
@@ -43,21 +44,22 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
         return _solve_nonlinear(system, options)
     if len(rigid := RigidModes.of(system, symmetric=False)):
         return _relieved(system, rigid)
-    return History(displacement=displacement_under(system, system.load, options), inertia=system.rigid_acceleration)
+    q = displacement_under(system, system.load, options, LARGEST_LOSS)
+    return History(displacement=q, inertia=system.rigid_acceleration)
 
 
 def displacement_under(
-    system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None
+    system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None, lost: float = math.inf
 ) -> NDArray[np.float64]:
     """Give the q of ``K q = load`` at every angle, of the shape of the load.
 
-    That is ``(angles, coordinates)``, or with several loads ``(angles, coordinates, loads)``.
+    That is ``(angles, coordinates)``, or with several loads ``(angles, coordinates, loads)``, of which rounding may
+    take any share; of a single one it may take the share `lost`.
 
     Raises
     ------
     SolverError
-        When the KSP does not converge at some angle, the mechanism buckles there, or rounding takes a noticeable share
-        of a single load's answer.
+        When the KSP does not converge at some angle, the mechanism buckles there, or rounding takes more of an answer.
     """
     answer, losses = np.empty_like(load), np.zeros(len(load))
     if not answer.size:  # both ends of the only element are held
@@ -78,9 +80,9 @@ def displacement_under(
                     angle = np.degrees(system.motion.theta[k])
                     raise SolverError(f"no static answer at drive angle {angle:.6g} deg (PETSc says {reason})")
                 found[:] = displacement.array_r
-            if load.ndim == 2:
+            if lost < math.inf:
                 losses[k] = loss(stiffness, answer[k], load[k])
-    refuse_lost(system, answer, losses)
+    refuse_lost(system, answer, losses, lost)
     return answer
 
 

@@ -20,6 +20,8 @@ from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum
 
 Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
+SAMPLES, SEEN = 2**17, 0.1  # of a factor in a cycle; share of its variance that fewer of them may miss
+ROUNDING = 1e-12  # of a factor's square, below which it has no variance
 SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
@@ -160,6 +162,23 @@ class Varying(Part):
     def factor_at(self, theta: Array) -> Array:
         """Factor at drive angles, ``(angles,)``."""
         return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
+
+    def enough_angles(self, least: int) -> int:
+        """Number of equal parts of a cycle, at least so many, at whose ends the factor shows what it does inside them.
+
+        They show it where they, and those in the middle between them, have its variance: a pulse is between neither.
+        """
+        if self.factor is None:
+            return least
+        whole = self.factor.at(CYCLE / SAMPLES * np.arange(SAMPLES))
+        variance, count = whole.var(), least
+        slack = SEEN * max(variance, ROUNDING * float(np.mean(whole**2)))
+        while count < SAMPLES:
+            both = self.factor.at(CYCLE / count * np.arange(0, count, 0.5)).reshape(count, 2)
+            if np.all(np.abs(both.var(axis=0) - variance) <= slack):
+                break
+            count *= 2
+        return count
 
 
 class Load(Varying):

@@ -289,3 +289,34 @@ def test_load_that_follows_is_not_for_the_sub_intervals():
     load = {"p": {"at": "coupler.B", "force": (1.0, 0.0), "follows": True}}
     with pytest.raises(SceneError, match="collocation"):
         analyse(seed_four_bar(loads=load, analysis={"solver": "sub-intervals", "sub_intervals": 24}))
+
+
+def press(start, width, **rest):
+    factor = {"kind": "pulse", "start": f"{start} deg", "end": f"{start + width} deg", "ramp": f"{width / 2} deg"}
+    return {"press": {"at": "follower.B", "force": (50.0, 0.0), "factor": factor} | rest}
+
+
+@pytest.mark.parametrize("start", [61, 64.6, 68])
+def test_narrow_pulse_is_seen_wherever_it_is(start):
+    scene = seed_four_bar(effects=("coupling",), loads=press(start, 2.0), mesh__elements=1, analysis__sub_intervals=40)
+    load = scene.loads["press"]
+    enough = load.enough_angles(40)
+    assert 180 < enough < 1500  # 2 deg are 1/180 of a cycle
+    assert load.enough_angles(enough) == enough
+    for changes in ({"analysis__solver": "sub-intervals", "effects": ()}, {"analysis__method": "quasi-static"}):
+        with pytest.raises(SceneError, match=r"loads.press.factor: 40 positions miss .* Take at least \d+"):
+            analyse(scene.changed(**changes))
+    in_time = {"analysis__method": "transient", "analysis__cycles": 1, "analysis__time_tolerance": 1e-3}
+    crank = scene.changed(loads=press(start, 2.0, at="coupler.A"), effects=(), **in_time)
+    without = analyse(crank.changed(loads={}, analysis__allow_coarse=True)).data["strain"]
+    found = analyse(crank.changed(analysis__allow_coarse=True)).data["strain"]
+    assert np.abs(found - without).max() > 0.1 * np.abs(without).max()
+
+
+def test_constant_factor_needs_no_angles():
+    for mean in (0.1, 1.3, 5.0):
+        constant = seed_four_bar(
+            loads=press(0, 10)
+            | {"press": {"at": "B", "force": (1.0, 0.0), "factor": {"kind": "harmonics", "mean": mean}}}
+        )
+        assert constant.loads["press"].enough_angles(24) == 24

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
+from fenics_mech.better import TAPERED
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError
@@ -56,14 +57,14 @@ def test_mesh_of_chapter_5_and_in_time():
     [(("coupling",), WHOLE), ((), CHAPTER_5), (("coupling", "moderate-rotations"), WHOLE)],
 )
 def test_mesh_of_sections_that_vary(effects, analysis, inertia):
-    """Against 8 elements a link. Measured 0.98 to 1.18; without what varies inside elements 0.4 to 0.7."""
+    """Against 8 elements a link. Measured 0.98 to 1.18 before it is raised; without what varies inside elements 0.4 to 0.7."""
     section = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": inertia, "fibre": 8e-4}
     speed, damping = (25.0, {"material": 1.34e-4}) if effects else (32.3, {"ratio": 0.02})
     scene = seed_four_bar(effects=effects, drive__speed=speed, damping=damping, analysis=analysis).changed(
         sections__coupler=section, sections__follower=section
     )
     found, exact = (analyse(scene.changed(mesh__elements=n)).data for n in (3, 8))
-    assert ratio(found, exact, "mesh") == pytest.approx(1.1, abs=0.35)
+    assert ratio(found, exact, "mesh") == pytest.approx(1.1 * TAPERED, abs=0.4)
 
 
 @pytest.mark.parametrize(
@@ -76,10 +77,10 @@ def test_mesh_of_sections_that_vary(effects, analysis, inertia):
     ],
 )
 def test_mesh_of_lumped_masses(effects, analysis):
-    """Against consistent masses on 8 elements a link. Measured 0.99 to 1.19."""
+    """Against consistent masses on 8 elements a link. Measured 0.99 to 1.19 before it is raised."""
     scene = seed_four_bar(effects=effects, drive__speed=20.0, damping={"ratio": 0.02}, analysis=analysis)
     found = analyse(scene.changed(effects=(*effects, "lumped-mass"), mesh__elements=4)).data
-    assert ratio(found, analyse(scene.changed(mesh__elements=8)).data, "mesh") == pytest.approx(1.1, abs=0.3)
+    assert ratio(found, analyse(scene.changed(mesh__elements=8)).data, "mesh") == pytest.approx(1.1 * TAPERED, abs=0.35)
     assert float(found["error_order"].sel(source="mesh")) == 2
 
 

@@ -206,6 +206,8 @@ def test_unstable_motion_is_told_as_soon_as_it_is_known(runs):
     with pytest.raises(SolverError, match="unstable"):
         analyse(scene.changed(tolerance=1e-6))
     assert len(runs) == 2  # of which the second is judged
+    with pytest.raises(SolverError, match="unstable"):
+        analyse(scene.changed(tolerance=0.5))
     analyse(scene.changed(tolerance=1e-2, analysis__allow_unstable=True))
 
 
