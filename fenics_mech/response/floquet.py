@@ -32,7 +32,6 @@ from fenics_mech.response.resonance import NEAR, blamed
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
-LARGEST_DENSE = 1000  # states, beyond which the monodromy matrix is not formed; forming it costs less than the steps
 LONGEST_STEP = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
 TOLERANCE = 1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
 
@@ -192,19 +191,6 @@ def _norm(start: Matrices, states: Complex) -> Array:
     return np.sqrt(np.maximum(square, np.finfo(float).tiny))
 
 
-class _Monodromy:
-    """The product of all transitions, applied one after the other."""
-
-    def __init__(self, transitions: Array) -> None:
-        self.transitions = transitions
-
-    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        state = x.array_r.copy()
-        for transition in self.transitions:
-            state = transition @ state
-        y.array[:] = state
-
-
 def _product(transitions: Array) -> Array:
     """Multiply all transitions, two neighbours at a time, ``(states, states)``."""
     while len(transitions) > 1:
@@ -217,18 +203,13 @@ def _product(transitions: Array) -> Array:
 def _eigenpairs(transitions: Array, options: Mapping[str, Any]) -> tuple[Complex, Complex]:
     """Eigenvalues of the monodromy matrix and its eigenvectors, ``(pairs,)`` and ``(pairs, states)``."""
     size = transitions.shape[1]
-    if size <= LARGEST_DENSE:
-        matrix = PETSc.Mat().createDense((size, size), array=_product(transitions), comm=PETSc.COMM_SELF)
-        defaults: dict[str, Any] = {"eps_type": "lapack"}
-    else:
-        matrix = PETSc.Mat().createPython((size, size), context=_Monodromy(transitions), comm=PETSc.COMM_SELF)
-        defaults = {"eps_type": "krylovschur", "eps_nev": 2 * FEW, "eps_ncv": 8 * FEW, "eps_max_it": 100}
+    matrix = PETSc.Mat().createDense((size, size), array=_product(transitions), comm=PETSc.COMM_SELF)
     matrix.setUp()
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
     real, imaginary = matrix.createVecs()
-    with configured(eps, "stability_", defaults, options):
+    with configured(eps, "stability_", {"eps_type": "lapack"}, options):
         eps.setOperators(matrix)
         eps.solve()
         count = eps.getConverged()

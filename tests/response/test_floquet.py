@@ -8,7 +8,6 @@ from synthetic import PERIOD, Duffing, arm, modes_of, oscillators, places
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Matrices
-from fenics_mech.response import floquet as module
 from fenics_mech.response.floquet import floquet
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.tableau import Tableau
@@ -163,13 +162,6 @@ def test_instability_names_the_mode():
     ):
         mathieu(1.0, 0.5).refuse_unstable()
     mathieu(1.0, 0.5, damping=0.4).refuse_unstable()
-
-
-def test_large_systems_need_no_monodromy_matrix(monkeypatch):
-    dense = damped("gauss", 40)
-    monkeypatch.setattr(module, "LARGEST_DENSE", 1)
-    few = damped("gauss", 40)
-    assert np.abs(few.multipliers) == pytest.approx(np.abs(dense.multipliers[: len(few.multipliers)]), rel=1e-7)
 
 
 def test_seed_four_bar_is_stable():
