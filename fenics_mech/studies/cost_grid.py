@@ -75,7 +75,8 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
         raise SceneError("what accuracy costs is not measured with a motor: it has one solver only", place="drive")
     wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
     effects = sorted(wanted, key=lambda name: name != "coupling")
-    plain = scene.changed(effects=(), tolerance=None, analysis__stability=False, analysis__allow_coarse=True)
+    lenient = {"analysis__stability": False, "analysis__allow_coarse": True, "analysis__allow_large": True}
+    plain = scene.changed(effects=(), tolerance=None, **lenient)
     found = {TRUNCATED: plain}
     for count in range(1, len(effects) + 1):
         found[" + ".join(effects[:count])] = plain.changed(effects=tuple(effects[:count]))
