@@ -239,7 +239,8 @@ class Scene(Part):
     """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format.
 
     With a `tolerance`, the largest error of a strain relative to its member's largest, the program chooses elements,
-    stations and, where no load varies, sub_intervals whatever is stated, and refuses another solver, scheme or reduction than it takes.
+    stations and, where no load varies, sub_intervals whatever is stated, and refuses another solver, scheme or
+    reduction than it takes.
     """
 
     name: Annotated[str, Field(max_length=200)] = "scene"
