@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.effects import NOTHING
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.mesh_error import neglected, order_of
@@ -21,9 +22,8 @@ from fenics_mech.scene import Scene
 Array = NDArray[np.float64]
 SAFETY = 2  # where the elastic motion has no inertia: the axial force of an element is a mean, which is left out
 TAPERED = 1.25  # where sections vary, or mass is lumped: the estimate is 0.57 of the error or more
-ONE_ELEMENT = (
-    2.5  # where a section varies along the only element of a member: the error is 0.8 to 5 times the first order
-)
+ONE_ELEMENT = 2.5  # where it varies along a member's only element: the error is 0.8 to 5 times its first order
+FARTHEST, LEAST = 0.3, 1e-3  # share of an answer, and of the largest answer over the cycle that it counts for
 CONSTANT = 1e-9  # change of a section along an element, of its mean, that is rounding
 
 
@@ -89,9 +89,27 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
         tension = law.tension(*equation.in_links(history.displacement, still))
         tangents = equation.linearised(history.displacement, still, tension)
         q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
+    if lack.force is not None and not scene.analysis.allow_coarse:
+        _refuse_far(system, history.displacement, q)
     return Better(
         replace(history, displacement=history.displacement + q),
         order_of(system.beams),
         max(SAFETY, safety_of(system)),
         lack,
     )
+
+
+def _refuse_far(system: System, q: Array, change: Array) -> None:
+    """Raise where the error of the mesh is so large a share of an answer that its first order does not tell it.
+
+    So it is next to a buckling load, which elements that are too long put too high.
+    """
+    share = np.abs(change).max(axis=1) / np.maximum(np.abs(q).max(axis=1), np.finfo(float).tiny)
+    k = int(share.argmax())
+    if share[k] > FARTHEST and np.abs(q[k]).max() > LEAST * np.abs(q).max():
+        theta = np.degrees(system.motion.theta[k])
+        raise UnresolvedError(
+            f"the elements are too long under axial forces at drive angle {theta:.6g} deg: they may change the "
+            f"deflection by {share[k]:.2g} of it or more, as next to a buckling load. Take more elements; "
+            "analysis.allow_coarse lets it pass"
+        )

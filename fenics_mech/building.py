@@ -24,6 +24,8 @@ from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned
 
 MOST_SEEN = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
+MOST_PRESSED = 32  # the same, where axial forces act on the bent axis: those are as good as these elements
+PRESSING = ("geometric-stiffness", "moderate-rotations")
 MOST_UPDATES = 60  # of the axial forces by the response
 LARGEST_TURN = 0.1  # rad, of a whole link on springs; there the small motions of linear statics are 0.5 % off
 SETTLED = 1e-7  # change of the axial forces, of the largest
@@ -73,11 +75,16 @@ def links(scene: Scene) -> Beams:
         return fine
     members = _reducible(scene, fine)
     varies = fine.density_powers is not None  # then strains are recovered on all elements
-    coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], MOST_SEEN)
+    coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], _most_seen(scene))
     seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
     cutoff = scene.analysis.cutoff
     reduction = Reduction.of(fine, seen, members, None if cutoff == "auto" else 2 * math.pi * cutoff)
     return replace(seen, reduction=reduction)
+
+
+def _most_seen(scene: Scene) -> int:
+    """Elements of a reduced member on which it is recovered, at most."""
+    return MOST_PRESSED if any(name in scene.named_effects for name in PRESSING) else MOST_SEEN
 
 
 def _reducible(scene: Scene, beams: Beams) -> list[int]:
@@ -95,7 +102,7 @@ def _reducible(scene: Scene, beams: Beams) -> list[int]:
 def _require_memory(scene: Scene) -> None:
     """Refuse a cycle whose loops, nodes and results at all positions do not fit into memory."""
     positions = scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1
-    most = math.inf if scene.analysis.reduction == "none" else MOST_SEEN
+    most = math.inf if scene.analysis.reduction == "none" else _most_seen(scene)
     nodes = sum(min(len(member_nodes(scene, label)), most) for label in scene.members())
     each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations
     hint = "Take fewer sub_intervals, stations or elements"

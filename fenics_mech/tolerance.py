@@ -14,6 +14,7 @@ from fenics_mech.errors import SceneError, SolverError, TooLargeError, Unresolve
 from fenics_mech.kinematics import missed_corner, refuse_unresolved, solve_motion
 from fenics_mech.knobs import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.accuracy import left_out
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.floquet import TOLERANCE as NEUTRAL
 from fenics_mech.scene import Scene
@@ -73,7 +74,8 @@ def within(scene: Scene, analyse: Analyse) -> Result:
             analyse(trial, choices)  # says so
         if total <= enough:
             result.data.attrs |= stamp(trial)
-            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done)
+            left = left_out(choices) or 0.0
+            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done, left)
             return result
         trials.append(Trial(knobs, errors, orders, int(result.data.attrs["dofs"])))
         knobs = _next(chosen, trials)
@@ -218,7 +220,7 @@ def _fewest_steps(scene: Scene) -> int:
     return steps
 
 
-def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int) -> str:
+def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int, left: float) -> str:
     """Say what was chosen, and why: the mesh has so many elements in all."""
     analysis = scene.analysis
     parts = [f"{elements} elements"]
@@ -229,4 +231,7 @@ def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int)
     parts.append(f"{analysis.stations} stations")
     least = ", ".join(f"{source} {error:.1g}" for source, error in errors.items())
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
-    return f"strains to {scene.tolerance:g}, met by {', '.join(parts)} (errors: {least}; {trials})"
+    said = f"strains to {scene.tolerance:g}, met by {', '.join(parts)} (errors: {least}; {trials})"
+    return (
+        f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > (scene.tolerance or 0.0) else said
+    )

@@ -40,6 +40,7 @@ OF_MODES = 2.0  # power of the cutoff with which the answer of the modes left ou
 WANTED = "Give the result of a transient analysis of the same scene"
 ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
+LARGEST_TOLERANCE = 0.02  # beyond it steps are as long as they may be, and a rougher run makes the same
 LONGEST_GAP = 2.0  # between nodes of the interpolation, over the mean one, at most
 
 
@@ -79,6 +80,12 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
             "a motion in time does not know members that are reduced and rotate moderately",
             place="analysis.reduction",
             hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
+        )
+    if analysis.time_tolerance > LARGEST_TOLERANCE:
+        raise SceneError(
+            f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",
+            place="analysis.time_tolerance",
+            hint="Take a smaller one: the error of the steps is not known with this one",
         )
     course = _course(scene, system)
     rough = None if own_steps(scene) else _rougher(scene, system, course)

@@ -17,9 +17,11 @@ from fenics_mech.beams.shapes import AXIAL, CUBIC, NORMAL, evaluate
 
 if TYPE_CHECKING:
     from fenics_mech.beams.assembly import Beams
+    from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+PLACES = 64  # in an element, at which its section is looked at
 POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # of integrals from 0 to 1
 
 
@@ -51,6 +53,30 @@ def lacking_shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Arra
     cubic = np.zeros_like(across)
     cubic[:, NORMAL] = evaluate(CUBIC, xi) * np.stack([np.ones_like(h), h] * 2, axis=-1)
     return along, across - np.einsum("pi,pij->pj", cubic, beams.layout.tie[element])
+
+
+def misfit(scene: Scene, beams: Beams) -> Array:
+    """Share of each member's flexibility and mass by which its elements' polynomials miss its section, ``(members,)``.
+
+    What notches and steps have between the points of a polynomial no element knows.
+    """
+    mesh = beams.mesh
+    if beams.stiffness_powers is None or beams.density_powers is None:
+        return np.zeros(len(mesh.members))
+    places = (np.arange(PLACES) + 0.5) / PLACES
+    powers = np.stack([beams.stiffness_powers[:, 1], beams.density_powers])
+    fitted = powers @ np.vander(places, powers.shape[-1], increasing=True).T  # EI, rho A: (2, elements, places)
+    fitted[0] = 1 / fitted[0]
+    found = np.empty(len(mesh.members))
+    for i, label in enumerate(mesh.members):
+        of_member = mesh.cell_member == i
+        h = mesh.cell_length[of_member, None]
+        s = (mesh.cell_start[of_member, None] + h * places) / mesh.member_length[i]
+        rigidity = scene.rigidity(label, np.clip(s.ravel(), 0, 1))
+        true = np.stack([1 / rigidity.bending, rigidity.line_density]).reshape(2, *s.shape)
+        lack = np.sum(h * np.abs(fitted[:, of_member] - true), axis=(1, 2)) / np.sum(h * true, axis=(1, 2))
+        found[i] = lack.sum()
+    return found
 
 
 def _ends(beams: Beams) -> tuple[Index, Array]:

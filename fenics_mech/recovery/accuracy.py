@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.beams.varying import misfit
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
@@ -140,6 +141,10 @@ def estimated(
         differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
         strains[source] = better.safety * (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
         by_joint[source] = better.safety * np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
+    if (missed := misfit(scene, system.beams)).any():
+        strains["mesh"] = strains.get("mesh", 0.0) + missed * largest
+        by_joint["mesh"] = by_joint.get("mesh", 0.0) + missed.max() * forces
+        order.setdefault("mesh", 1.0)
     if sampling is not None:
         strains["time"] = strains.get("time", 0.0) + sampling
         by_joint.setdefault("time", np.zeros_like(forces))
@@ -203,7 +208,7 @@ def _advice(scene: Scene, source: str, times: float) -> str:
             return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
         return f"Take a cutoff {math.ceil(MARGIN * times**2 * 10) / 10:g} times as high, and finer elements"
     if source == "mesh":
-        return f"Take {math.ceil(MARGIN * times * 100) / 100:.3g} times as many elements"
+        return f"Take {math.ceil(MARGIN * times * 100) / 100:.3g} times as many elements, rounded up"
     name, now = {
         "time": ("sub_intervals", analysis.sub_intervals),
         "modes": ("modes", analysis.modes),

@@ -230,3 +230,16 @@ def test_sizes_of_what_is_left_out_add_up():
     choices = [Choice(inside, 0.3, True), Choice(EFFECTS[inside.replaces], 0.2, False)]
     assert left_out([*choices, Choice(rest[0], 0.003, False), Choice(rest[1], None, False)]) == pytest.approx(0.003)
     assert left_out([Choice(rest[0], None, True)]) is None
+
+
+@pytest.mark.parametrize(("elements", "solved"), [(3, False), (12, True)])
+def test_what_polynomials_miss_of_a_section(elements, solved):
+    """A notch of 0.8 of the section in 8 % of the coupler: what 5 points in an element miss of it is estimated."""
+    notch = "(1 - 0.8*exp(-((s - 0.27)/0.05)**2))"
+    section = {"shape": "variable", "area": f"4e-5*{notch}", "inertia": f"8e-12*{notch}", "fibre": 8e-4}
+    analysis = WHOLE | {"reduction": "craig-bampton", "cutoff": 2000.0, "stability": False}
+    scene = seed_four_bar(effects=("coupling",), drive__speed=20.0, damping={"ratio": 0.02}, analysis=analysis)
+    scene = scene.changed(sections__coupler=section)
+    found, exact = (analyse(scene.changed(mesh__elements=n)).data for n in (elements, 48))
+    assert ratio(found, exact, "mesh")[1] > 0.9  # of the coupler
+    assert (float(found["relative_error"].sel(source="mesh")) < 0.05) == solved
