@@ -40,6 +40,8 @@ KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions
     "growth_rate": (("disturbance",), "1/s", "rate at which the disturbance grows"),
     "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),
     "bow": (("member",), "1", "largest distance of the member's axis from its chord, over its length"),
+    "rotation": (("member",), "rad", "largest rotation of the member's axis by deflection"),
+    "error_estimate": ((), "1", "estimated error of the strains by all sources, relative to the largest"),
 }
 
 
@@ -122,7 +124,9 @@ def reduced(result: Result, gauge: Gauge) -> Record:
     if "multiplier" in data:
         values["multiplier"] = _length(data["multiplier"], "part").to_numpy()
         values["growth_rate"] = data["growth_rate"].to_numpy()
-    values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow")}
+    values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
+    if "error_estimate" in data.attrs:
+        values["error_estimate"] = np.array(data.attrs["error_estimate"])
     return {
         "effects": ", ".join(acting),
         "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},

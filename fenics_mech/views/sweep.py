@@ -19,6 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.errors import ViewError
+from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.views.geometry import Array
 from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, empty_figure, finish, save, with_unit
@@ -94,6 +95,12 @@ def sweep_summary(sweep: Sweep) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
         parts.append(_peaks(data, paths))
+    if "rotation" in data and (beyond := _beyond_theory(data).stack(point=paths)).any():
+        where = beyond["point"].to_numpy()[int(np.argmax(beyond.to_numpy()))]
+        at = ", ".join(f"{with_unit(data, path)} = {number(value)}" for path, value in zip(paths, where))
+        count = f"{int(beyond.sum())} of {beyond.size} points"
+        text = f"{count} are OUTSIDE THE THEORY, expect wrong strains there: first at {at}. `run` tells why."
+        parts.append(Text(text, style="bold red"))
     failed = data["error"].stack(point=paths)
     failed, messages = failed[failed != ""], data["message"].stack(point=paths)
     if failed.size:
@@ -104,6 +111,15 @@ def sweep_summary(sweep: Sweep) -> Group:
         at = ", ".join(f"{path} = {number(value)}" for path, value in zip(paths, where))
         parts.append(Text(f"  {kind}, {count} times, first at {at}: {messages.sel(point=where).item()}"))
     return Group(*parts)
+
+
+def _beyond_theory(data: xr.Dataset) -> xr.DataArray:
+    """Points with more deflection or axial force than the theory of their effects is good for."""
+    effects = data["effects"].astype(str)
+    moderate, carried = effects.str.contains("moderate-rotations"), effects.str.contains("geometric-stiffness")
+    euler, bow, turn = (data[name].max("member") for name in ("euler_ratio", "bow", "rotation"))
+    linear = (bow > LARGEST_BOW) | (~carried & (euler > LARGEST_EULER_RATIO))
+    return xr.where(moderate, turn > LARGEST_ROTATION, linear)
 
 
 def _peaks(data: xr.Dataset, paths: list[str]) -> Table:

@@ -1,5 +1,6 @@
 """Sweeps: a resonance curve in closed form, sweeps that are ended and go on, several processes, points that fail."""
 
+import io
 import math
 import signal
 import subprocess
@@ -8,6 +9,7 @@ import time
 import numpy as np
 import pytest
 from processes import ENVIRONMENT, MPIRUN, command, finished
+from rich.console import Console
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
@@ -71,6 +73,23 @@ def test_resonance_curve_is_that_of_one_oscillator(arm, tmp_path):
         assert data[name].sel(mode=1).to_numpy() == pytest.approx(OMEGA / (2 * np.pi), rel=1e-6)  # light, not massless
     assert data["drive_rate"].to_numpy() == pytest.approx(2 * np.pi / data["drive.period"].to_numpy(), rel=1e-12)
     assert (data["error"] == "").all()
+
+
+def test_points_outside_the_theory_are_told(arm, tmp_path):
+    found = swept(arm, tmp_path / "out", "drive.period=0.1:0.2:3").data
+    assert "OUTSIDE" not in said(Sweep(found))
+    beyond = found.copy(deep=True)
+    beyond["bow"][1] = 0.03
+    assert "1 of 3 points are OUTSIDE THE THEORY" in said(Sweep(beyond))
+    assert "drive.period (s) = 0.15" in said(Sweep(beyond))
+    beyond["effects"][:] = "coupling, moderate-rotations"
+    assert "OUTSIDE" not in said(Sweep(beyond))
+
+
+def said(sweep):
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(sweep_summary(sweep))
+    return console.export_text()
 
 
 def test_multiplier_is_the_decay_of_the_free_vibration_in_a_period(arm, tmp_path):
