@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -24,7 +25,45 @@ LARGEST_FILE = 2**40  # bytes
 
 
 @dataclass(frozen=True)
-class Result:
+class Saved:
+    """A dataset that saves and loads.
+
+    Parameters
+    ----------
+    data
+        The dataset; its attributes have the names in `NEEDED`.
+    """
+
+    KIND: ClassVar[str]
+    ENGINE: ClassVar[str] = "scipy"  # NetCDF 3, which has no times in it
+    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech",)
+    data: xr.Dataset
+
+    def save(self, path: str | Path) -> Path:
+        """Write as NetCDF; the file appears whole or not at all.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        write_dataset(Path(path), self.data, self.ENGINE)
+        return Path(path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what was saved.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be read or holds something else.
+        """
+        return cls(read_dataset(path, cls.ENGINE, cls.KIND, cls.NEEDED))
+
+
+@dataclass(frozen=True)
+class Result(Saved):
     """What an analysis found.
 
     Parameters
@@ -36,34 +75,13 @@ class Result:
         ``attrs["units"]``.
     """
 
-    data: xr.Dataset
+    KIND: ClassVar[str] = "result"
+    ENGINE: ClassVar[str] = "h5netcdf"
 
     @property
     def scene(self) -> Scene:
         """The scene that was analysed."""
         return Scene.model_validate_json(self.data.attrs["scene"])
-
-    def save(self, path: str | Path) -> Path:
-        """Write the result as NetCDF; the file appears whole or not at all.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        write_dataset(Path(path), self.data, "h5netcdf")
-        return Path(path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Result:
-        """Read a result that was saved.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be read or is not a result of this program.
-        """
-        return cls(read_dataset(path, "h5netcdf", "result", ("fenics_mech",)))
 
     def to_csv(self, folder: str | Path) -> list[Path]:
         """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value."""

@@ -17,11 +17,11 @@ from fenics_mech.branch import check, family_of, first_motion, result_at
 from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import Saved
 from fenics_mech.response.continuation import Point, continued
 from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
-from fenics_mech.studies.run_table import Saved
 from fenics_mech.studies.sweep import stacked
 from fenics_mech.studies.sweep_axes import placed, scene_data, unit_of
 from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, reduced

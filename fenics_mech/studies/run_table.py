@@ -1,51 +1,12 @@
-"""Datasets that studies save and load, and tables of measured runs that are exported too."""
+"""Tables of measured runs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import ClassVar
 
-import xarray as xr
-
-from fenics_mech.recovery.result import read_dataset, write_dataset, write_whole
-
-
-@dataclass(frozen=True)
-class Saved:
-    """A dataset that saves and loads.
-
-    Parameters
-    ----------
-    data
-        The dataset; its attributes have the names in `NEEDED`.
-    """
-
-    KIND: ClassVar[str]
-    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech",)
-    data: xr.Dataset
-
-    def save(self, path: str | Path) -> Path:
-        """Write as NetCDF 3, which has no times in it; the file appears whole or not at all.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        write_dataset(Path(path), self.data, "scipy")
-        return Path(path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """Read what was saved.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be read or holds something else.
-        """
-        return cls(read_dataset(path, "scipy", cls.KIND, cls.NEEDED))
+from fenics_mech.recovery.result import Saved, write_whole
 
 
 @dataclass(frozen=True)

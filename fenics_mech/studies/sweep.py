@@ -21,10 +21,9 @@ from mpi4py import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError
-from fenics_mech.recovery.result import write_whole
+from fenics_mech.recovery.result import Saved, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
-from fenics_mech.studies.run_table import Saved
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
 from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, compute_point, point_file, read_point
 
