@@ -97,10 +97,10 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         parts.append(history_of(equation, *motion))
         if rough is not None:
             roughly.append(history_of(equation, rough.displacement[part], rough.velocity[part]))
-        meshless, state = _without_mesh(equation, motion, scene.period / analysis.sub_intervals, state)
+        *meshless, state = _without_mesh(equation, parts[-1], motion, scene.period / analysis.sub_intervals, state)
         better.append(meshless)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
-    histories, loads = ([getattr(part, name) for part in better] for name in ("history", "loads"))
+    histories, loads = map(list, zip(*better))
     found = {"mesh": Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads))}
     if roughly:
         found = {"time": Better(_joined(roughly), 1, ROUGH_SHARE), **found}
@@ -120,13 +120,15 @@ def _rougher(scene: Scene, system: System, course: Course) -> Course:
     )
 
 
-def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, state: Array) -> tuple[Better, Array]:
+def _without_mesh(
+    equation: Equation, history: History, motion: tuple[Array, Array], step: float, state: Array
+) -> tuple[History, Terms, Array]:
     """Give a part of a motion without the error of the mesh.
 
     Parameters
     ----------
-    equation, motion
-        The equation of the part, and its q and q'.
+    equation, history, motion
+        The equation of the part, its history, and its q and q'.
     step
         Of its positions (s).
     state
@@ -135,17 +137,17 @@ def _without_mesh(equation: Equation, motion: tuple[Array, Array], step: float, 
     Returns
     -------
     tuple
-        The motion, and the change at its end.
+        The motion, the load that it has beside, and the change at its end.
     """
     law, matrices = equation.system.terms.law, equation.linear
     if law is not None:
         matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
-    lack = neglected(equation.system, history_of(equation, *motion), step, closed=False)
+    lack = neglected(equation.system, history, step, closed=False)
     load = equation.system.on_coordinates(equation.system.applied_by(lack))
     change = change_in_time(load, matrices, step, state)
     q, rate, _ = change
     found = history_of(equation, motion[0] + q, motion[1] + rate, load)
-    return Better(found, order_of(equation.system.beams), loads=lack), change[:, -1]
+    return found, lack, change[:, -1]
 
 
 def _course(scene: Scene, system: System) -> Course:
