@@ -82,9 +82,14 @@ def links(scene: Scene) -> Beams:
     return replace(seen, reduction=reduction)
 
 
+def pressing(scene: Scene) -> bool:
+    """Whether axial forces act on the bent axis, by the effects that the scene names."""
+    return any(name in scene.named_effects for name in PRESSING)
+
+
 def _most_seen(scene: Scene) -> int:
     """Elements of a reduced member on which it is recovered, at most."""
-    return MOST_PRESSED if any(name in scene.named_effects for name in PRESSING) else MOST_SEEN
+    return MOST_PRESSED if pressing(scene) else MOST_SEEN
 
 
 def _reducible(scene: Scene, beams: Beams) -> list[int]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fenics_mech.building import links
+from fenics_mech.building import links, pressing
 from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
@@ -28,7 +28,6 @@ LARGEST_JUDGED = 0.1  # error of a motion that may be called unstable
 MOST_WITHOUT_ANSWER = 200  # sub-intervals, or the scene's own, after which no answer is an answer
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
 REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
-NONLINEAR = ("moderate-rotations", "geometric-stiffness")
 Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
 
 
@@ -182,8 +181,7 @@ def _refuse_unknown(scene: Scene) -> None:
 def _start(scene: Scene) -> Knobs:
     """Give the choices to begin with: coarse ones, from which the errors are told."""
     steps = _fewest_steps(scene)
-    nonlinear = any(name in scene.named_effects for name in NONLINEAR)
-    if "coupling" not in scene.named_effects or nonlinear or not _periodic(scene):
+    if "coupling" not in scene.named_effects or pressing(scene) or not _periodic(scene):
         return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
@@ -205,9 +203,8 @@ def _fewest_steps(scene: Scene) -> int:
     """
     analysis = scene.analysis
     if not _periodic(scene):
-        if (
-            scene.drives and analysis.method == "quasi-static" and not analysis.allow_coarse
-        ):  # at the scene's own positions
+        quasi_static = scene.drives and analysis.method == "quasi-static"
+        if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
             refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
@@ -232,6 +229,5 @@ def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int,
     least = ", ".join(f"{source} {error:.1g}" for source, error in errors.items())
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
     said = f"strains to {scene.tolerance:g}, met by {', '.join(parts)} (errors: {least}; {trials})"
-    return (
-        f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > (scene.tolerance or 0.0) else said
-    )
+    assert scene.tolerance is not None
+    return f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > scene.tolerance else said
