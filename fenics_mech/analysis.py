@@ -129,10 +129,12 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 
 
 def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
-    history = solve_periodic(scene, system, modes, boundary_load(scene, system))
+    at_starts = boundary_load(scene, system)
+    history = solve_periodic(scene, system, modes, at_starts)
     lack = neglected(system, history.elastic, scene.period / len(modes.theta))
     load = system.on_coordinates(system.applied_by(lack))
-    found = Neighbours(scene, system, modes, history).better(load, lack, order_of(system.beams), safety_of(system))
+    neighbours = Neighbours(scene, system, modes, history, at_starts)
+    found = neighbours.better(load, lack, order_of(system.beams), safety_of(system))
     return system, replace(history, better=found)
 
 

@@ -51,14 +51,17 @@ class Modes:
     @property
     def elastic(self) -> Modes:
         """Those modes that are not of a rigid body."""
-        first = int((self.omega == 0).all(axis=0).sum())
+        return self.only(~(self.omega == 0).all(axis=0))
+
+    def only(self, those: NDArray[np.bool_]) -> Modes:
+        """Some of the modes, ``(modes,)``."""
         return Modes(
             self.theta,
-            self.omega[:, first:],
-            self.shapes[:, first:],
-            self.transfer[:, first:, first:],
-            self.back[:, first:, first:],
-            self.size[:, first:],
+            self.omega[:, those],
+            self.shapes[:, those],
+            self.transfer[:, those][:, :, those],
+            self.back[:, those][:, :, those],
+            self.size[:, those],
         )
 
     @property

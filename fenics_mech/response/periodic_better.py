@@ -1,11 +1,13 @@
 """What the sub-intervals of chapter 5 get wrong: by their number, by the modes left out, and by a load left out.
 
 Half as many sub-intervals are those about every second position: their modes are known, and their loads. The modes left
-out answer statically, which lacks their inertia: it bends them as one more load would.
+out answer statically, which lacks their inertia: it bends them as one more load would. Where harmonics of that load may
+meet their frequencies, they are taken in, as far as the sub-intervals can follow them.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,9 +17,10 @@ from numpy.typing import NDArray
 
 from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
-from fenics_mech.modes import Modes
+from fenics_mech.modes import Modes, solve_modes
+from fenics_mech.response.damping import damping_ratios
 from fenics_mech.response.history import Better, History
-from fenics_mech.response.periodic import SubIntervals, superposed
+from fenics_mech.response.periodic import SubIntervals, solve_periodic, superposed
 from fenics_mech.response.quasi_static import displacement_under
 from fenics_mech.scene import Scene
 
@@ -25,6 +28,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 ORDERS = {"time": 1, "modes": 2}  # measured
 SAFETY = 2  # of both
+STATIC = 0.5  # of the last frequency kept, up to which the modes left out answer statically
+LEAST_MET = 1e-4  # of the largest elastic energy's square root, below which no harmonic is looked for
+LEAST_RATIO = 1e-6  # of damping, for which resonance is looked for
 
 
 @dataclass(frozen=True)
@@ -35,12 +41,15 @@ class Neighbours:
     ----------
     scene, system, modes, history
         As of `solve_periodic`, and its answer.
+    boundary_load
+        As of `solve_periodic`.
     """
 
     scene: Scene
     system: System
     modes: Modes
     history: History
+    boundary_load: Array | None = None
 
     def better(self, load: Array, terms: Terms, order: float, safety: float) -> Mapping[str, Better]:
         """Give the motion without the errors by steps, by modes, and by a load of the mesh, that of `terms`."""
@@ -48,7 +57,7 @@ class Neighbours:
         answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
-            "modes": Better(self._moved(answers[..., 0], inertia), ORDERS["modes"], SAFETY),
+            "modes": Better(self._with_modes(lack, answers[..., 0], inertia), ORDERS["modes"], SAFETY),
             "mesh": Better(self._moved(*self._under(load, answers[..., 1])), order, safety, terms),
         }
 
@@ -87,6 +96,42 @@ class Neighbours:
             lack += self.system.load - np.einsum("kmi,km->ki", self.momenta, self.load)
             inertia += self.system.rigid_acceleration + self.system.to_links(superposed(self.modes, self.load))
         return lack, inertia
+
+    def _with_modes(self, lack: Array, static: Array, inertia: Array) -> History:
+        """Give the motion with the modes left out, by the load that they lack and its static answer."""
+        if not self._met(lack, static):
+            return self._moved(static, inertia)
+        modes, fastest = self.modes, 1 / (2 * self.step)
+        while modes.omega.shape[1] < self.system.size and modes.frequency.min(axis=0).max() < fastest:
+            modes = solve_modes(self.system, 2 * modes.omega.shape[1], self.scene.petsc)
+        kept = np.arange(modes.omega.shape[1]) < self.modes.omega.shape[1]
+        slow = modes.frequency.max(axis=0) < fastest  # faster ones would ring at the joins
+        if not (slow & ~kept).any():
+            return self._moved(static, inertia)
+        scene = self.scene.changed(analysis__static_correction=True, analysis__allow_ringing=True)
+        modes = modes.only(slow | kept)
+        history = solve_periodic(scene, self.system, modes, self.boundary_load)
+        more = Neighbours(scene, self.system, modes, history)
+        lack, inertia = more._left_out()
+        return more._moved(displacement_under(self.system, lack, self.scene.petsc), inertia)
+
+    def _met(self, lack: Array, static: Array) -> bool:
+        """Whether harmonics of the load on the modes left out, if they met a frequency, would matter beside the rest.
+
+        Measured by the square root of the elastic energy. The modes left out are not slower than those kept.
+        """
+        slowest = STATIC * self.modes.frequency.min(axis=0).max() * self.scene.period
+        energy = np.sum(self.modes.omega**2 * np.einsum("kmi,ki->km", self.momenta, self.history.displacement) ** 2, 1)
+        whole = np.sqrt(max(energy.max(), np.finfo(float).tiny))
+        parts = np.stack([lack, static])
+        spectrum = np.fft.rfft(parts, axis=1)
+        spectrum[:, : math.ceil(slowest)] = 0
+        left_out, fast = (
+            np.sqrt(np.abs(np.einsum("ki,ki->k", *part)).max())
+            for part in (parts, np.fft.irfft(spectrum, len(lack), axis=1))
+        )
+        magnified = fast / (2 * max(damping_ratios(self.scene, self.modes.omega).min(), LEAST_RATIO))
+        return bool(magnified > max(left_out, LEAST_MET * whole))
 
     def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
         """Change of q and of the nodal inertia under a load, whose static answer is known."""
