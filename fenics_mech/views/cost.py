@@ -137,7 +137,8 @@ def cost_summary(cost: Cost) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     parts.append(levels_table(data, "error_mid_span" if of_peers else "error", _known(cost, of_peers)))
     if not of_peers:
-        parts += [front_table(data, "error_all"), *map(Text, advice(data, "error_all"))]
+        least = _known(cost, of_peers).get(data.attrs["equation"], 0.0)
+        parts += [front_table(data, "error_all", least), *map(Text, advice(data, "error_all", least))]
     parts += map(Text, (*_references(cost), *_about(data), *_failures(data)))
     return Group(*parts)
 
@@ -176,27 +177,31 @@ def _known(cost: Cost, of_peers: bool) -> dict[str, float]:
 
 
 def _best(error: Array, least: float) -> str:
-    """Say which error is the smallest, if the converged answer is known so well."""
-    if not np.isfinite(error).any():
-        return "none"
-    best = float(np.nanmin(error))
-    return percent(best) if best > least else f"< {percent(least)}"
+    """Say which error is the smallest."""
+    return at_least(float(np.nanmin(error)), least) if np.isfinite(error).any() else "none"
 
 
-def front_table(data: xr.Dataset, variable: str) -> Table:
-    """Tabulate the runs than which none is faster and better."""
-    table = table_of("Runs than which none is both faster and better", "run", "time (ms)", "error", "estimate / error")
-    for i in front(data["seconds"].to_numpy(), data[variable].to_numpy()):
+def at_least(error: float, least: float) -> str:
+    """Give an error in percent, if the converged answer is known so well."""
+    return percent(error) if error > least else f"< {percent(least)}"
+
+
+def front_table(data: xr.Dataset, variable: str, least: float) -> Table:
+    """Tabulate the runs than which none is faster and better, as far as the converged answer is known."""
+    estimated = "estimate / error of its own equation"
+    table = table_of("Runs than which none is both faster and better", "run", "time (ms)", "error", estimated)
+    for i in front(data["seconds"].to_numpy(), np.maximum(data[variable].to_numpy(), least)):
         run = data.isel(run=i)
         ratio = float(run["estimate_ratio"]) if "estimate_ratio" in data else np.nan
         known = number(ratio) if np.isfinite(ratio) else ""
-        table.add_row(escape(said(run)), number(1e3 * float(run["seconds"])), percent(float(run[variable])), known)
+        error = at_least(float(run[variable]), least)
+        table.add_row(escape(said(run)), number(1e3 * float(run["seconds"])), error, known)
     return table
 
 
-def advice(data: xr.Dataset, variable: str) -> list[str]:
-    """Say for each level of accuracy which run reaches it first."""
-    seconds, error = data["seconds"].to_numpy(), data[variable].to_numpy()
+def advice(data: xr.Dataset, variable: str, least: float = 0.0) -> list[str]:
+    """Say for each level of accuracy which run reaches it first; no error counts as less than `least`."""
+    seconds, error = data["seconds"].to_numpy(), np.maximum(data[variable].to_numpy(), least)
     lines = []
     for level in LEVELS:
         good = np.flatnonzero(error <= level)
@@ -205,9 +210,9 @@ def advice(data: xr.Dataset, variable: str) -> list[str]:
             lines.append(f"{percent(level)} in {number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}")
             continue
         if np.isfinite(error).any():
-            i = int(np.nanargmin(error))
+            i = min(np.flatnonzero(error == np.nanmin(error)), key=lambda run: seconds[run])
             lines.append(
-                f"{percent(level)} with none of these runs: the best has {percent(float(error[i]))} in "
+                f"{percent(level)} with none of these runs: the best has {at_least(float(error[i]), least)} in "
                 f"{number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}"
             )
         break

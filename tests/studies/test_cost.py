@@ -17,7 +17,7 @@ from fenics_mech.studies.converged import Converged, Difference, at_common_angle
 from fenics_mech.studies.cost import Cost, Line, dataset, measure_costs, steps_of
 from fenics_mech.studies.cost_grid import equations_of, grid, meshed, reference_meshes
 from fenics_mech.studies.timing import THREADS, bare_seconds, timed
-from fenics_mech.views.cost import advice, cost_figure, cost_summary, front, write_cost
+from fenics_mech.views.cost import advice, cost_figure, cost_summary, front, front_table, write_cost
 
 COUPLED, DEMOS = "coupling", Path(__file__).parents[2] / "demos"
 
@@ -218,6 +218,20 @@ def test_advice_names_the_fastest_run_of_each_level():
         "1 % in 40 ms: b, e, 3 elements",
         "0.1 % with none of these runs: the best has 0.2 % in 2000 ms: a, e, 4 elements",
     ]
+
+
+def test_no_error_counts_as_less_than_the_converged_answer_is_known():
+    """Beyond it the fastest run is the best, and what it says of itself is a bound."""
+    lines = [
+        Line("a", "e", {}, {"seconds": 1.0, "error_all": 0.002}),
+        Line("b", "e", {}, {"seconds": 2.0, "error_all": 0.0001}),
+        Line("c", "e", {}, {"seconds": 3.0, "error_all": 0.00001}),
+    ]
+    assert advice(dataset(lines), "error_all", 0.0015)[-1] == (
+        "0.1 % with none of these runs: the best has < 0.15 % in 2000 ms: b, e"
+    )
+    table = front_table(dataset(lines), "error_all", 0.0015)
+    assert list(table.columns[2].cells) == ["0.2 %", "< 0.15 %"]
 
 
 def test_every_equation_adds_an_effect_and_coupling_is_the_first():
