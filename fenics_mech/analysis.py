@@ -134,7 +134,7 @@ def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[Syste
     lack = neglected(system, history.elastic, scene.period / len(modes.theta))
     load = system.on_coordinates(system.applied_by(lack))
     neighbours = Neighbours(scene, system, modes, history, at_starts)
-    found = neighbours.better(load, lack, order_of(system.beams), safety_of(system))
+    found = neighbours.better(load, lack, order_of(system), safety_of(system))
     return system, replace(history, better=found)
 
 

@@ -16,12 +16,13 @@ from fenics_mech.response import History
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.perturbation import periodic_change
-from fenics_mech.response.quasi_static import displacement_under
+from fenics_mech.response.quasi_static import yielding_to
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 SAFETY = 2  # where the elastic motion has no inertia: the axial force of an element is a mean, which is left out
 TAPERED = 1.25  # where sections vary, or mass is lumped: the estimate is 0.57 of the error or more
+TRAVELLING = 2.0  # where a pin travels along a member: the estimate is 0.4 to 0.9 of the error
 ONE_ELEMENT = 2.5  # where it varies along a member's only element: the error is 0.8 to 5 times its first order
 FARTHEST, LEAST = 0.3, 1e-3  # share of an answer, and of the largest answer over the cycle that it counts for
 CONSTANT = 1e-9  # change of a section along an element, of its mean, that is rounding
@@ -58,19 +59,20 @@ def mesh_better(
     whole = np.pad(load, ((0, 0), (0, flow.size - size)))
     q, rate = (change[:, :size] for change in periodic_change(whole, flow.states(*starts), flow, regular, scene.petsc))
     return Better(
-        history_of(equation, motion[0] + q, motion[1] + rate, load), order_of(system.beams), safety_of(system), lack
+        history_of(equation, motion[0] + q, motion[1] + rate, load), order_of(system), safety_of(system), lack
     )
 
 
 def safety_of(system: System) -> float:
     """By which the error of a mesh is raised."""
     beams = system.beams
+    least = TRAVELLING if system.transformation.constraints.contacts else 1.0
     if beams.stiffness_powers is None:
-        return 1.0 if beams.spread is None else TAPERED
+        return least if beams.spread is None else max(least, TAPERED)
     powers = np.abs(beams.stiffness_powers).reshape(len(beams.mesh.cell), -1, beams.stiffness_powers.shape[-1])
     varies = (powers[..., 1:].max(axis=-1, initial=0.0) > CONSTANT * powers[..., 0]).any(axis=1)
     members = beams.mesh.cell_member
-    return ONE_ELEMENT if (np.bincount(members)[members] == 1)[varies].any() else TAPERED
+    return ONE_ELEMENT if (np.bincount(members)[members] == 1)[varies].any() else max(least, TAPERED)
 
 
 def still_better(scene: Scene, system: System, history: History) -> Better:
@@ -80,10 +82,10 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
     """
     lack = neglected(system, history, None)
     if lack is NOTHING:
-        return Better(history, order_of(system.beams))
+        return Better(history, order_of(system))
     law, load = system.terms.law, system.on_coordinates(system.applied_by(lack))
     if law is None:
-        q = displacement_under(system, load, scene.petsc)
+        q = yielding_to(system, load, scene.petsc)
     else:
         equation, still = Equation(system), np.zeros_like(history.displacement)
         tension = law.tension(*equation.in_links(history.displacement, still))
@@ -93,7 +95,7 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
         _refuse_far(system, history.displacement, q)
     return Better(
         replace(history, displacement=history.displacement + q),
-        order_of(system.beams),
+        order_of(system),
         max(SAFETY, safety_of(system)),
         lack,
     )

@@ -101,7 +101,7 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         better.append(meshless)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     histories, loads = map(list, zip(*better))
-    found = {"mesh": Better(_joined(histories), order_of(system.beams), safety_of(system), _joined(loads))}
+    found = {"mesh": Better(_joined(histories), order_of(system), safety_of(system), _joined(loads))}
     if roughly:
         found = {"time": Better(_joined(roughly), 1, ROUGH_SHARE), **found}
     history = replace(_joined(parts), course=course)

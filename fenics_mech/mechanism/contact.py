@@ -58,6 +58,10 @@ class Contact:
         """Nodal dofs of the member."""
         return np.unique(element_dofs(self.mesh)[self.mesh.cell_member == self.member])
 
+    def angle(self, motion: Motion) -> NDArray[np.float64]:
+        """Angle of the member in the fixed frame (rad), ``(angles,)``."""
+        return np.asarray(motion.angle[:, self.mesh.member_link[self.member]] + self.mesh.member_angle[self.member])
+
     def place(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Element that the pin is on, ``(angles,)``, and its place 0..1 in it with time derivatives.
 

@@ -9,7 +9,7 @@ nodal dof of it will do, and the equations are written in displacements relative
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.constraints import Constraints, Equation
 from fenics_mech.mechanism.contact import Contact
 from fenics_mech.mechanism.inextensible import Inextensible
@@ -84,6 +85,30 @@ class Group:
             second = rest[2] + 2 * lead[1] @ solution[1] + lead[2] @ solution[0]
             solution.append(-np.linalg.solve(lead[0], second))
         return solution
+
+    def apart(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
+        """Give d, ``(angles, dependent)``, where i is 0 and members are off the pins that travel along them.
+
+        Parameters
+        ----------
+        motion
+            The motion at the angles.
+        gaps
+            By joint: by how much the member is displaced along its normal (m), and turned (rad), ``(angles,)`` each.
+        """
+        wanted = []
+        for equation in self.equations:
+            rows = np.zeros((len(motion.theta), equation.rows))
+            if equation.contact is not None:
+                across, turn = gaps[equation.joint]
+                angle = equation.contact.angle(motion)
+                if equation.frame != GROUND:
+                    angle = angle - motion.angle[:, equation.frame]
+                normal = across[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+                rows = normal if equation.rows == 2 else turn[:, None]
+            wanted.append(rows)
+        lead, _ = self.jets(motion, 1)
+        return np.linalg.solve(lead[0], np.concatenate(wanted, axis=1)[..., None])[..., 0]
 
     def multipliers(self, motion: Motion, residual: Array) -> Array:
         """Forces of the equations on their bodies, ``(angles, rows)``: they balance what the bodies lack.

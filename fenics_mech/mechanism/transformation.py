@@ -6,6 +6,7 @@ dofs, and all that is left is q: nodal dofs in link axes, displacements of pins 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -144,6 +145,22 @@ class Transformation:
     def backward(self, values: Array, force: Array) -> Array:
         """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``."""
         return summed(values * force[..., self.rows], self.columns, len(self.names))
+
+    def apart(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
+        """Links' coordinates, ``(angles, links' coordinates)``, where q is 0 and members are off their travelling pins.
+
+        Parameters
+        ----------
+        motion, gaps
+            As of `Group.apart`.
+        """
+        whole = np.zeros((len(motion.theta), self.height + len(self.constraints.names)))
+        for group in self.groups:
+            whole[:, group.dependent] = group.apart(motion, gaps)
+        nodal = whole[:, : self.height] if self.base is None else (self.base[: self.height] @ whole.T).T
+        found = np.zeros((len(nodal), self.shape[0]))
+        found[:, self.place[self.place >= 0]] = nodal[:, self.place >= 0]
+        return found
 
     def on_unknowns(self, force: Array) -> Array:
         """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(angles, nodal dofs)``."""

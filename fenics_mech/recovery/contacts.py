@@ -75,6 +75,22 @@ class PointLoad:
         w = force * self.across[:, None] * length**3 + couple * self.moment[:, None] * length**2
         return u * here, w * here
 
+    def gap(self, system: System) -> tuple[Array, Array]:
+        """Deflection (m) and slope of its element, between clamped ends, where it acts, each ``(angles,)``.
+
+        By those the pin is off the element's shape functions. What shear adds is that of the shear forces of bending,
+        which is no less than the true one.
+        """
+        beams, a, b = system.beams, self.place, 1 - self.place
+        length, ei = beams.mesh.cell_length[self.element], beams.bending_rigidity[self.element]
+        mixed = (a * b) ** 2 * (b - a) / 2 * length**2
+        w = ((a * b) ** 3 / 3 * length**3 * self.across + mixed * self.moment) / ei
+        slope = (mixed * self.across + a * b * (a**2 - a * b + b**2) * length * self.moment) / ei
+        if beams.shear_rigidity is not None:
+            shear = a * b**4 * (3 * a + b) ** 2 + b * a**4 * (a + 3 * b) ** 2
+            w += shear * length * self.across / beams.shear_rigidity[self.element]
+        return w, slope
+
 
 @dataclass(frozen=True)
 class SpreadLoad:
@@ -114,14 +130,13 @@ class SpreadLoad:
 
 
 def point_loads(system: System, found: dict[tuple[str, str, int], Array]) -> list[PointLoad]:
-    """Loads of all pins on the members that they travel along, from the joints' reactions."""
-    mesh, motion = system.beams.mesh, system.motion
-    loads = []
+    """Loads of all pins on the members that they travel along, from the joints' reactions, as `contacts` are."""
+    motion, loads = system.motion, []
     for name, contact in system.transformation.constraints.contacts.items():
         pin = contact.scene.joints[name].connect[1].split(".")[0]
         force, moment = -found[name, pin, 2], found.get((name, pin, 1))
         element, place = contact.place(motion, 1)
-        angle = motion.angle[:, mesh.member_link[contact.member]] + mesh.member_angle[contact.member]
+        angle = contact.angle(motion)
         c, s, (x, y) = np.cos(angle), np.sin(angle), force.T
         couple = np.zeros(len(force)) if moment is None else -moment[:, 0]
         loads.append(PointLoad(element, place[0], c * x + s * y, c * y - s * x, couple))

@@ -4,11 +4,14 @@ The nodes of an element move as they should under any load that does not depend 
 its own load adds between them has no inertia, and feels no axial force. In the equation of the nodes that leaves out
 ``-int (rho A b'' N + T b' N') dx``, b'' being an acceleration. The response to this load is the error, to its first
 order: it falls with the fourth power of the element's length in bending, with the second along the axis. Where a
-section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`.
+section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`. And a pin that
+travels along a member follows the nodes, and not the deflection between them that its own force adds: that error falls
+with the third power.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar, cast
 
@@ -22,7 +25,7 @@ from fenics_mech.beams.shapes import CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.varying import lacking_shapes, lacking_stiffness
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.contacts import point_loads
+from fenics_mech.recovery.contacts import PointLoad, point_loads
 from fenics_mech.recovery.ends import element_tension, left_to_statics
 from fenics_mech.recovery.joints import nodal_forces, reactions, without_elastic
 from fenics_mech.recovery.members import (
@@ -33,6 +36,7 @@ from fenics_mech.recovery.members import (
     strain_of,
 )
 from fenics_mech.response import History
+from fenics_mech.response.quasi_static import yielding_to
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -40,12 +44,14 @@ Index = NDArray[np.int64]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
-ORDER, OF_LUMPS = 4, 2  # in the length of the elements
+ORDER, OF_PINS, OF_LUMPS = 4, 3, 2  # in the length of the elements
 
 
-def order_of(beams: Beams) -> float:
+def order_of(system: System) -> float:
     """Power of the elements' length with which the error falls."""
-    return ORDER if beams.spread is None else OF_LUMPS
+    if system.beams.spread is not None:
+        return OF_LUMPS
+    return OF_PINS if system.transformation.constraints.contacts else ORDER
 
 
 def neglected(system: System, history: History, step: float | None, closed: bool = True) -> Terms:
@@ -68,12 +74,12 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         along = replace(system, beams=replace(spread, reduction=system.beams.reduction))
         return _by_lumps(system, along, history) + neglected(along, history, step, closed)
     count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, history), system.beams.reduction
-    varies = system.beams.stiffness_powers is not None
-    if step is None and tension is None and not varies:
+    varies, contacts = system.beams.stiffness_powers is not None, system.transformation.constraints.contacts
+    if step is None and tension is None and not varies and not contacts:
         return NOTHING
     element, xi = _everywhere(system.beams)
-    found = reactions(system, nodal_forces(system, history)) if system.transformation.constraints.contacts else {}
-    u, w = between_nodes(system, history, element, xi, point_loads(system, found))
+    pins = point_loads(system, reactions(system, nodal_forces(system, history))) if contacts else []
+    u, w = between_nodes(system, history, element, xi, pins)
     if tension is not None:
         w = w + bent_by_tension(system, history, tension, element, xi)
     z = (u + 1j * w).reshape(len(u), count, -1)
@@ -85,9 +91,16 @@ def neglected(system: System, history: History, step: float | None, closed: bool
             line += _of_joints(system, history.displacement, step, closed)
     force = None if tension is None else _by_tension(system, tension, z.imag)
     if reduction is not None and step is not None:
-        more = _by_modes_left_out(system, left_to_statics(system, history), step, closed)
-        force = more if force is None else force + more
-    return Terms(line=line, force=force, ends=_by_varying(system, history, element, xi) if varies else None)
+        force = _sum(force, _by_modes_left_out(system, left_to_statics(system, history), step, closed))
+    ends = _by_varying(system, history, element, xi) if varies else None
+    if contacts:
+        of_ends, of_nodes = _by_pins(system, pins, step, closed)
+        ends, force = _sum(ends, of_ends), _sum(force, of_nodes)
+    return Terms(line=line, force=force, ends=ends)
+
+
+def _sum(first: Array | None, second: Array) -> Array:
+    return second if first is None else first + second
 
 
 def _by_lumps(system: System, along: System, history: History) -> Terms:
@@ -128,6 +141,37 @@ def _by_varying(system: System, history: History, element: Index, xi: Array) -> 
     return found
 
 
+def _by_pins(system: System, pins: Sequence[PointLoad], step: float | None, closed: bool) -> tuple[Array, Array]:
+    """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes lack.
+
+    The linkage gives way to the pins' gaps by statics. That bends elements, whose stress and inertia act on their ends,
+    and moves springs and point masses, whose forces act on nodes.
+    """
+    beams = system.beams
+    gaps = dict(zip(system.transformation.constraints.contacts, (pin.gap(system) for pin in pins)))
+    coordinates = system.transformation.apart(system.motion, gaps)
+    v = system.on_nodes(coordinates)
+    v = v + system.to_links(yielding_to(system, -_held(system, coordinates, v)))
+    ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
+    force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
+    if step is None:
+        return ends, force
+    inertia, turning = _of_nodes(system, v, step, closed)
+    of_elements = -each(beams.element_mass, in_member_axes(beams.mesh, inertia))
+    if turning is not None:
+        of_elements -= each(beams.element_gyroscopic, in_member_axes(beams.mesh, turning))
+    force += _by_inertia(system, inertia, turning) - system.assembled_from_members(of_elements)
+    return ends + of_elements, force
+
+
+def _held(system: System, coordinates: Array, v: Array) -> Array:
+    """Forces on the mechanism's coordinates by displacements of the links, ``(angles, coordinates)``."""
+    elastic = system.transformation.backward(system.values, (system.link_stiffness @ coordinates.T).T)
+    for entries in system.added_stiffness:
+        elastic += system.on_coordinates(entries.times(v))
+    return elastic
+
+
 def at_the_start(system: System) -> Terms:
     """Give the loads whose static answer is what the modes left out of reduced members swing by from a start at rest.
 
@@ -150,12 +194,21 @@ def at_the_start(system: System) -> Terms:
 
 def _by_modes_left_out(system: System, v: Array, step: float, closed: bool) -> Array:
     """Give the forces on nodal dofs by the inertia of displacements v that have none, ``(angles, nodal dofs)``."""
+    return _by_inertia(system, *_of_nodes(system, v, step, closed))
+
+
+def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
+    force = -(system.nodal_mass @ inertia.T).T
+    return force if turning is None else force - (system.nodal_gyroscopic @ turning.T).T
+
+
+def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Array, Array | None]:
+    """Inertia of displacements of nodes, and what the gyroscopic matrix takes, ``(angles, nodal dofs)``."""
     inertia = _second(v, step, closed)
     if not system.terms.coupled:
-        return -(system.nodal_mass @ inertia.T).T
+        return inertia, None
     omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.motion.alpha))
-    turning = 2 * omega * _first(v, step, closed) + alpha * v
-    return -(system.nodal_mass @ (inertia - omega**2 * v).T + system.nodal_gyroscopic @ turning.T).T
+    return inertia - omega**2 * v, 2 * omega * _first(v, step, closed) + alpha * v
 
 
 def _line(force: Complex) -> Array:

@@ -48,6 +48,18 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
     return History(displacement=q, inertia=system.rigid_acceleration)
 
 
+def yielding_to(
+    system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None
+) -> NDArray[np.float64]:
+    """Give the q of ``K q = load`` at every angle, with inertia relief where rigid-body modes are left.
+
+    Both are ``(angles, coordinates)``; what is raised is that of `displacement_under`.
+    """
+    if len(rigid := RigidModes.of(system, symmetric=False)):
+        return np.array([rigid.relieved(part)[0] for part in load])
+    return displacement_under(system, load, options)
+
+
 def displacement_under(
     system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None, lost: float = math.inf
 ) -> NDArray[np.float64]:
