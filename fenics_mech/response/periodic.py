@@ -7,6 +7,7 @@ linear system for the states at their starts, (5.16).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,7 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
+MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
 
 
 def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Array | None = None) -> History:
@@ -67,7 +69,7 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
-        _refuse_ringing(modes, state, free, scene.period)
+        _refuse_ringing(scene, modes, state, free)
     return replace(_superpose(system, modes, state, load, scene), condition=condition)
 
 
@@ -119,7 +121,7 @@ class SubIntervals:
         return np.einsum("kmij,kmj->kmi", half, _unflat(starts)) + forced
 
 
-def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> None:
+def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> None:
     """Raise when modes that the sub-intervals are too long for vibrate freely.
 
     The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
@@ -127,30 +129,37 @@ def _refuse_ringing(modes: Modes, state: Array, free: Array, period: float) -> N
 
     Parameters
     ----------
+    scene
+        The scene.
     modes
         The modes kept.
     state
         Their displacements and velocities over omega at the middles, ``(angles, modes, 2)``.
     free
         The part of it that is free vibration.
-    period
-        Duration of the cycle (s).
     """
     fastest = modes.frequency.max(axis=0)
-    unresolved = 2 * fastest * period > len(state)
+    needed = 2 * fastest * scene.period
+    unresolved = needed > len(state)
     energy = np.sum(modes.omega**2 * state[..., 0] ** 2, axis=1).max()
     ringing = (
         np.sqrt(((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0) / max(energy, 1e-300)) * unresolved
     )
     if ringing[worst := int(ringing.argmax())] > LARGEST_RINGING:
-        slower = int(np.argmax(unresolved))
         raise UnresolvedError(
             f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
-            f"{ringing[worst]:.0%} of the whole vibration: the answer would be wrong. Take at least "
-            f"{int(np.ceil(2 * fastest[worst] * period))} sub_intervals"
-            f"{f', at most {slower} modes' if slower else ''}, or method quasi-static if the drive is slow; "
-            "analysis.allow_ringing lets it pass"
+            f"{ringing[worst]:.0%} of the whole vibration: the answer would be wrong. "
+            f"{_without_ringing(int(np.argmax(unresolved)), math.ceil(needed.max()))}. analysis.allow_ringing "
+            "lets it pass, and analysis.allow_coarse what the error estimate may refuse then"
         )
+
+
+def _without_ringing(slower: int, count: int) -> str:
+    """Say what to do about modes that ring: only so many are slow enough, or so many sub-intervals resolve all."""
+    ways = ["take analysis.solver = 'collocation', which needs no modes"]
+    ways += [f"keep {slower} mode{'s' * (slower > 1)}"] if slower else []
+    ways += [f"take at least {count} sub_intervals"] if count <= MOST_ADVISED else []
+    return f"To avoid it, {', or '.join(ways)}; effects = 'auto' tells whether method quasi-static is enough"
 
 
 def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> History:
