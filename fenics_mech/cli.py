@@ -207,7 +207,8 @@ def sweep(
     from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
     from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
-    from fenics_mech.views.sweep import check_member, plot_sweep, sweep_summary  # noqa: PLC0415
+    from fenics_mech.views.sweep import check_member, plot_sweep  # noqa: PLC0415
+    from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
     first = one_voice()
     loaded = _analysed(scene, refine)

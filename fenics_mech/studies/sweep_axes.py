@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from fenics_mech.scene.base import Part
 from fenics_mech.scene.build import build
 
 MOST_POINTS = 1_000_000  # of a grid
+QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.*+-].*)")  # a number and its unit
 FORM = "Write PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or drive.speed='100 rpm:600 rpm:51'"
 RANGE_FORM = "Write PATH=START:STOP, such as drive.speed=10:60 or drive.speed='100 rpm:600 rpm'"
 
@@ -33,11 +35,14 @@ class Axis:
         SI, increasing.
     unit
         SI unit, "1" where it has none.
+    written
+        The unit in which the range was written ("rpm"), and how much of SI it is.
     """
 
     path: str
     values: tuple[float, ...]
     unit: str
+    written: tuple[str, float] = ("1", 1.0)
 
     @property
     def whole(self) -> bool:
@@ -108,7 +113,16 @@ def _parse(scene: Scene, text: str) -> Axis:
             message = f"this is a whole number, and {count} equal steps from {first} to {last} are not"
             raise SceneError(message, place=path)
         values = [round(value) for value in values]
-    return Axis(path, tuple(values), unit_of(scene, path))
+    unit = unit_of(scene, path)
+    return Axis(path, tuple(values), unit, _written((first, last), ends) or (unit, 1.0))
+
+
+def _written(texts: Sequence[str], ends: Sequence[float]) -> tuple[str, float] | None:
+    """Give the unit in which the ends of a range are written and how much of SI it is; None where they have none."""
+    for match, end in zip(map(QUANTITY.fullmatch, texts), ends):
+        if match and float(match[1]):
+            return match[2], end / float(match[1])
+    return None
 
 
 def _split(text: str, count: int, form: str) -> tuple[str, list[str]]:

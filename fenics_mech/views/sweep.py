@@ -1,4 +1,4 @@
-"""Pictures of a sweep: peaks over the swept field, Campbell diagram, waterfall of harmonics, maps over two fields."""
+"""Pictures of a sweep: peaks over the swept field, Campbell diagram, waterfall of harmonics."""
 
 from __future__ import annotations
 
@@ -7,38 +7,22 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.table import Table
-from rich.text import Text
 
 from fenics_mech.errors import ViewError
-from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
-from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.views.geometry import Array
-from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, STYLE, empty_figure, finish, save, with_unit
-from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, empty_figure, finish, save
+from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
+from fenics_mech.views.sweep_maps import stability_map, strain_map
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
-MOST_ORDERS = 30  # lines of a Campbell diagram
-LABEL = 0.035  # of the picture, that the name of an order takes
-OVERLAP = 1.6  # height of the highest wave of a waterfall, in steps between its base lines
-WIDE = 30  # ratio of largest to smallest from which a map's colours are logarithmic
-SHADES = (
-    (0.0, "#8fb0d3"),
-    (0.5, "#eaf1f8"),
-    (0.5, "#fee0c4"),
-    (1.0, "#a63603"),
-)  # with a step at the limit of stability
-GROWTH = LinearSegmentedColormap.from_list("growth", SHADES)
+MOST_ORDERS = 20  # lines of a Campbell diagram
+LABEL = 0.028  # of the picture, that the name of an order takes
+HIGHEST = 0.9  # wave of a waterfall, in steps between its base lines
 STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
@@ -89,54 +73,6 @@ def check_member(members: list[str], member: str | None) -> None:
         raise ViewError(f"there is no member {member!r}; the scene has {', '.join(members)}")
 
 
-def sweep_summary(sweep: Sweep) -> Group:
-    """Tell the largest strains of a sweep with the values at which they occur, and which points failed."""
-    data, paths = sweep.data, sweep.paths
-    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
-    if "peak_strain" in data:
-        parts.append(_peaks(data, paths))
-    if "rotation" in data and (beyond := _beyond_theory(data).stack(point=paths)).any():
-        where = beyond["point"].to_numpy()[int(np.argmax(beyond.to_numpy()))]
-        at = ", ".join(f"{with_unit(data, path)} = {number(value)}" for path, value in zip(paths, where))
-        count = f"{int(beyond.sum())} of {beyond.size} points"
-        text = f"{count} are OUTSIDE THE THEORY, expect wrong strains there: first at {at}. `run` tells why."
-        parts.append(Text(text, style="bold red"))
-    failed = data["error"].stack(point=paths)
-    failed, messages = failed[failed != ""], data["message"].stack(point=paths)
-    if failed.size:
-        parts.append(Text(f"{failed.size} of {data['error'].size} points failed:"))
-    kinds, firsts, counts = np.unique(failed.to_numpy().astype(str), return_index=True, return_counts=True)
-    for kind, first, count in zip(kinds, firsts, counts):
-        where = failed["point"].to_numpy()[first]
-        at = ", ".join(f"{path} = {number(value)}" for path, value in zip(paths, where))
-        parts.append(Text(f"  {kind}, {count} times, first at {at}: {messages.sel(point=where).item()}"))
-    return Group(*parts)
-
-
-def _beyond_theory(data: xr.Dataset) -> xr.DataArray:
-    """Points with more deflection or axial force than the theory of their effects is good for."""
-    effects = data["effects"].astype(str)
-    moderate, carried = effects.str.contains("moderate-rotations"), effects.str.contains("geometric-stiffness")
-    euler, bow, turn = (data[name].max("member") for name in ("euler_ratio", "bow", "rotation"))
-    linear = (bow > LARGEST_BOW) | (~carried & (euler > LARGEST_EULER_RATIO))
-    return xr.where(moderate, turn > LARGEST_ROTATION, linear)
-
-
-def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
-    """Tabulate the largest peak strain of every member."""
-    columns = [with_unit(data, path) for path in paths]
-    table = table_of("Largest strain over the sweep", "member", STRAIN, *columns, "s")
-    for member in data["member"].to_numpy():
-        one = data.sel(member=member)
-        peak = one["peak_strain"].fillna(-1)
-        best = {str(name): int(index) for name, index in peak.argmax(dim=paths).items()}
-        there = one.isel(best)
-        values = [number(float(there[path])) for path in paths]
-        place = f"{float(there['peak_strain_s']):.3g}"
-        table.add_row(escape(str(member)), number(MICRO * float(there["peak_strain"])), *values, place)
-    return table
-
-
 def response_figure(sweep: Sweep) -> Figure:
     """Peak strain of every member, and below it the peak deflection, over the swept field."""
     figure, (upper, lower) = empty_figure(rows=2, height=6.4)
@@ -145,6 +81,8 @@ def response_figure(sweep: Sweep) -> Figure:
         look = _look(i, len(x))
         upper.plot(x, MICRO * data["peak_strain"].sel(member=member), label=str(member), **look)
         lower.plot(x, MILLI * data["peak_deflection"].sel(member=member), label=str(member), **look)
+    for axes in (upper, lower):
+        _dot_beyond(axes, sweep)
     _settle(upper, sweep, "Strain: largest over the cycle", STRAIN)
     _settle(lower, sweep, "Elastic displacement: largest over the cycle", DEFLECTION, last=True)
     return figure
@@ -157,9 +95,11 @@ def force_figure(sweep: Sweep) -> Figure:
     figure, panels = empty_figure(rows=1 + torque, height=6.4 if torque else SIZE[1])
     for i, joint in enumerate(data["joint"].to_numpy()):
         panels[0].plot(x, data["peak_joint_force"].sel(joint=joint), label=f"joint {joint}", **_look(i, len(x)))
+    _dot_beyond(panels[0], sweep)
     _settle(panels[0], sweep, "Joint forces: largest over the cycle", "force (N)", last=not torque)
     if torque:
         panels[1].plot(x, data["peak_input_torque"], **_look(0, len(x)))
+        _dot_beyond(panels[1], sweep)
         _settle(panels[1], sweep, "Input torque: largest over the cycle", "torque (N m)", last=True)
     return figure
 
@@ -175,20 +115,27 @@ def campbell_figure(sweep: Sweep) -> Figure:
         axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
         axes.plot(x, least, color=colour, linewidth=1, linestyle="-")
         axes.plot(x, most, color=colour, linewidth=1, linestyle="-")
-    rate = np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi)  # Hz
-    known = np.isfinite(rate)
-    lines = np.arange(1, min(MOST_ORDERS, math.ceil(top / rate[known].min())) + 1)[:, None] * rate[known]
-    axes.plot(x[known], lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
+    places, rate = _rates(x, np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi))  # Hz
+    lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
+    lines = lines[lines.min(axis=1) < top]
+    axes.plot(places, lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
     axes.set_ylim(0, top)
     title = "Natural frequencies over the cycle; dashed: multiples of the drive's rate"
     _settle(axes, sweep, title, "frequency (Hz)", last=True)
-    _name_orders(axes, x[known], lines, top)
+    _name_orders(axes, places, lines, top)
     return figure
+
+
+def _rates(x: Array, rate: Array) -> tuple[Array, Array]:
+    """Give where rates are known, and these: everywhere, where those of the points that did not fail are on a line."""
+    known = np.isfinite(rate)
+    line = np.polynomial.Polynomial.fit(x[known], rate[known], min(1, known.sum() - 1))(x)
+    return (x, line) if np.allclose(line[known], rate[known], rtol=1e-9, atol=0) else (x[known], rate[known])
 
 
 def _name_orders(axes: Axes, x: Array, lines: Array, top: float) -> None:
     """Write the orders at the ends of their lines, right of the picture or below its upper edge, none upon another."""
-    look: dict[str, Any] = {"fontsize": 8, "color": "#555555", "textcoords": "offset points"}
+    look: dict[str, Any] = {"fontsize": 7, "color": "#555555", "textcoords": "offset points"}
     above, beside = -math.inf, -math.inf
     for order, line in enumerate(lines, 1):
         name = f"{order}\N{MULTIPLICATION SIGN}"
@@ -197,7 +144,7 @@ def _name_orders(axes: Axes, x: Array, lines: Array, top: float) -> None:
             axes.annotate(name, (x[-1], beside), (4, 0), va="center", **look)
         elif line[-1] > top > line[0] and (np.diff(line) > 0).all():
             leaves = float(np.interp(top, line, x))
-            if abs(leaves - above) > 1.4 * LABEL * np.ptp(x):
+            if abs(leaves - above) > 1.2 * LABEL * np.ptp(x):
                 above = leaves
                 patch = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
                 axes.annotate(name, (leaves, top), (0, -2), ha="center", va="top", bbox=patch, **look)
@@ -209,17 +156,18 @@ def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     amplitude = MICRO * data["strain_harmonic"].sel(member=member).transpose("harmonic", ...).to_numpy()[1:]
     largest = float(np.nanmax(amplitude)) or 1.0
     figure, (axes,) = empty_figure(height=max(4.0, 1.6 + 0.24 * len(amplitude)))
-    waves = np.arange(1, len(amplitude) + 1)[:, None] + OVERLAP * amplitude / largest
+    waves = np.arange(1, len(amplitude) + 1)[:, None] + HIGHEST * amplitude / largest
     for order, wave in enumerate(waves, 1):
         axes.fill_between(x, order, wave, color=COLOURS[5], alpha=0.6, linewidth=0, zorder=3 - order / 100)
         axes.plot(x, wave, color=COLOURS[0], linewidth=1, linestyle="-", zorder=3 - order / 100)
     axes.set_ylim(0.5, float(np.nanmax(waves)) + 0.3)
     axes.set_yticks([order for order in range(1, len(amplitude) + 1) if order == 1 or order % 2 == 0])
+    _dot_beyond(axes, sweep)
     place = "mid-span" if gauge["s"] == 0.5 else f"s = {gauge['s']:g}"
     sign = gauge["fibre"].replace("-", "\N{MINUS SIGN}")
     title = f"Strain of the {member} at {place}, {sign} fibre: harmonics"
     _settle(axes, sweep, title, "harmonic of the drive", last=True)
-    _scale_bar(axes, OVERLAP, largest)
+    _scale_bar(axes, HIGHEST, largest)
     return figure
 
 
@@ -240,58 +188,9 @@ def stability_figure(sweep: Sweep) -> Figure:
     figure, (axes,) = empty_figure()
     x, largest = _along(sweep), sweep.data["multiplier"].max("disturbance")
     axes.plot(x, largest, **_look(0, len(x)))
+    _dot_beyond(axes, sweep)
     axes.axhline(1, color=COLOURS[1], linewidth=1, linestyle="--", zorder=1.5)
     _settle(axes, sweep, "Stability: disturbances grow above the dashed line", "largest multiplier", last=True)
-    return figure
-
-
-def strain_map(sweep: Sweep, member: str) -> Figure:
-    """Map of a member's peak strain over two swept fields."""
-    values = MICRO * sweep.data["peak_strain"].sel(member=member)
-    low, high = float(values.min()), float(values.max())
-    norm = LogNorm(low, high) if low > 0 and high / low > WIDE else Normalize(0, high)
-    title = f"Strain of the {member}: largest over the cycle"
-    unstable = "multiplier" in sweep.data and bool((sweep.data["multiplier"] > 1 + TOLERANCE).any())
-    figure = _map(sweep, values, norm, "viridis", title + "; hatched: unstable" * unstable, STRAIN)
-    if unstable:
-        across, up = sweep.paths
-        largest = sweep.data["multiplier"].max("disturbance").transpose(up, across)
-        look: dict[str, Any] = {"levels": [1 + TOLERANCE, np.inf], "colors": "none", "hatches": ["////"]}
-        figure.axes[0].contourf(sweep.data[across], sweep.data[up], largest, **look)
-    return figure
-
-
-def stability_map(sweep: Sweep) -> Figure:
-    """Map of the largest Floquet multiplier over two swept fields, with the limit of stability (Strutt's diagram)."""
-    values = sweep.data["multiplier"].max("disturbance")
-    low, high = float(values.min()), float(values.max())
-    norm = TwoSlopeNorm(1, min(low, 1 - 1e-3), max(high, 1 + 1e-3))
-    title = "Stability: unstable where orange, stable where blue"
-    figure = _map(sweep, values, norm, GROWTH, title, "largest multiplier")
-    if low < 1 < high:
-        across, up = sweep.paths
-        axes, data = figure.axes[0], sweep.data
-        field = values.transpose(up, across)
-        axes.contour(data[across], data[up], field, levels=[1], colors="black", linewidths=1.2)
-    return figure
-
-
-def _map(
-    sweep: Sweep, values: xr.DataArray, norm: Normalize, colours: str | Colormap, title: str, label: str
-) -> Figure:
-    """Colour the cells about the points of a grid, those that failed grey."""
-    figure, (axes,) = empty_figure(height=4.8)
-    across, up = sweep.paths
-    with mpl.rc_context(STYLE):
-        grid = values.transpose(up, across)
-        axes.set_facecolor("#d9d9d9")
-        axes.grid(visible=False)
-        mesh = axes.pcolormesh(sweep.data[across], sweep.data[up], grid, norm=norm, cmap=colours, shading="nearest")
-        figure.colorbar(mesh, ax=axes, label=label)
-    if bool(values.isnull().any()):
-        title += "; grey: failed"
-    axes.set_xlabel(with_unit(sweep.data, across))
-    finish(axes, title, with_unit(sweep.data, up))
     return figure
 
 
@@ -307,8 +206,18 @@ def _settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = Fals
         axes.plot(failed, 0 * failed, transform=floor, clip_on=False, label="failed", **look)
     axes.set_xlim(x.min(), x.max())
     if last:
-        axes.set_xlabel(with_unit(sweep.data, sweep.paths[0]))
+        axes.set_xlabel(named(sweep.data, sweep.paths[0]))
     finish(axes, title, ylabel)
+
+
+def _dot_beyond(axes: Axes, sweep: Sweep) -> None:
+    """Dot the background about points outside the theory, as far as to the middle between them and the next."""
+    x, beyond = _along(sweep), beyond_theory(sweep.data).to_numpy()
+    around = edges(x)
+    runs = np.flatnonzero(np.diff(beyond, prepend=False, append=False)).reshape(-1, 2)
+    look: dict[str, Any] = {"facecolor": "none", "edgecolor": "#aaaaaa", "hatch": "..", "linewidth": 0, "zorder": 0.5}
+    for k, (first, end) in enumerate(runs):
+        axes.axvspan(around[first], around[end], label="" if k else BEYOND, **look)
 
 
 def _look(index: int, points: int) -> dict[str, Any]:
@@ -318,4 +227,5 @@ def _look(index: int, points: int) -> dict[str, Any]:
 
 
 def _along(sweep: Sweep) -> Array:
-    return sweep.data[sweep.paths[0]].to_numpy().astype(float)
+    """Values of the swept field as written."""
+    return written(sweep.data, sweep.paths[0])

@@ -17,7 +17,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.scene import load
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.views.sweep import stability_map
+from fenics_mech.views.sweep_maps import stability_map
 
 LENGTH, WIDTH, HEIGHT, DENSITY, MODULUS, DAMPING, DEAD = 0.5, 0.02, 0.002, 7850.0, 206e9, 3.0, 32.5
 EI = MODULUS * WIDTH * HEIGHT**3 / 12

@@ -1,0 +1,80 @@
+"""What a sweep found, in words: the largest strains, points outside the theory, points that failed and why."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.views.plots import MICRO
+from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
+from fenics_mech.views.tables import number, table_of
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.sweep import Sweep
+
+Index = NDArray[np.int64]
+MOST_RANGES = 6  # of values that failed, that are told
+KINDS = {  # of errors, in words
+    "SceneError": "the scene is not valid there",
+    "TooLargeError": "too large for memory or a solver",
+    "AssemblyError": "the links cannot be put together",
+    "SolverError": "no accurate answer is found",
+    "UnresolvedError": "steps, modes or elements are too coarse",
+}
+
+
+def sweep_summary(sweep: Sweep) -> Group:
+    """Tell the largest strains of a sweep with the values at which they occur, and which points failed."""
+    data, paths = sweep.data, sweep.paths
+    parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
+    if "peak_strain" in data:
+        parts.append(_peaks(data, paths))
+    beyond = beyond_theory(data).transpose(*paths).to_numpy()
+    if beyond.any():
+        at = _where(data, paths, np.argwhere(beyond))
+        text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY, expect wrong strains there: {at}."
+        parts.append(Text(f"{text} `run` tells why.", style="bold red"))
+    errors, messages = (data[name].transpose(*paths).to_numpy().astype(str) for name in ("error", "message"))
+    if (errors != "").any():
+        parts.append(Text(f"{(errors != '').sum()} of {errors.size} points failed:"))
+    for kind in np.unique(errors[errors != ""]):
+        places = np.argwhere(errors == kind)
+        why = KINDS.get(kind, f"{kind}, which the program does not know; the next sweep tries again")
+        at, message = _where(data, paths, places), messages[tuple(places[0])]
+        parts.append(Text(f"  {len(places)} at {at}: {why}. The first says: {message}"))
+    return Group(*parts)
+
+
+def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
+    """Say where some points of a sweep are: ``(points, fields)``, in the order of the grid."""
+    if len(paths) > 1:
+        return " and ".join(
+            f"{path} = {range_of(data, path, along.min(), along.max())}" for path, along in zip(paths, places.T)
+        )
+    along = places[:, 0]
+    runs = np.split(along, np.flatnonzero(np.diff(along) > 1) + 1)
+    told = ", ".join(range_of(data, paths[0], run[0], run[-1]) for run in runs[:MOST_RANGES])
+    more = sum(map(len, runs[MOST_RANGES:]))
+    return f"{paths[0]} = {told}" + (f" and {more} more" if more else "")
+
+
+def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
+    """Tabulate the largest peak strain of every member."""
+    columns = [named(data, path) for path in paths]
+    table = table_of("Largest strain over the sweep", "member", "strain (\N{MICRO SIGN}m/m)", *columns, "s")
+    for member in data["member"].to_numpy():
+        one = data.sel(member=member)
+        peak = one["peak_strain"].fillna(-1)
+        best = {str(name): int(index) for name, index in peak.argmax(dim=paths).items()}
+        there = one.isel(best)
+        values = [number(written(data, path)[best[path]]) for path in paths]
+        place = f"{float(there['peak_strain_s']):.3g}"
+        table.add_row(escape(str(member)), number(MICRO * float(there["peak_strain"])), *values, place)
+    return table

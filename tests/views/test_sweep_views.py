@@ -1,0 +1,123 @@
+"""Pictures and words of sweeps, made up: units as written, points outside the theory, points that failed."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from rich.console import Console
+
+from fenics_mech.studies.sweep import Sweep
+from fenics_mech.studies.sweep_axes import parse_axes
+from fenics_mech.views.sweep import campbell_figure, response_figure, waterfall_figure
+from fenics_mech.views.sweep_maps import strain_map
+from fenics_mech.views.sweep_summary import sweep_summary
+
+SPEEDS = "drive.speed=100 rpm:600 rpm:11"
+RATIOS = "damping.ratio=0.01:0.05:5"
+
+
+@pytest.fixture
+def made(seed):
+    """Make a sweep of plausible numbers over fields of the seed four-bar."""
+
+    def make(*over):
+        axes = parse_axes(seed, over)
+        paths, shape = [axis.path for axis in axes], [len(axis.values) for axis in axes]
+        data = xr.Dataset(attrs={"title": "made up", "paths": json.dumps(paths), "gauge": json.dumps(GAUGE)})
+        for axis in axes:
+            units = dict(zip(("written_units", "written_factor"), axis.written))
+            data = data.assign_coords({axis.path: (axis.path, list(axis.values), {"units": axis.unit} | units)})
+        for name in ("error", "message", "effects"):
+            data[name] = (paths, np.full(shape, "", dtype=object))
+        growing = np.arange(1.0, 1 + np.prod(shape)).reshape(*shape, 1)
+        for name in ("peak_strain", "peak_deflection", "peak_strain_s", "euler_ratio", "bow", "rotation"):
+            data[name] = ((*paths, "member"), 1e-6 * growing)
+        waves = np.abs(np.sin(growing * [1, 2, 3, 4]))[..., None, :]
+        data["strain_harmonic"] = ((*paths, "member", "harmonic"), waves)
+        data["frequency_lowest"] = data["frequency_highest"] = ((*paths, "mode"), 0 * growing + 205.0)
+        data["drive_rate"] = data[paths[0]] + 0 * data["bow"].isel(member=0)
+        return Sweep(data.assign_coords(member=["rod"], harmonic=range(4), mode=[1]))
+
+    return make
+
+
+GAUGE = {"s": 0.5, "fibre": "+", "harmonics": 3}
+
+
+def said(sweep):
+    console = Console(width=400, record=True, file=io.StringIO())
+    console.print(sweep_summary(sweep))
+    return console.export_text()
+
+
+def test_points_that_failed_are_told_by_ranges_in_the_unit_written(made):
+    sweep = made(SPEEDS)
+    assert "failed" not in said(sweep)
+    for place in (0, 1, 2, 5):
+        sweep.data["error"][place], sweep.data["message"][place] = "UnresolvedError", f"too coarse at {place}"
+    sweep.data["error"][7] = "ZeroDivisionError"
+    text = said(sweep)
+    assert "5 of 11 points failed" in text
+    assert "4 at drive.speed = 100 to 200 rpm, 350 rpm: steps, modes or elements are too coarse." in text
+    assert "The first says: too coarse at 0" in text
+    assert "UnresolvedError" not in text
+    assert "1 at drive.speed = 450 rpm: ZeroDivisionError, which the program does not know" in text
+
+
+def test_points_of_a_grid_that_failed_are_told_by_what_holds_them(made):
+    sweep = made(SPEEDS, RATIOS)
+    sweep.data["error"][3:5, 1:] = "AssemblyError"
+    assert "8 at drive.speed = 250 to 300 rpm and damping.ratio = 0.02 to 0.05: the links cannot be" in said(sweep)
+
+
+def test_points_outside_the_theory_are_told(made):
+    sweep = made(SPEEDS)
+    assert "OUTSIDE" not in said(sweep)
+    sweep.data["bow"][3:5] = 0.03
+    assert "2 of 11 points are OUTSIDE THE THEORY" in said(sweep)
+    assert "drive.speed = 250 to 300 rpm" in said(sweep)
+    sweep.data["effects"][:] = "coupling, moderate-rotations"
+    assert "OUTSIDE" not in said(sweep)
+
+
+def test_points_outside_the_theory_are_dotted_in_curves(made):
+    sweep = made(SPEEDS)
+    assert not response_figure(sweep).axes[0].patches
+    sweep.data["bow"][3:5] = 0.03
+    axes, last = response_figure(sweep).axes
+    assert [(span.get_x(), span.get_x() + span.get_width()) for span in axes.patches] == [pytest.approx((225, 325))]
+    assert last.get_xlabel() == "drive.speed (rpm)"
+    assert "outside the theory" in [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_maps_end_with_the_range_and_hatch_cells_outside_the_theory(made):
+    sweep = made(SPEEDS, RATIOS)
+    axes = strain_map(sweep, "rod").axes[0]
+    assert axes.get_xlim() == pytest.approx((100, 600))
+    assert axes.get_ylim() == pytest.approx((0.01, 0.05))
+    assert axes.get_legend() is None
+    sweep.data["bow"][3:5, 2] = 0.03
+    sweep.data["error"][10] = "SolverError"
+    axes = strain_map(sweep, "rod").axes[0]
+    cells = np.array([path.vertices for path in axes.collections[-1].get_paths()])
+    assert len(cells) == 2
+    assert np.ptp(cells[..., 0]) == pytest.approx(100)
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["outside the theory", "failed"]
+
+
+def test_waves_of_a_waterfall_stay_below_the_next(made):
+    sweep = made(SPEEDS)
+    waves = [line.get_ydata() for line in waterfall_figure(sweep, "rod").axes[0].get_lines()[:3]]
+    assert all(order <= wave.min() and wave.max() < order + 1 for order, wave in enumerate(waves, 1))
+
+
+def test_orders_of_a_campbell_diagram_go_on_where_points_failed(made):
+    sweep = made(SPEEDS)
+    sweep.data["drive_rate"][[0, 9, 10]] = np.nan
+    lines = [line for line in campbell_figure(sweep).axes[0].get_lines() if line.get_linestyle() == "--"]
+    assert lines[2].get_ydata() == pytest.approx(3 * np.linspace(100, 600, 11) / 60)
+    assert {f"{order}\N{MULTIPLICATION SIGN}" for order in range(1, len(lines) + 1)} == {
+        text.get_text() for text in campbell_figure(sweep).axes[0].texts
+    }
