@@ -63,15 +63,15 @@ def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
             large.discard(effect.replaces)
     if "vibration" not in large or not EFFECTS["vibration"].stated(scene):
         large -= {"vibration", "coupling"}
-    lacking = {name for name in large if not EFFECTS[name].possible(scene)}
-    large -= lacking
+    lacking = {name: what for name in large if (what := EFFECTS[name].lacks(scene))}
+    large -= lacking.keys()
     choices: list[Choice] = []
     named = tuple(name for name, effect in EFFECTS.items() if name in large and not effect.stated(scene))
     changes: dict[str, Any] = {"effects": named}
     for name, effect in EFFECTS.items():
         stated, size = effect.stated(scene), sizes.get(name)
         acts = name in large or (stated and size is None)
-        choices.append(Choice(effect, size, acts, name in lacking))
+        choices.append(Choice(effect, size, acts, lacking.get(name, "")))
         if stated and not acts:
             changes |= effect.without
     if scene.analysis.solver == "auto":

@@ -49,8 +49,8 @@ def _never(scene: Scene) -> bool:
     return False
 
 
-def _always(scene: Scene) -> bool:
-    return True
+def _nothing(scene: Scene) -> str:
+    return ""
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ class Effect:
         Estimate of how much of the strains it changes, for ``effects = "auto"``; None if it is never left out or added.
     estimate
         The formula of that estimate, as the table of effects shows it.
-    possible
-        Whether a scene states what the effect needs; where not, the program does not choose it, and says so.
+    lacks
+        Says what the effect needs and a scene does not state; then the program does not choose it, and says so.
     without
         Changes of the scene that leave out an effect that it states, by path, as `Scene.changed` takes them.
     replaces
@@ -95,7 +95,7 @@ class Effect:
     stated: Callable[[Scene], bool] = _never
     size: Callable[[Survey], float] | None = None
     estimate: str = ""
-    possible: Callable[[Scene], bool] = _always
+    lacks: Callable[[Scene], str] = _nothing
     stated_by: str = ""
     without: Mapping[str, Any] = field(default_factory=dict)
     replaces: str = ""
@@ -115,10 +115,10 @@ class Choice:
     acts
         Whether it acts.
     lacking
-        Whether it would act, but the scene does not state what it needs.
+        What the scene does not state and it needs, if it would act otherwise.
     """
 
     effect: Effect
     size: float | None
     acts: bool
-    lacking: bool = False
+    lacking: str = ""

@@ -29,12 +29,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
     SceneError
         When a material or a section does not say what is needed, or a pin travels along a member that bends.
     """
-    for name in _travelling(scene):
-        raise SceneError(
-            "shear does not know pins that travel along members",
-            place=f"joints.{name}.member",
-            hint="Leave 'shear' out of the effects",
-        )
+    _refuse_travelling(scene)
     (stiffness,), powers = along_elements(scene, links.layout, _shear_stiffness)
     rigidity = means(powers[:, 0])
     return replace(
@@ -58,19 +53,26 @@ def _shear_stiffness(scene: Scene, label: str, s: Array) -> Array:
     return np.stack([scene.shear_stiffness(label, s)])
 
 
-def possible(scene: Scene) -> bool:
-    """Tell whether all members state their shear stiffness, and no pin travels along one."""
+def lacks(scene: Scene) -> str:
+    """Say which member does not state its shear stiffness, or which pin travels along one."""
     try:
         for label in scene.members():
             scene.shear_stiffness(label, np.zeros(1))
-    except SceneError:
-        return False
-    return not _travelling(scene)
+        _refuse_travelling(scene)
+    except SceneError as error:
+        return str(error)
+    return ""
 
 
-def _travelling(scene: Scene) -> list[str]:
-    """Joints whose pin travels along a member."""
-    return [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None]
+def _refuse_travelling(scene: Scene) -> None:
+    """Raise `SceneError` where the pin of a joint travels along a member."""
+    for name, joint in scene.joints.items():
+        if getattr(joint, "member", None) is not None:
+            raise SceneError(
+                "shear does not know pins that travel along members",
+                place=f"joints.{name}.member",
+                hint="Leave 'shear' out of the effects",
+            )
 
 
 EFFECT = Effect(
@@ -78,7 +80,7 @@ EFFECT = Effect(
     meaning="shear flexibility of the beams",
     source="Timoshenko (1921); Friedman and Kosmatka, Comput. Struct. 47 (1993) 473",
     beams=beams,
-    possible=possible,
+    lacks=lacks,
     size=lambda survey: 3 * (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
     estimate="3 (pi r/length)^2 x sensitivity x vibration",
 )

@@ -160,7 +160,7 @@ def _effects(result: Result) -> str:
     inside = {EFFECTS[e["name"]].replaces for e in effects if e["acts"] and e["name"] in EFFECTS}
     acting = [e["name"] + ("" if e["size"] is None else f" ({e['size']:.2g})") for e in effects if e["acts"]]
     left = [
-        f"{e['name']} ({e['size']:.2g}{', LACKS DATA' if e['lacking'] else ''})"
+        f"{e['name']} ({e['size']:.2g}{', LACKS DATA: ' + e['lacking'] if e['lacking'] else ''})"
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]

@@ -47,12 +47,16 @@ def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, 
     return table
 
 
-def effects_table(choices: Sequence[Choice], tolerance: float) -> Table:
+def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
     """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of."""
+    below = (
+        "Size: share of the strains that an effect changes, by upper estimate (near a resonance ten times too much)."
+    )
+    lines = [Text(f"{below} --compare measures it.")]
     table = table_of(
         f"Effects under effects = 'auto' (those above {tolerance / 2:g} act)",
         "effect",
-        "size",
+        "size at\nmost",
         "acts",
         "estimate or meaning",
     )
@@ -63,12 +67,13 @@ def effects_table(choices: Sequence[Choice], tolerance: float) -> Table:
         acts = Text("yes", style="bold green") if choice.acts else Text("no")
         if choice.lacking:
             acts = Text("lacks data", style="bold red")
+            lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.lacking}", style="bold red"))
         if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
             acts = Text(f"in {holder}")
         effect = choice.effect
         about = effect.meaning if choice.size is None else effect.estimate
         table.add_row(effect.name, size, acts, Text(about))
-    return table
+    return Group(table, *lines)
 
 
 def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:

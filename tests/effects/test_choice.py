@@ -1,13 +1,16 @@
 """The effects that the program chooses, against all effects on."""
 
 import dataclasses
+import io
 
 import pytest
+from rich.console import Console
 
 from fenics_mech import load
 from fenics_mech.choice import choose, decided, examine
 from fenics_mech.effects import EFFECTS
 from fenics_mech.studies.effect_costs import try_choice
+from fenics_mech.views import effects_table
 
 DEMOS = (
     "composite_four_bar",
@@ -74,7 +77,11 @@ def test_an_effect_whose_data_the_scene_lacks_is_named(seed):
     found = dataclasses.replace(examine(scene), slenderness=0.1)
     chosen, choices = decided(scene, found)
     shear = next(choice for choice in choices if choice.effect.name == "shear")
-    assert shear.lacking
+    assert "sections.crank" in shear.lacking
+    assert "`shear_modulus` or `poisson`" in shear.lacking
+    told = io.StringIO()
+    Console(file=told, width=300).print(effects_table(choices, 0.01))
+    assert f"shear would act, but lacks data: {shear.lacking}" in told.getvalue()
     assert not shear.acts
     assert "shear" not in chosen.effects
 
