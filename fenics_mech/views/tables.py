@@ -49,10 +49,8 @@ def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, 
 
 def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
     """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of."""
-    below = (
-        "Size: share of the strains that an effect changes, by upper estimate (near a resonance ten times too much)."
-    )
-    lines = [Text(f"{below} --compare measures it.")]
+    below = "Sizes are shares of the strains, by upper estimates: near a resonance ten times what --compare measures."
+    lines = [Text(below)]
     table = table_of(
         f"Effects under effects = 'auto' (those above {tolerance / 2:g} act)",
         "effect",
