@@ -25,7 +25,7 @@ app = typer.Typer(
 )
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
-Tolerance = typer.Option("--tol", help="Largest error of the strains: the program chooses mesh and steps.")
+Tolerance = typer.Option("--tol", help="Largest error of the strains, as 1e-3 or 0.1%: it chooses mesh and steps.")
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
 
@@ -46,7 +46,7 @@ def _fail(message: str) -> None:
     sys.exit(1)
 
 
-def _analysed(path: Path, refine: int, tolerance: float | None = None) -> Scene:
+def _analysed(path: Path, refine: int, tolerance: str | None = None) -> Scene:
     """Load a scene that is to be analysed; a tolerance in it, or one given here, chooses the mesh itself."""
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
@@ -65,7 +65,7 @@ def run(
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
     csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
     refine: Refine = 0,
-    tolerance: Annotated[float | None, Tolerance] = None,
+    tolerance: Annotated[str | None, Tolerance] = None,
 ) -> None:
     """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
@@ -153,7 +153,7 @@ def effects(
     compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
-        float | None, typer.Option("--tol", help="Largest error of the strains: effects above half of it act.")
+        str | None, typer.Option("--tol", help="Largest error of the strains (or 1%): effects above half of it act.")
     ] = None,
 ) -> None:
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""

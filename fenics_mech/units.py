@@ -22,6 +22,7 @@ SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³
 MOST_POWERS = 5  # in a quantity: pint computes them with whole numbers of any length
 
 EXAMPLES = {
+    "1": "2 %",
     "m": "4.25 in",
     "m**2": "0.406 cm^2",
     "m**4": "8.67e-4 cm^4",
@@ -59,7 +60,8 @@ def _parse(text: str, unit: str) -> float:
     """Convert the text of a quantity to a float in `unit`."""
     import pint  # noqa: PLC0415
 
-    example = f"write a number in SI ({unit.replace('**', '^')}) or a string such as {EXAMPLES[unit]!r}"
+    plain = "a number" if unit == "1" else f"a number in SI ({unit.replace('**', '^')})"
+    example = f"write {plain} or a string such as {EXAMPLES[unit]!r}"
     if len(text) > LONGEST:
         raise ValueError(f"cannot read {shortened(text)} as a quantity: it has {len(text)} characters; {example}")
     powers = list(POWER.finditer(text))
@@ -72,10 +74,11 @@ def _parse(text: str, unit: str) -> float:
         raise ValueError(f"cannot read {text!r} as a quantity; {example}") from error
     if unit == "rad/s" and "hertz" in str(quantity.units):
         raise ValueError(f"{text!r} is a frequency, and 1 Hz is 2 pi rad/s; write rpm or rad/s")
-    if unit == "Hz" and "hertz" not in str(quantity.units) and not quantity.unitless:
-        raise ValueError(f"{text!r} is no frequency in Hz; {example}")
+    bare = str(quantity.units) == "dimensionless"
+    if (unit == "Hz" and "hertz" not in str(quantity.units) and not bare) or (unit == "1" and not quantity.unitless):
+        raise ValueError(f"{text!r} has the wrong unit; {example}")
     try:
-        return float(quantity.magnitude if quantity.unitless else quantity.to(unit).magnitude)
+        return float(quantity.magnitude if bare else quantity.to(unit).magnitude)
     except OverflowError:  # of whole numbers of any length
         return math.inf
     except (pint.DimensionalityError, pint.OffsetUnitCalculusError) as error:
@@ -111,6 +114,7 @@ def _quantity(unit: str) -> Any:
     return Annotated[float, BeforeValidator(in_unit(unit)), WithJsonSchema(schema)]
 
 
+Share = _quantity("1")
 Length = _quantity("m")
 Area = _quantity("m**2")
 SecondMoment = _quantity("m**4")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fenics_mech.scene.base import Part
-from fenics_mech.units import Angle, Frequency
+from fenics_mech.units import Angle, Frequency, Share
 
 
 class Analysis(Part):
@@ -86,8 +86,8 @@ class Analysis(Part):
     allow_unstable: bool = False
     start: str = "rigid"
     cycles: Annotated[int, Field(ge=1)] = 20
-    settled: Annotated[float, Field(ge=0)] = 1e-3
-    time_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-5
+    settled: Annotated[Share, Field(ge=0)] = 1e-3
+    time_tolerance: Annotated[Share, Field(gt=0, lt=1)] = 1e-5
     position: Angle = 0.0
     sub_intervals: Annotated[int, Field(ge=4, le=1_000_000)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5

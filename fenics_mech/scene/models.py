@@ -28,6 +28,7 @@ from fenics_mech.units import (
     Mass,
     Modulus,
     Rate,
+    Share,
     Time,
 )
 
@@ -186,7 +187,7 @@ class PointMass(Part):
     inertia: Annotated[Inertia, Field(ge=0)] = 0.0
 
 
-Ratio = Annotated[float, Field(ge=0, lt=1)]
+Ratio = Annotated[Share, Field(ge=0, lt=1)]
 
 
 class Damping(Part):
@@ -257,7 +258,7 @@ class Scene(Part):
     dampers: dict[Name, Damper] = Field(default_factory=dict)
     drive: Drives = ()
     effects: Literal["auto"] | tuple[str, ...] = ()
-    tolerance: Annotated[float, Field(gt=1e-8, lt=1)] | None = None
+    tolerance: Annotated[Share, Field(gt=1e-8, lt=1)] | None = None
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()

@@ -173,6 +173,10 @@ def test_refine_beside_a_tolerance_is_refused(call, tmp_path):
 
 
 def test_effects_of_a_tolerance(call):
-    code, out, _ = call("effects", DEMO, "--tol", "1e-4")
-    assert code == 0
-    assert "above 5e-05 act" in out
+    for text in ("1e-4", "0.01%"):
+        code, out, _ = call("effects", DEMO, "--tol", text)
+        assert code == 0
+        assert "above 5e-05 act" in out
+    code, _, err = call("effects", DEMO, "--tol", "tight")
+    assert code == 1
+    assert "tolerance: cannot read 'tight'" in err

@@ -15,6 +15,8 @@ from fenics_mech.units import in_unit
         ("60 rpm", "rad/s", 6.283185307179586),
         ("2.5", "m", 2.5),
         (3, "kg", 3.0),
+        ("2 %", "1", 0.02),
+        ("0.02", "1", 0.02),
     ],
 )
 def test_conversion(text, unit, value):
@@ -25,3 +27,9 @@ def test_conversion(text, unit, value):
 def test_refused(value):
     with pytest.raises(ValueError, match="m"):
         in_unit("m")(value)
+
+
+@pytest.mark.parametrize(("text", "unit"), [("2 %", "m"), ("2 deg", "1"), ("2 m", "1"), ("3 m/mm", "Pa")])
+def test_no_quantity_for_another(text, unit):
+    with pytest.raises(ValueError, match="wrong unit"):
+        in_unit(unit)(text)
