@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 
 from fenics_mech.errors import MechanismError
 
+PAUSE = 5  # seconds between two lines that tell how far a command is
 out, err = Console(), Console(stderr=True)
 
 
@@ -25,16 +27,19 @@ def one_voice() -> bool:
 
 @contextmanager
 def progress_bar(total: int) -> Iterator:
-    """Show a progress bar; gives the function that names the next step."""
+    """Show a progress bar, or where there is no terminal a line now and then; gives what names the next step."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
-        started = False
+        started, told = False, time.monotonic()
 
         def step(name: str) -> None:
-            nonlocal started
+            nonlocal started, told
             progress.update(task, description=name, advance=int(started))
             started = True
+            if not err.is_terminal and time.monotonic() - told >= PAUSE:
+                told = time.monotonic()
+                err.print(name, highlight=False, markup=False, soft_wrap=True)
 
         yield step
 

@@ -264,6 +264,7 @@ def follow(
             points=points,
             most_points=most_points,
             progress=lambda value: step(f"{path} = {value:.6g}"),
+            keep=lambda branch: branch.save(folder / "branch.nc"),
         )
     written = [found.save(folder / "branch.nc"), *plot_branch(found, folder)]
     out.print(branch_summary(found))

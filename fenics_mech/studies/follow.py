@@ -107,6 +107,7 @@ def follow(
     most_points: int = 2000,
     gauge: Gauge | None = None,
     progress: Callable[[float], None] = lambda value: None,
+    keep: Callable[[Branch], object] = lambda branch: None,
 ) -> Branch:
     """Follow the steady state of a scene over a number of it, from one end of a range until it leaves the range.
 
@@ -126,6 +127,8 @@ def follow(
         Where strains are split into harmonics.
     progress
         Called with the value of each point before its strains are recovered.
+    keep
+        Called with the branch as far as it is known when an error, or the user, ends the search.
 
     Raises
     ------
@@ -151,6 +154,11 @@ def follow(
     values: list[float] = []
     ended = END
     start = first_motion(first, family)
+
+    def found() -> Branch:
+        attributes = {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
+        return Branch(_dataset(first, path, values, records, attributes))
+
     try:
         for point in continued(family, start, points):
             progress(point.value)
@@ -163,8 +171,12 @@ def follow(
         if not values:
             raise
         ended = str(error)
-    attributes = {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
-    return Branch(_dataset(first, path, values, records, attributes))
+    except BaseException as error:
+        if values:
+            ended = f"broken off: {str(error) or type(error).__name__}"
+            keep(found())
+        raise
+    return found()
 
 
 def _record(result: Result, point: Point, gauge: Gauge) -> Record:

@@ -13,7 +13,7 @@ sys.path.append(str(Path(__file__).parents[1] / "response"))
 from forced import folds
 
 from fenics_mech.analysis import analyse
-from fenics_mech.branch import Turning
+from fenics_mech.branch import Turning, result_at
 from fenics_mech.building import mechanism
 from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError, SceneError
@@ -187,6 +187,26 @@ def test_command_follows(tmp_path):
     assert branch.data.attrs["ended"] == END
     assert branch.values[[0, -1]] == pytest.approx([150, 160])
     assert (tmp_path / "branch_response.png").exists()
+
+
+def test_a_branch_broken_off_is_kept_as_far_as_it_is(tmp_path, monkeypatch):
+    path, calls = Path(__file__).parents[2] / "demos" / "pulsating_column.toml", []
+
+    def broken(*arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise MechanismError("the disk is gone")
+        return result_at(*arguments)
+
+    monkeypatch.setattr("fenics_mech.studies.follow.result_at", broken)
+    monkeypatch.setattr("fenics_mech._console.PAUSE", 0)
+    over = ["--over", "drive.speed=150:160", "--points", "4"]
+    found = CliRunner().invoke(app, ["follow", str(path), *over, "-o", str(tmp_path)])
+    assert str(found.exception) == "the disk is gone"
+    assert found.stderr.splitlines()[0] == "drive.speed = 150"
+    branch = Branch.load(tmp_path / "branch.nc")
+    assert branch.data.sizes["point"] == 2
+    assert branch.data.attrs["ended"] == "broken off: the disk is gone"
 
 
 def test_a_branch_that_does_not_end_says_so():
