@@ -5,8 +5,9 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from fenics_mech import Result
+from fenics_mech import Result, analyse
 from fenics_mech.scene.build import build
 
 ROOT = Path(__file__).parents[1]
@@ -35,3 +36,16 @@ def test_scene_block_together_with_the_demo_is_a_scene(demo_text):
     assert scene.loads["press"].force == (5.0, 0.0)
     assert scene.petsc == {"periodic_ksp_type": "gmres"}
     assert scene.measurements[0].member == "coupler"
+
+
+def test_scotch_yoke_is_pushed_by_its_inertia_and_bent_by_the_pin_beside_its_axis():
+    scene = build(tomllib.loads(blocks("toml")[1])).changed(analysis__method="quasi-static", analysis__sub_intervals=24)
+    data = analyse(scene).data
+    force = 7800 * 0.015 * 0.0085 * 0.25 * 0.05 * (2 * np.pi * 10) ** 2 * np.cos(data["theta"])
+    assert data["joint_force"].sel(joint="A", component="x").to_numpy() == pytest.approx(force.to_numpy(), abs=1e-9)
+    moment = force * 0.05 * np.sin(data["theta"])  # about the axis, by which the pin is off it
+    strain = data["strain"].sel(member="yoke", s=1, fibre=["+", "-"])
+    bending = (strain[:, 0] - strain[:, 1]) / 2
+    assert np.abs(bending).to_numpy() == pytest.approx(
+        np.abs(moment) * 0.0025 / (207e9 * 0.015 * 0.005**3 / 12), abs=1e-9
+    )
