@@ -233,6 +233,15 @@ class Loops:
             - omega**2 * _dot(directions[which], gap)
         )
 
+    def places(self, q: Array, pairs: Pairs) -> Array:
+        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``."""
+        poses = _with_ground(q)
+        return poses[:, pairs.body, :2] + _arms(poses, pairs)
+
+    def tangents(self, q: Array, pairs: Pairs) -> Array:
+        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``."""
+        return _direction(_with_ground(q), pairs)[0]
+
     def gaps(self, q: Array) -> dict[str, float]:
         """How far each joint's points are apart at one position (m)."""
         poses = _with_ground(q[None])

@@ -16,9 +16,11 @@ from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, 
 from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.kinematics.transmission import Transmission, worst_transmission
 from fenics_mech.scene import Scene
 
 SAMPLES = 361
+FLAT = 1e-9  # relative change of the smallest singular value over the range that counts as none
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,8 @@ class Range:
         Singular positions, and the minima of the smallest singular value, by theta.
     free
         What can move where nothing is driven, in words.
+    transmission
+        The worst transmission angles, where the drive can run through a whole cycle and all of them are known.
     """
 
     low: float
@@ -64,6 +68,7 @@ class Range:
     turns: bool
     critical: tuple[Critical, ...]
     free: tuple[str, ...] = ()
+    transmission: tuple[Transmission, ...] = ()
 
 
 @guarded()
@@ -93,7 +98,8 @@ def reachable_range(scene: Scene) -> Range:
     turns = high - low >= 2 * np.pi * (1 - 1e-12)
     minima = _minima(loops, law, branch, 0.0 if turns else low, 2 * np.pi if turns else high, turns)
     found = [limit for limit in limits if limit] + minima
-    return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)))
+    told = worst_transmission(loops, law, branch, 0.0, 2 * np.pi) if turns else ()
+    return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)), transmission=told)
 
 
 def _limit(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
@@ -129,12 +135,14 @@ def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float
     values = singular_values(loops, follow(loops, law, thetas, branch))[0][:, -1]
     if closed:  # the first sample again is the last
         values = values[:-1]
+    if np.ptp(values) < FLAT * values.max():  # drives that move every link of a chain: the minima are rounding
+        return []
     lowest = (values < np.roll(values, 1)) & (values <= np.roll(values, -1))
     step, found = thetas[1] - thetas[0], []
     for i in np.flatnonzero(lowest) if closed else np.flatnonzero(lowest[1:-1]) + 1:
         around = (thetas[i] - step, thetas[i] + step)
         best = minimize_scalar(smallest, bounds=around, method="bounded", options={"xatol": 1e-9})
-        theta, value = float(best.x), float(best.fun)
+        theta, value = float(best.x % (2 * np.pi)) if closed else float(best.x), float(best.fun)
         _, right = singular_values(loops, follow(loops, law, np.array([theta]), branch))
         kind = "change point" if value < SINGULAR else "worst transmission"
         found.append(Critical(theta, kind, value, links_moved(loops, right[0, -1])))

@@ -23,6 +23,8 @@ from fenics_mech.views.geometry import Array
 if TYPE_CHECKING:
     from fenics_mech.studies import Finding
 
+BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
+
 
 def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, float] | None = None) -> Table:
     """Tabulate the range of each mode's frequency over the cycle and how surely it was tracked.
@@ -106,9 +108,27 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
     lines.append(Text(turns))
     for critical in reach.critical:
-        where = f"{critical.kind} at {np.degrees(critical.theta):.6g}\N{DEGREE SIGN}"
-        lines.append(Text(f"{where}: smallest singular value {critical.value:.3g} ({', '.join(critical.links)})"))
+        if critical.kind != "worst transmission":
+            lines.append(Text(f"{critical.kind} at {_degrees(critical.theta)} ({', '.join(critical.links)})"))
+        elif not reach.transmission:
+            size = f"{critical.value:.3g} (0: the linkage locks, or moves in two ways)"
+            where = f"worst transmission at {_degrees(critical.theta)}: smallest singular value {size}"
+            lines.append(Text(f"{where}, {', '.join(critical.links)}"))
+    for pair in reach.transmission:
+        at = (
+            f"at drive angle {_degrees(pair.theta % (2 * math.pi))} (90\N{DEGREE SIGN} is best)"
+            if pair.angle < BEST
+            else "always"
+        )
+        text = f"transmission angle at joint {pair.joint} ({', '.join(pair.links)})"
+        lines.append(Text(f"{text}: {'at worst ' * (pair.angle < BEST)}{_degrees(pair.angle)} {at}"))
     return Group(*lines)
+
+
+def _degrees(angle: float) -> str:
+    """Write an angle in degrees, a whole turn as 0."""
+    degrees = round(math.degrees(angle), 3)
+    return f"{0 if degrees == 360 else degrees:.6g}\N{DEGREE SIGN}"
 
 
 def check_table(findings: Sequence[Finding]) -> Table:

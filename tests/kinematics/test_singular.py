@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fenics_mech import load
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 
@@ -37,3 +38,33 @@ def test_crank_rocker_turns_and_transmits_worst_where_the_diagonal_is_shortest()
 def test_slider_like_stroke_of_a_locked_linkage_is_symmetric():
     reach = reachable_range(linkage(3.0, 1.0, 1.0, 2.5))
     assert reach.low == pytest.approx(-reach.high, abs=1e-9)
+
+
+def test_transmission_angle_of_a_four_bar_is_that_of_the_law_of_cosines():
+    (pair,) = reachable_range(seed_four_bar()).transmission
+    diagonal, coupler, follower = 0.254 - 0.10795, 0.2794, 0.27051  # where the crank is in line with the ground
+    angle = np.arccos((coupler**2 + follower**2 - diagonal**2) / (2 * coupler * follower))
+    assert (pair.joint, pair.links) == ("B", ("coupler", "follower"))
+    assert pair.angle == pytest.approx(angle, abs=1e-6)
+    assert np.sin(pair.theta) == pytest.approx(0, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("demo", "angles"),
+    [
+        ("slider_crank", {"B": np.arccos((60 + 10) / 300)}),  # crank and offset over the rod
+        (
+            "quick_return",
+            {"A": np.pi / 2, "E": np.arccos((390 - 400 * np.sqrt(1 - 0.4**2)) / 150)},
+        ),  # its end swings to sin = 80/200
+        ("manipulator", {}),
+    ],
+)
+def test_transmission_angles_of_slides(demo, angles):
+    reach = reachable_range(load(f"demos/{demo}.toml"))
+    assert {pair.joint: pair.angle for pair in reach.transmission} == pytest.approx(angles, abs=1e-5)
+    assert demo != "manipulator" or not reach.critical  # the drives move every link by itself: no position is worse
+
+
+def test_critical_positions_of_a_cycle_are_from_0_to_360_degrees():
+    assert all(0 <= critical.theta < 2 * np.pi for critical in reachable_range(seed_four_bar()).critical)
