@@ -47,6 +47,14 @@ class Matrices:
             return int(np.linalg.eigvalsh(symmetric)[:, 0].argmin())
         return None
 
+    @property
+    def growth(self) -> float:
+        """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0."""
+        if self.weakest is None:
+            return 0.0
+        squares = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real
+        return float(np.sqrt(max(0.0, -squares.min())))
+
 
 @dataclass(frozen=True)
 class Equation:

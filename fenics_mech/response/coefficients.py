@@ -97,10 +97,7 @@ class Coefficients:
         count = max(REFERENCES, NODES * min(self.windows, MOST_WINDOWS) + 1)
         equation = self.equation_at(np.linspace(self.start, last, count))
         linear, self.law = equation.linear, equation.system.terms.law
-        self.growth = 0.0  # largest rate at which a motion without vibration grows, as the stiffness is not positive
-        if linear.weakest is not None:
-            squares = np.linalg.eigvals(np.linalg.solve(linear.mass, linear.stiffness)).real
-            self.growth = float(np.sqrt(max(0.0, -squares.min())))
+        self.growth = linear.growth
         diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / count
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self.dofs = None if self.law is None else self.law.dofs

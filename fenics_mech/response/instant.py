@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech.mechanism.equation import Array
+from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.response.coefficients import Coefficients
 
 
@@ -41,6 +41,13 @@ class Instant:
         damping = damping + back @ (by_rate[0] @ here).reshape(-1, len(z))
         stiffness = stiffness + back @ (by_v[0] @ here + by_rate[0] @ turning).reshape(-1, len(z))
         return mass, damping, stiffness
+
+    def growth(self, time: float, z: Array, rate: Array) -> float:
+        """Rate at which a nonlinear law lets a motion grow from a state (1/s); 0 without a law."""
+        if self.coefficients.law is None:
+            return 0.0
+        mass, damping, stiffness = (part[None] for part in self.tangents(time, z, rate))
+        return Matrices(mass, damping, stiffness, np.zeros_like(z[None])).growth
 
     def acceleration(self, time: float, z: Array, rate: Array) -> Array:
         """Give z'' at a state."""

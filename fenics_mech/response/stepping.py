@@ -17,7 +17,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array
+from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.response.instant import Instant
 from fenics_mech.response.tableau import Tableau
 
@@ -96,12 +96,21 @@ class Collocation:
     def _trial(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float]:
         """Accelerations at the points, and the error over the tolerance."""
         with np.errstate(over="ignore", invalid="ignore"):
-            made = self._accelerations(start, length, z, rate)
-            error = np.inf if made is None else self._error(start, length, z, rate, made)
-        return (np.empty(0), np.inf) if made is None or not np.isfinite(error) else (made, error)
+            found = self._accelerations(start, length, z, rate)
+            if found is not None:
+                made, growth = found
+                error = self._error(start, length, z, rate, made)
+                error = max(error, (length * growth) ** (len(made) + 1))  # a longer step would damp what grows
+                if np.isfinite(error):
+                    return made, error
+        return np.empty(0), np.inf
 
-    def _accelerations(self, start: float, length: float, z: Array, rate: Array) -> Array | None:
-        """Solve the equation at the points by Newton's method; None where it does not converge."""
+    def _accelerations(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float] | None:
+        """Solve the equation at the points by Newton's method; None where it does not converge.
+
+        Gives the accelerations, and the rate at which a nonlinear law lets a motion grow (1/s); that of the linear
+        equation limits the longest step.
+        """
         points, inner = self.tableau.points, self.tableau.inner
         s, n = len(points), len(z)
         found = self._guess(length, n)
@@ -116,8 +125,11 @@ class Collocation:
             change = np.linalg.solve(matrix, -np.concatenate(lack)).reshape(s, n)
             found = found + change
             moved = np.abs(length**2 * (self.tableau.square @ change)).max()
-            if self.instant.coefficients.law is None or moved <= NEWTON * self.tolerance * self.size:
-                return found
+            if self.instant.coefficients.law is None:
+                return found, 0.0
+            if moved <= NEWTON * self.tolerance * self.size:
+                mass, damping, stiffness = (np.stack(part) for part in zip(*tangents))
+                return found, Matrices(mass, damping, stiffness, np.zeros_like(found)).growth
         return None
 
     def _guess(self, length: float, size: int) -> Array:
