@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.better import mesh_better
 from fenics_mech.building import moved, rough_tension
-from fenics_mech.errors import UnresolvedError
+from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -51,7 +51,10 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
     damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOST_ITERATIONS):
-        equation = _equation(scene, system, theta, twist, damping)
+        try:
+            equation = _equation(scene, system, theta, twist, damping)
+        except AssemblyError as error:  # so far ahead of the drive that the links' positions are not found
+            raise _not_found(scene, theta, twist[0], "no position of the linkage is found there") from error
         tension = rough_tension(scene, equation.system)
         orbit = solve_collocation(equation, tableau, steps.duration, scene.petsc, tension)
         found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
@@ -60,11 +63,21 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
         if change < TOLERANCE:
             break
     else:
-        raise UnresolvedError(
-            f"the crank's motion was not found in {MOST_ITERATIONS} iterations: its twist of "
-            f"{np.abs(twist[0]).max():.3g} rad still changes by {change:.1e}. Take a stiffer shaft, or more inertia"
-        )
+        raise _not_found(scene, theta, twist[0], f"{MOST_ITERATIONS} iterations still change it by {change:.1e}")
     return _at_starts(scene, system, modes, orbit, (tableau, steps))
+
+
+def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> UnresolvedError:
+    """Say that the crank's own motion is not found, and where its shaft (twist in rad, ``(angles,)``) turns most."""
+    (drive,), worst = scene.drives, int(np.abs(twist).argmax())
+    assert drive.motor is not None
+    angle = np.degrees(theta[worst]) % 360
+    return UnresolvedError(
+        f"the own motion of the crank on the motor's shaft (drive.motor, joint {drive.joint}) is not found: "
+        f"Newton's method twists the shaft by {twist[worst]:.3g} rad at drive angle {angle:.6g} deg, and {why}. "
+        f"Take a stiffer shaft than {drive.motor.stiffness:.3g} N m/rad, more damping or inertia of the "
+        "motor, or smaller loads"
+    )
 
 
 def _at_starts(

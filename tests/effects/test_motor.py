@@ -7,7 +7,7 @@ from scipy.optimize import root
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.motor import _equation
 from fenics_mech.scene.build import build
@@ -169,6 +169,21 @@ def test_shaft_and_rotor_balance_the_torque_of_the_crank():
     twist, rate = data["drive_twist"], data["drive_rate"] - scene.drive.speed
     shaft = -60.0 * twist - 0.05 * rate - 2e-3 * change
     assert np.abs(data["input_torque"] - shaft).max() < 2e-3 * np.abs(shaft).max()  # 30 harmonics of the rate
+
+
+@pytest.mark.parametrize("motor", [SHAFT | {"stiffness": 0.05}, SHAFT | {"stiffness": 3}])
+def test_shaft_whose_motion_is_not_found_is_named(motor):
+    """It was said that the linkage cannot be assembled, at hundreds of degrees; the links are as they should be."""
+    loads = {"press": {"at": "follower.B", "force": (40.0, -40.0)}}
+    scene = with_motor(motor, loads=loads, analysis={"sub_intervals": 24, "stability": False, "allow_coarse": True})
+    wanted = (
+        r"motor's shaft \(drive\.motor, joint O\) is not found: Newton's method twists the shaft by -?\d\S* rad at "
+        rf"drive angle \d\S* deg, and no position .* than {motor['stiffness']} N m/rad, more damping or inertia"
+    )
+    with pytest.raises(SolverError, match=wanted) as caught:
+        analyse(scene)
+    angle = float(str(caught.value).split("drive angle ")[1].split()[0])
+    assert 0 <= angle < 360
 
 
 def test_motor_works_with_moderate_rotations_and_tells_stability():
