@@ -111,12 +111,12 @@ def _solver(system: System, count: int, options: Mapping[str, Any], first: int =
 
 def _solve_among(system: System, among: slice, count: int, options: Mapping[str, Any]) -> tuple[Array, Array]:
     """Lowest eigenvalues and eigenvectors at some of the angles."""
-    theta = system.motion.theta[among]
-    squares, shapes = np.empty((len(theta), count)), np.empty((len(theta), count, system.size))
+    angles = len(system.motion.theta[among])
+    squares, shapes = np.empty((angles, count)), np.empty((angles, count, system.size))
     with _solver(system, count, options) as eps:
-        for i, (_, mass, stiffness) in enumerate(system.positions(symmetric=True, among=among)):
+        for i, (k, mass, stiffness) in enumerate(system.positions(symmetric=True, among=among)):
             eps.setOperators(stiffness, mass)
-            squares[i], shapes[i] = _solve_position(eps, system.size, count, theta[i])
+            squares[i], shapes[i] = _solve_position(eps, system, k, count)
     return squares, shapes
 
 
@@ -130,31 +130,31 @@ def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mappin
             eps.setDimensions(count + len(rigid))
         else:
             eps.setDeflationSpace([PETSc.Vec().createWithArray(shape, comm=PETSc.COMM_SELF) for shape in rigid.shapes])
-        theta = system.motion.theta[0]
-        squares, shapes = _solve_position(eps, system.size, count + dense * len(rigid), theta, shift)
+        squares, shapes = _solve_position(eps, system, 0, count + dense * len(rigid), shift)
     return squares[len(squares) - count :], shapes[len(shapes) - count :]
 
 
-def _solve_position(eps: SLEPc.EPS, size: int, count: int, theta: float, shift: float = 0.0) -> tuple[Array, Array]:
-    """Lowest eigenvalues (rad^2/s^2), less a shift, and eigenvectors at one position, ascending.
+def _solve_position(eps: SLEPc.EPS, system: System, k: int, count: int, shift: float = 0.0) -> tuple[Array, Array]:
+    """Lowest eigenvalues (rad^2/s^2), less a shift, and eigenvectors at position k, ascending.
 
     Each position starts from the same vector: what it gives to the last bit does not depend on the ones before it.
     """
-    vector = PETSc.Vec().createWithArray(np.random.default_rng(SEED).uniform(-1, 1, size), comm=PETSc.COMM_SELF)
+    vector = PETSc.Vec().createWithArray(np.random.default_rng(SEED).uniform(-1, 1, system.size), comm=PETSc.COMM_SELF)
     eps.setInitialSpace(vector)
     eps.solve()
-    where = f"at drive angle {np.degrees(theta):.6g} deg"
+    where = f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg"
     if eps.getConvergedReason() <= 0 or eps.getConverged() < count:
         found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
         raise SolverError(f"{eps.getConverged()} of {count} modes converged {where} (SLEPc says {found})")
     values = np.array([eps.getEigenvalue(i).real for i in range(count)]) - shift
     order = np.argsort(values)
     if values[order[0]] <= -NOUGHT * shift:
+        eps.getEigenvector(int(order[0]), vector)
         raise SolverError(
             f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive "
-            "there, and the mechanism buckles or gives way"
+            f"there, and the mechanism buckles or gives way; link {system.bent_most(k, vector.array_r)} bends most"
         )
-    shapes = np.empty((count, size))
+    shapes = np.empty((count, system.size))
     for place, i in enumerate(order):
         eps.getEigenvector(int(i), vector)
         shapes[place] = vector.array_r

@@ -41,10 +41,7 @@ def refuse_buckled(system: System, k: int, stiffness: Array) -> None:
 
 def weakest_link(system: System, k: int, stiffness: Array) -> str:
     """Link that bends most in the shape that a stiffness ``(coordinates, coordinates)`` at angle k resists least."""
-    turned = _moved(system, k, np.linalg.eigh(stiffness + stiffness.T)[1][:, 0])[:, 2]
-    of_link = system.beams.mesh.node_link
-    bent = [np.ptp(turned[of_link == i]) for i in range(of_link.max() + 1)]
-    return system.motion.links[int(np.argmax(bent))]
+    return system.bent_most(k, np.linalg.eigh(stiffness + stiffness.T)[1][:, 0])
 
 
 def loss(stiffness: PETSc.Mat, q: Array, force: Array) -> float:
@@ -77,16 +74,9 @@ def refuse_lost(system: System, q: Array, losses: Array, largest: float) -> None
     k = int(losses.argmax())
     if losses[k] <= largest:
         return
-    point = system.beams.mesh.node_name[int(np.hypot(*_moved(system, k, q[k])[:, :2].T).argmax())]
+    point = system.beams.mesh.node_name[int(np.hypot(*system.nodes_at(k, q[k])[:, :2].T).argmax())]
     raise SolverError(
         f"the static answer is lost to rounding at drive angle {np.degrees(system.motion.theta[k]):.10g} deg: "
         f"{losses[k]:.1e} of it, by estimate, largest at {point}. Keep away from dead centres, where the links do not "
         "hold that point; or take members less stiff along than across, fewer elements, or reduction = 'craig-bampton'"
     )
-
-
-def _moved(system: System, k: int, q: Array) -> Array:
-    """Nodal dofs in link axes of coordinates at one angle, ``(nodes, 3)``."""
-    every = np.zeros((len(system.values), system.size))
-    every[k] = q
-    return system.to_links(every)[k].reshape(-1, 3)

@@ -14,7 +14,9 @@ from scipy.special import mathieu_a, mathieu_b
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
+from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
+from fenics_mech.scene.factories import four_bar
 
 LENGTH, BENDING, LINE, ACROSS = 0.5, 206e9 * 0.02 * 0.002**3 / 12, 7850 * 0.02 * 0.002, 0.1
 EULER = np.pi**2 * BENDING / LENGTH**2
@@ -108,6 +110,59 @@ def test_a_tap_on_a_strut_that_stands_straight_beyond_its_load(column, steps, la
     found = analyse(scene).data["deflection"].sel(member="column", s=0.5, component="x")[16]
     mode = np.array([[0.0, 1.0], [(share - 1) * OMEGA**2, -drag - firm * OMEGA**2]])
     assert found == pytest.approx((expm(mode * cycle / 30) @ [0, 2 * blow / (LINE * LENGTH)])[0], rel=largest)
+
+
+SIZES = {"crank": 0.1, "coupler": 0.3, "follower": 0.28, "ground": 0.25}
+THIN, THICK = ({"area": 4e-5 * k, "inertia": 9e-12 * k**3, "fibre": 8e-4 * k} for k in (1, 10))
+WEIGHT = 0.01  # N/m
+ALUMINIUM = {"modulus": 71e9, "density": 2714.0}
+PINS = {"coupler": np.array([-1.0, 0.2]), "follower": np.array([1.0, 0.3])}  # forces at B that press it at all angles
+
+
+def pressed_link(link, share, **analysis):
+    """Give a slow four-bar that a force at B presses to a share of the link's Euler load, and the pressure over that.
+
+    Coupler and follower have pins at both ends: they carry force and weight at B as a truss does.
+    """
+    length, rigidity = SIZES[link], ALUMINIUM["modulus"] * THIN["inertia"]
+    scene = four_bar(
+        **SIZES,
+        sections=[THIN if name == link else THICK for name in ("crank", "coupler", "follower")],
+        material=ALUMINIUM,
+        speed=1e-2,
+        effects=LINEAR,
+        mesh={"elements": 4},
+        loads={"across": {"member": link, "line": (0, WEIGHT), "axes": "member"}},
+        analysis={"sub_intervals": 6, "stations": 3, "stability": False} | analysis,
+    )
+    motion = solve_motion(scene, scene.drive_angles(6))
+    axes = np.stack([np.stack([np.cos(angle), np.sin(angle)]) for angle in motion.angle[:, 1:].T]).transpose(2, 1, 0)
+    i = list(SIZES).index(link) - 1
+    normal = np.stack([-axes[:, 1, i], axes[:, 0, i]], axis=-1)
+    towards = -np.linalg.inv(axes)[:, i]  # pressure by a force at B
+    by_force, by_load = towards @ PINS[link], (towards * normal).sum(axis=1) * WEIGHT * length / 2
+    euler = np.pi**2 * rigidity / length**2
+    size = ((share * euler - by_load) / by_force).min()
+    press = {"at": "B", "force": tuple(size * PINS[link])}
+    return scene.changed(loads__press=press), (size * by_force + by_load) / euler, normal
+
+
+@pytest.mark.parametrize("way", [{"method": "quasi-static"}, {"solver": "collocation"}])
+@pytest.mark.parametrize("link", PINS)
+def test_pressed_link_of_a_four_bar(link, way):
+    """It bows against its chord as a beam-column on two pins, at all positions; above its Euler load it is named."""
+    scene, shares, normal = pressed_link(link, 0.98, **way)
+    assert shares.max() == pytest.approx(0.98)
+    assert 0 < shares.min() < 0.6
+    d = analyse(scene).data["deflection"].sel(member=link)
+    bow = ((d.sel(s=0.5) - d.sel(s=0.0) / 2 - d.sel(s=1.0) / 2).to_numpy() * normal).sum(axis=1)
+    u = np.pi / 2 * np.sqrt(shares)
+    length, rigidity = SIZES[link], ALUMINIUM["modulus"] * THIN["inertia"]
+    expected = WEIGHT * length**4 / (16 * rigidity * u**4) * (1 / np.cos(u) - 1 - u**2 / 2)
+    softer = (np.pi / 4) ** 4 / 720 + 1e-4  # of the mesh, and of a rigid linkage's axial forces in an elastic one
+    assert (np.abs(bow / expected - 1) * (1 - shares)).max() < softer
+    with pytest.raises(SolverError, match=rf"link {link} (gives way|bends most)"):
+        analyse(pressed_link(link, 1.002, **way)[0])
 
 
 def pulsating(column, speed, reduction="none"):
