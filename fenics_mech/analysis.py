@@ -9,7 +9,15 @@ import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
 from fenics_mech.better import safety_of, still_better
-from fenics_mech.building import boundary_load, mechanism, refuse_unseen, scene_modes, settle, static_response
+from fenics_mech.building import (
+    boundary_load,
+    mechanism,
+    modes_kept,
+    refuse_unseen,
+    scene_modes,
+    settle,
+    static_response,
+)
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
 from fenics_mech.effects.effect import Choice
@@ -23,6 +31,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History, solve_periodic
+from fenics_mech.response.periodic import require_joined
 from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
 from fenics_mech.steady import by_collocation, by_harmonic_balance
@@ -75,6 +84,8 @@ def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str]
         refuse_unseen(scene, points)
         if solver != "sub-intervals":
             require_dense(system.size, points)
+        else:
+            require_joined(modes_kept(scene, system), points)
         progress("modes")
         modes = scene_modes(scene, system)
         progress("response")

@@ -200,11 +200,15 @@ def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:
     return moved(scene.changed(effects=()), system, motion).load  # axial forces load nothing by themselves
 
 
+def modes_kept(scene: Scene, system: System) -> int:
+    """Give the number of modes that the scene keeps."""
+    return system.size if scene.analysis.modes == "all" else min(scene.analysis.modes, system.size)
+
+
 @guarded()
 def scene_modes(scene: Scene, system: System) -> Modes:
     """Solve for the modes that the scene keeps."""
-    count = system.size if scene.analysis.modes == "all" else scene.analysis.modes
-    return solve_modes(system, count, scene.petsc)
+    return solve_modes(system, modes_kept(scene, system), scene.petsc)
 
 
 def settle(system: System, respond: Callable[[System], History]) -> System:

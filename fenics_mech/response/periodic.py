@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import times
+from fenics_mech._guard import require_memory
 from fenics_mech.effects import NOTHING
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
@@ -30,6 +31,7 @@ from fenics_mech.response.resonance import blaming, magnification, of_modes, ref
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
+JOINED = 28  # numbers for each pair of modes in a sub-interval that are held at a time: measured
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
 MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
 
@@ -119,6 +121,12 @@ class SubIntervals:
         start, half = load - slope * self.duration / 2, self.oscillators.transition(self.duration / 2)
         forced = self.oscillators.forced(start, slope, self.duration / 2)
         return np.einsum("kmij,kmj->kmi", half, _unflat(starts)) + forced
+
+
+def require_joined(modes: int, sub_intervals: int) -> None:
+    """Raise `TooLargeError` where so many modes in so many sub-intervals do not fit into memory."""
+    what = f"{sub_intervals} sub-intervals with {modes} modes"
+    require_memory(JOINED * sub_intervals * modes**2, what, "Take fewer modes, or fewer sub_intervals")
 
 
 def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> None:
