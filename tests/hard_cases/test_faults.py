@@ -4,6 +4,7 @@ Each case says what is hard. Right is the same for all: one line that says what 
 no traceback, no file that is not whole, and a next run that works.
 """
 
+import fcntl
 import os
 import random
 import signal
@@ -123,6 +124,18 @@ def test_two_runs_share_an_empty_cache(tmp_path):
     both = [started(program=ASSEMBLE, env=environment) for _ in range(2)]
     assert [ended(process) for process in both] == [(0, "", "")] * 2
     assert not unfinished(tmp_path / "fenics_mech")
+
+
+def test_cache_is_locked_while_a_form_is_compiled(tmp_path, monkeypatch):
+    """So that the second run waits however long it takes; ffcx itself gives up after 10 s."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    def locked(folder):
+        with (folder / "lock").open() as lock, pytest.raises(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return folder
+
+    assert compile_safely(locked) == tmp_path / "fenics_mech"
 
 
 @pytest.mark.parametrize("cache", ["/proc/nowhere", "/dev/null", DEMO])
