@@ -16,7 +16,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
+from fenics_mech.recovery.accuracy import Errors, estimated, largest_with_kinks, not_estimated
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
@@ -57,6 +57,7 @@ ATTRIBUTES = {
     "growth_rate": ("1/s", "rate at which the disturbance grows; it decays where negative"),
     "multiplier_frequency": ("Hz", "frequency of the disturbance"),
     "multiplier_mode": ("1", "mode that has the largest part of the disturbance"),
+    "largest_strain": ("1", "largest strain of the member at its stations and, between them, under forces inside it"),
     "state": ("1", "displacement (m, rad) and velocity of the coordinates at the end, from which to go on"),
     "assurance": ("1", "MAC of each mode with itself at the next position"),
     "harmonic_frequency": ("Hz", "frequency of the harmonic"),
@@ -86,7 +87,9 @@ def collect(
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     _, sampling = variables.pop("sampling_error", (None, None))
-    errors = estimated(scene, system, history, variables["strain"][1], sampling, choices)
+    strain = variables["strain"][1]
+    variables["largest_strain"] = (("member",), largest_with_kinks(scene, system, strain))
+    errors = estimated(scene, system, history, strain, sampling, choices)
     errors.judge(scene)
     refuse_far(scene, system, members)
     coordinates: dict[str, object] = {

@@ -24,9 +24,9 @@ Array = NDArray[np.float64]
 Record = dict[str, Any]
 
 KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions, unit, meaning
-    "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, by magnitude"),
-    "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain"),
-    "peak_strain_s": (("member",), "1", "place along the member of the largest strain"),
+    "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, also between stations"),
+    "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain at a station"),
+    "peak_strain_s": (("member",), "1", "station of the largest strain"),
     "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
     "peak_deflection": (("member",), "m", "largest elastic displacement over the cycle"),
     "peak_joint_force": (("joint",), "N", "largest force of the joint over the cycle"),
@@ -140,7 +140,7 @@ def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
     size = np.abs(strain.to_numpy())
     theta, s, fibre = np.unravel_index(size.reshape(len(size), -1).argmax(axis=1), size.shape[1:])
     found = {
-        "peak_strain": size.max(axis=(1, 2, 3)),
+        "peak_strain": result.data["largest_strain"].to_numpy(),
         "peak_strain_theta": strain["theta"].to_numpy()[theta],
         "peak_strain_s": strain["s"].to_numpy()[s],
         "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),

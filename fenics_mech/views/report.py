@@ -22,6 +22,7 @@ from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
+SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
 LARGEST_HARMONICS = 4  # that the summary names
 FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
 CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
@@ -37,7 +38,7 @@ def summary(result: Result) -> Group:
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
     closer = _between_positions(result)
-    parts.append(_members(closer))
+    parts += [_members(closer), *_under_forces(result)]
     if result.data.sizes["joint"]:
         parts.append(_joints(closer))
     parts += _signal(result)
@@ -207,6 +208,15 @@ def _members(result: Result) -> Table:
             f"{theta[bent]:.4g}\N{DEGREE SIGN}, {s[station]:.3g}",
         )
     return table
+
+
+def _under_forces(result: Result) -> list[Text]:
+    """Say where the strain under a force inside a member is larger than at all stations."""
+    largest = result.data["largest_strain"]
+    larger = largest[largest > (1 + SHOWN) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
+    pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
+    told = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
+    return [Text(f"Larger between stations, under forces inside members (\N{MICRO SIGN}m/m): {told}")] if told else []
 
 
 def _joints(result: Result) -> Table:
