@@ -7,7 +7,6 @@ meet their frequencies, they are taken in, as far as the sub-intervals can follo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -99,13 +98,11 @@ class Neighbours:
 
     def _with_modes(self, lack: Array, static: Array, inertia: Array) -> History:
         """Give the motion with the modes left out, by the load that they lack and its static answer."""
-        if not self._met(lack, static):
-            return self._moved(static, inertia)
-        modes, fastest = self.modes, 1 / (2 * self.step)
-        while modes.omega.shape[1] < self.system.size and modes.frequency.min(axis=0).max() < fastest:
+        modes, reach = self.modes, self._reach(lack, static)
+        while modes.omega.shape[1] < self.system.size and modes.frequency.min(axis=0).max() < reach:
             modes = solve_modes(self.system, 2 * modes.omega.shape[1], self.scene.petsc)
         kept = np.arange(modes.omega.shape[1]) < self.modes.omega.shape[1]
-        slow = modes.frequency.max(axis=0) < fastest  # faster ones would ring at the joins
+        slow = 2 * modes.frequency.max(axis=0) * self.step < 1  # faster ones would ring at the joins
         if not (slow & ~kept).any():
             return self._moved(static, inertia)
         scene = self.scene.changed(analysis__static_correction=True, analysis__allow_ringing=True)
@@ -115,23 +112,21 @@ class Neighbours:
         lack, inertia = more._left_out()
         return more._moved(displacement_under(self.system, lack, self.scene.petsc), inertia)
 
-    def _met(self, lack: Array, static: Array) -> bool:
-        """Whether harmonics of the load on the modes left out, if they met a frequency, would matter beside the rest.
+    def _reach(self, lack: Array, static: Array) -> float:
+        """Frequency (Hz) of the highest harmonic of the load on the modes left out that would matter on one of theirs.
 
-        Measured by the square root of the elastic energy. The modes left out are not slower than those kept.
+        Beside the rest, that is, measured by the square root of the elastic energy. It is 0 where it is well below all
+        of theirs: they are not slower than those kept.
         """
-        slowest = STATIC * self.modes.frequency.min(axis=0).max() * self.scene.period
         energy = np.sum(self.modes.omega**2 * np.einsum("kmi,ki->km", self.momenta, self.history.displacement) ** 2, 1)
-        whole = np.sqrt(max(energy.max(), np.finfo(float).tiny))
-        parts = np.stack([lack, static])
-        spectrum = np.fft.rfft(parts, axis=1)
-        spectrum[:, : math.ceil(slowest)] = 0
-        left_out, fast = (
-            np.sqrt(np.abs(np.einsum("ki,ki->k", *part)).max())
-            for part in (parts, np.fft.irfft(spectrum, len(lack), axis=1))
-        )
-        magnified = fast / (2 * max(damping_ratios(self.scene, self.modes.omega).min(), LEAST_RATIO))
-        return bool(magnified > max(left_out, LEAST_MET * whole))
+        left_out = np.abs(np.einsum("ki,ki->k", lack, static)).max()
+        enough = max(np.sqrt(left_out), LEAST_MET * np.sqrt(energy.max()), np.finfo(float).tiny)
+        spectrum = np.fft.rfft(np.stack([lack, static]), axis=1) * (2 / len(lack))
+        harmonics = np.sqrt(np.abs(np.einsum("hi,hi->h", spectrum[0], spectrum[1].conj())))
+        ratio = max(float(damping_ratios(self.scene, self.modes.omega).min()), LEAST_RATIO)
+        magnified = np.cumsum(harmonics[::-1])[::-1] / (2 * ratio)
+        highest = np.flatnonzero(magnified > enough).max(initial=0) / self.scene.period
+        return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
     def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
         """Change of q and of the nodal inertia under a load, whose static answer is known."""
