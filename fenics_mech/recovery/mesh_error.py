@@ -145,13 +145,14 @@ def _by_pins(system: System, pins: Sequence[PointLoad], step: float | None, clos
     """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes lack.
 
     The linkage gives way to the pins' gaps by statics. That bends elements, whose stress and inertia act on their ends,
-    and moves springs and point masses, whose forces act on nodes.
+    and moves springs and point masses, whose forces act on nodes. Axial forces are not in these statics, and act
+    on what they give: a link that is beyond its Euler load for a moment only would buckle.
     """
-    beams = system.beams
+    beams, slack = system.beams, replace(system, terms=replace(system.terms, tension=None, element_stiffness=None))
     gaps = dict(zip(system.transformation.constraints.contacts, (pin.gap(system) for pin in pins)))
     coordinates = system.transformation.apart(system.motion, gaps)
     v = system.on_nodes(coordinates)
-    v = v + system.to_links(yielding_to(system, -_held(system, coordinates, v)))
+    v = v + system.to_links(yielding_to(slack, -_held(slack, coordinates, v)))
     ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
     force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
     if step is None:
