@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -193,36 +193,6 @@ def between_stations(strain: Array) -> Array:
     inside = (np.abs(slope) < np.abs(bend)) & (bend != 0)
     vertex = middle - np.where(inside, slope**2 / (2 * np.where(inside, bend, 1.0)), 0.0)
     return np.maximum(np.abs(vertex).max(axis=(0, 2, 3)) - highest, 0.0)
-
-
-def largest_with_kinks(scene: Scene, system: System, strain: Array) -> Array:
-    """Largest strain of each member at the stations and under forces inside it, ``(members,)``.
-
-    Under a force it has a kink: two stations on either side tell the straight lines that meet in it.
-    """
-    found, every, count = np.abs(strain).max(axis=(0, 2, 3)), np.arange(len(strain)), strain.shape[2]
-    for member, along in _kinks(scene, system):
-        place = along * (count - 1)  # in steps between stations
-        before = np.clip(place.astype(int), 0, max(count - 2, 0))
-        for first in (before - 1, before + 1):
-            known = (first >= 0) & (first + 1 < count)
-            at, k = every[known], first[known]
-            a, b = strain[at, member, k], strain[at, member, k + 1]
-            peak = np.abs(a + (place[known] - k)[:, None] * (b - a)).max(initial=0.0)
-            found[member] = max(found[member], float(peak))
-    return found
-
-
-def _kinks(scene: Scene, system: System) -> Iterator[tuple[int, Array]]:
-    """Members with forces inside them, and the places 0..1 of these, ``(angles,)``: pins that travel, loads."""
-    mesh, angles = system.beams.mesh, len(system.motion.theta)
-    for contact in system.transformation.constraints.contacts.values():
-        element, (xi, *_) = contact.place(system.motion, 1)
-        along = mesh.cell_start[element] + xi * mesh.cell_length[element]
-        yield contact.member, along / mesh.member_length[contact.member]
-    for label, places in scene.loaded_places().items():
-        for place in places:
-            yield mesh.members.index(label), np.full(angles, place)
 
 
 def _advice(scene: Scene, source: str, times: float) -> str:

@@ -16,12 +16,13 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import Errors, estimated, largest_with_kinks, not_estimated
+from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
+from fenics_mech.recovery.unseen import unseen
 from fenics_mech.recovery.validity import bow, euler_ratio, refuse_far, rotation
 from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
@@ -57,7 +58,7 @@ ATTRIBUTES = {
     "growth_rate": ("1/s", "rate at which the disturbance grows; it decays where negative"),
     "multiplier_frequency": ("Hz", "frequency of the disturbance"),
     "multiplier_mode": ("1", "mode that has the largest part of the disturbance"),
-    "largest_strain": ("1", "largest strain of the member at its stations and, between them, under forces inside it"),
+    "largest_strain": ("1", "largest strain of the member, at stations and where it may have a peak between them"),
     "state": ("1", "displacement (m, rad) and velocity of the coordinates at the end, from which to go on"),
     "assurance": ("1", "MAC of each mode with itself at the next position"),
     "harmonic_frequency": ("Hz", "frequency of the harmonic"),
@@ -88,7 +89,7 @@ def collect(
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     _, sampling = variables.pop("sampling_error", (None, None))
     strain = variables["strain"][1]
-    variables["largest_strain"] = (("member",), largest_with_kinks(scene, system, strain))
+    variables["largest_strain"] = (("member",), _largest(scene, system, history, strain))
     errors = estimated(scene, system, history, strain, sampling, choices)
     errors.judge(scene)
     refuse_far(scene, system, members)
@@ -141,6 +142,16 @@ def _with_viscous_forces(
     viscous = reactions(bare, nodal_forces(bare, history.damping))
     members = elastic.with_forces(*section_forces(bare, history.damping, s, point_loads(bare, viscous)))
     return members, elastic, {key: force + viscous[key] for key, force in found.items()}
+
+
+def _largest(scene: Scene, system: System, history: History, strain: np.ndarray) -> np.ndarray:
+    """Largest strain of each member, at its stations and where it may have a peak between them, ``(members,)``."""
+    found, places = np.abs(strain).max(axis=(0, 2, 3)), unseen(scene, system, history)
+    if not len(places):
+        return found
+    members, elastic, _ = _with_viscous_forces(system, history, places)
+    _, there = _of_members(scene, members, elastic)["strain"]
+    return np.maximum(found, np.abs(there).max(axis=(0, 2, 3)))
 
 
 def _of_errors(errors: Errors) -> xr.Dataset:

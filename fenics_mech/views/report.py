@@ -38,7 +38,7 @@ def summary(result: Result) -> Group:
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
     closer = _between_positions(result)
-    parts += [_members(closer), *_under_forces(result)]
+    parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
         parts.append(_joints(closer))
     parts += _signal(result)
@@ -210,13 +210,13 @@ def _members(result: Result) -> Table:
     return table
 
 
-def _under_forces(result: Result) -> list[Text]:
-    """Say where the strain under a force inside a member is larger than at all stations."""
+def _between_stations(result: Result) -> list[Text]:
+    """Say where the strain between stations is larger than at all of them."""
     largest = result.data["largest_strain"]
     larger = largest[largest > (1 + SHOWN) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
     told = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
-    return [Text(f"Larger between stations, under forces inside members (\N{MICRO SIGN}m/m): {told}")] if told else []
+    return [Text(f"Larger between stations (\N{MICRO SIGN}m/m): {told}")] if told else []
 
 
 def _joints(result: Result) -> Table:
