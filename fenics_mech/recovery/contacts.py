@@ -78,17 +78,14 @@ class PointLoad:
     def gap(self, system: System) -> tuple[Array, Array]:
         """Deflection (m) and slope of its element, between clamped ends, where it acts, each ``(angles,)``.
 
-        By those the pin is off the element's shape functions. What shear adds is that of the shear forces of bending,
-        which is no less than the true one.
+        The pin follows the element's shape functions, which lack both. Elements are rigid in shear: the effect `shear`
+        refuses such pins.
         """
         beams, a, b = system.beams, self.place, 1 - self.place
         length, ei = beams.mesh.cell_length[self.element], beams.bending_rigidity[self.element]
         mixed = (a * b) ** 2 * (b - a) / 2 * length**2
         w = ((a * b) ** 3 / 3 * length**3 * self.across + mixed * self.moment) / ei
         slope = (mixed * self.across + a * b * (a**2 - a * b + b**2) * length * self.moment) / ei
-        if beams.shear_rigidity is not None:
-            shear = a * b**4 * (3 * a + b) ** 2 + b * a**4 * (a + 3 * b) ** 2
-            w += shear * length * self.across / beams.shear_rigidity[self.element]
         return w, slope
 
 
