@@ -16,10 +16,9 @@ from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, 
 from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Array, Loops
-from fenics_mech.kinematics.transmission import Transmission, worst_transmission
+from fenics_mech.kinematics.transmission import SAMPLES, Transmission, worst_transmission
 from fenics_mech.scene import Scene
 
-SAMPLES = 361
 FLAT = 1e-9  # relative change of the smallest singular value over the range that counts as none
 
 
@@ -98,7 +97,7 @@ def reachable_range(scene: Scene) -> Range:
     turns = high - low >= 2 * np.pi * (1 - 1e-12)
     minima = _minima(loops, law, branch, 0.0 if turns else low, 2 * np.pi if turns else high, turns)
     found = [limit for limit in limits if limit] + minima
-    told = worst_transmission(loops, law, branch, 0.0, 2 * np.pi) if turns else ()
+    told = worst_transmission(loops, law, branch) if turns else ()
     return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)), transmission=told)
 
 

@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, follow
 from fenics_mech.kinematics.loops import GROUND, Array, Loops
 
-SAMPLES = 361
+SAMPLES = 361  # of the range of the drive
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Transmission:
     links
         Their names.
     theta
-        Drive coordinate (rad).
+        Drive coordinate (rad), 0 to 2 pi.
     angle
         The angle there (rad), 0 to pi/2.
     """
@@ -45,20 +45,18 @@ class Transmission:
 class _Joint:
     name: str
     bodies: tuple[int, int]
-    kind: str  # "rigid", "pin", "slide" (without turning), "slot"
-    place: Array
-    along: Array
+    kind: str  # "rigid", "pin", "slide" (without turning), "slot", "driven" (a slot at a given stroke: not told)
+    place: Array  # in the fixed frame (m), (positions, 2)
+    along: Array  # of the guide, (positions, 2); of a pin nothing, (positions, 0, 2)
 
 
-def worst_transmission(
-    loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float
-) -> tuple[Transmission, ...]:
-    """Find the worst transmission angle of every pair in a range of the drive; nothing where some are not told."""
+def worst_transmission(loops: Loops, law: DriveLaw, branch: Branch) -> tuple[Transmission, ...]:
+    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not told."""
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
         return transmission_angles(loops, follow(loops, law, theta, branch)) or {}
 
-    thetas = np.linspace(low, high, SAMPLES)
+    thetas = np.linspace(0.0, 2 * np.pi, SAMPLES)
     step, found = thetas[1] - thetas[0], []
     for pair, values in angles(thetas).items():
         middle = thetas[values.argmin()]
@@ -68,7 +66,7 @@ def worst_transmission(
             method="bounded",
             options={"xatol": 1e-7},
         )
-        found.append(Transmission(*pair, float(best.x), float(best.fun)))
+        found.append(Transmission(*pair, float(best.x % (2 * np.pi)), float(best.fun)))
     return tuple(found)
 
 

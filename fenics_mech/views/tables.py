@@ -115,11 +115,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
             where = f"worst transmission at {_degrees(critical.theta)}: smallest singular value {size}"
             lines.append(Text(f"{where}, {', '.join(critical.links)}"))
     for pair in reach.transmission:
-        at = (
-            f"at drive angle {_degrees(pair.theta % (2 * math.pi))} (90\N{DEGREE SIGN} is best)"
-            if pair.angle < BEST
-            else "always"
-        )
+        at = f"at drive angle {_degrees(pair.theta)} (90\N{DEGREE SIGN} is best)" if pair.angle < BEST else "always"
         text = f"transmission angle at joint {pair.joint} ({', '.join(pair.links)})"
         lines.append(Text(f"{text}: {'at worst ' * (pair.angle < BEST)}{_degrees(pair.angle)} {at}"))
     return Group(*lines)
