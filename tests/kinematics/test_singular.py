@@ -67,4 +67,5 @@ def test_transmission_angles_of_slides(demo, angles):
 
 
 def test_critical_positions_of_a_cycle_are_from_0_to_360_degrees():
-    assert all(0 <= critical.theta < 2 * np.pi for critical in reachable_range(seed_four_bar()).critical)
+    reach = reachable_range(seed_four_bar())
+    assert all(0 <= found.theta <= 2 * np.pi for found in (*reach.critical, *reach.transmission))
