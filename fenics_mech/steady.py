@@ -21,7 +21,7 @@ from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History
 from fenics_mech.response.collocation import between, corrected, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping
-from fenics_mech.response.equilibrium import weakest_link
+from fenics_mech.response.equilibrium import naming_buckled
 from fenics_mech.response.floquet import Stability, floquet
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.harmonic_balance import solve_harmonic_balance
@@ -244,24 +244,8 @@ def condition_of(orbit: Orbit, scene: Scene) -> float:
 
 def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:
     jump, tension = velocity_jumps(scene, inside.system, steps), rough_tension(scene, inside.system)
-    try:
+    with naming_buckled(inside, tension):
         return solve_collocation(inside, tableau, steps.duration, scene.petsc, tension, jump)
-    except SolverError as error:
-        straight = inside.linear if tension is None else _straight(inside, tension)
-        if straight.weakest is None:
-            raise
-        k = straight.weakest
-        theta, link = np.degrees(inside.system.motion.theta[k]), weakest_link(inside.system, k, straight.stiffness[k])
-        raise type(error)(
-            f"{error}. Link {link} buckles: under the axial forces of loads and rigid motion the stiffness of the "
-            f"straight links is not positive at drive angle {theta:.6g} deg"
-        ) from error
-
-
-def _straight(inside: Equation, tension: Array) -> Matrices:
-    """Linearise about straight links under axial forces."""
-    still = np.zeros((len(tension), inside.system.size))
-    return inside.linearised(still, still, tension)
 
 
 def _settled(cycle: Cycle, inside: Equation, tableau: Tableau) -> Equation:

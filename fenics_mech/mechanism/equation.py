@@ -147,6 +147,11 @@ class Equation:
             load=linear.load - self._to_coordinates(constant, law.dofs),
         )
 
+    def straight(self, tension: Array) -> Matrices:
+        """Linearise about straight links at rest under axial forces (N), ``(angles, elements)``."""
+        still = np.zeros((len(tension), self.system.size))
+        return self.linearised(still, still, tension)
+
     def _tangents_at(self, among: slice, dofs: Index, by_v: Array, by_rate: Array) -> tuple[Array, Array]:
         """Damping and stiffness at some of the angles of strings on `dofs`, from theirs in link axes."""
         p, first, _ = self._shape_at(among)

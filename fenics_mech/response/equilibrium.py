@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
 
 Array = NDArray[np.float64]
 LARGEST_LOSS = 1e-3  # of an answer by rounding; measured, the estimate is 3 to 20 times the true loss
@@ -37,6 +41,35 @@ def refuse_buckled(system: System, k: int, stiffness: Array) -> None:
             "load or the speed, or take stiffer members; or, with the effect 'moderate-rotations', give a small load "
             "across the members that buckle, so that they know where to go"
         ) from None
+
+
+@contextmanager
+def naming_buckled(equation: Equation, tension: Array | None) -> Iterator[None]:
+    """Add to a `SolverError` which straight link buckles, where one does.
+
+    Parameters
+    ----------
+    equation
+        The equation that is solved.
+    tension
+        Axial forces (N), ``(angles, elements)``; None where the equation is linear and has them in its stiffness.
+
+    Raises
+    ------
+    SolverError
+        Of the class of the first one, with link and drive angle.
+    """
+    try:
+        yield
+    except SolverError as error:
+        straight = equation.linear if tension is None else equation.straight(tension)
+        if (k := straight.weakest) is None:
+            raise
+        theta, link = equation.system.motion.theta[k], weakest_link(equation.system, k, straight.stiffness[k])
+        raise type(error)(
+            f"{error}. The straight link {link} buckles: under its axial forces the stiffness is not positive at drive "
+            f"angle {np.degrees(theta):.6g} deg"
+        ) from error
 
 
 def weakest_link(system: System, k: int, stiffness: Array) -> str:

@@ -15,7 +15,7 @@ from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation, Matrices
-from fenics_mech.response.equilibrium import LARGEST_LOSS, loss, refuse_buckled, refuse_lost, weakest_link
+from fenics_mech.response.equilibrium import LARGEST_LOSS, loss, naming_buckled, refuse_buckled, refuse_lost
 from fenics_mech.response.history import History
 from fenics_mech.response.newton import Orbit, solve_nonlinear
 
@@ -128,20 +128,14 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Histo
         """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far."""
         share = np.ones((len(tension), 1))
         while True:
-            tangents = equation.linearised(still, still, share * tension)
+            tangents = equation.straight(share * tension)
             buckled = np.linalg.eigvalsh(tangents.stiffness)[:, 0] <= 0
             if not buckled.any():
                 return share * tension
             share[buckled] *= SMALLER
 
-    try:
+    with naming_buckled(equation, tension):
         found = solve_nonlinear(equation, solve, tension, accept, guess)
-    except SolverError as error:
-        straight = equation.linearised(still, still, tension)
-        if (k := straight.weakest) is None:
-            raise
-        link = weakest_link(system, k, straight.stiffness[k])
-        raise SolverError(f"{error}. The straight link {link} buckles under it") from error
     return History(
         displacement=found.displacement,
         inertia=system.rigid_acceleration,
