@@ -10,13 +10,13 @@ from typing import Any
 from fenics_mech._guard import memory
 from fenics_mech.mechanism.equation import DENSE
 from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis import MOST_STATIONS
 from fenics_mech.scene.consistency import MOST_WHOLE
 from fenics_mech.scene.meshing import with_elements
 
 STAGES = 3
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
 MOST_ENTRIES = 1.5e7  # steps times the square of the coordinates: measured, 10 microseconds and 1.2 kB each
-MOST_STATIONS = 10_001
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
 GREW = 1.2  # of a number, below which what its error did tells no order
 LEAST_ORDER = 0.25  # measured, below which it is none

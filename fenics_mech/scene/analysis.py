@@ -9,6 +9,8 @@ from pydantic import Field
 from fenics_mech.scene.base import Part
 from fenics_mech.units import Angle, Frequency, Share
 
+MOST_STATIONS = 10_001  # along a member
+
 
 class Analysis(Part):
     """What to compute and with which numerical options.
@@ -100,4 +102,4 @@ class Analysis(Part):
     allow_coarse: bool = False
     allow_large: bool = False
     tension: Literal["rigid", "settled"] = "rigid"
-    stations: Annotated[int, Field(ge=2, le=10_001)] = 21
+    stations: Annotated[int, Field(ge=2, le=MOST_STATIONS)] = 21
