@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
-from fenics_mech.better import safety_of, still_better
+from fenics_mech.better import of_mesh, still_better
 from fenics_mech.building import (
     boundary_load,
     mechanism,
@@ -29,7 +29,7 @@ from fenics_mech.modes import Modes
 from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
-from fenics_mech.recovery.mesh_error import neglected, order_of
+from fenics_mech.recovery.mesh_error import neglected
 from fenics_mech.response import History, solve_periodic
 from fenics_mech.response.periodic import require_joined
 from fenics_mech.response.periodic_better import Neighbours
@@ -145,7 +145,7 @@ def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[Syste
     lack = neglected(system, history.elastic, scene.period / len(modes.theta))
     load = system.on_coordinates(system.applied_by(lack))
     neighbours = Neighbours(scene, system, modes, history, at_starts)
-    found = neighbours.better(load, lack, order_of(system), safety_of(system))
+    found = neighbours.better(load, lambda motion: of_mesh(system, motion, lack))
     return system, replace(history, better=found)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import NOTHING
+from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -58,12 +58,18 @@ def mesh_better(
     size = load.shape[1]
     whole = np.pad(load, ((0, 0), (0, flow.size - size)))
     q, rate = (change[:, :size] for change in periodic_change(whole, flow.states(*starts), flow, regular, scene.petsc))
-    return Better(
-        history_of(equation, motion[0] + q, motion[1] + rate, load), order_of(system), safety_of(system), lack
-    )
+    return of_mesh(system, history_of(equation, motion[0] + q, motion[1] + rate, load), lack)
 
 
-def safety_of(system: System) -> float:
+def of_mesh(system: System, history: History, lack: Terms, least: float = 1.0) -> Better:
+    """Judge a motion without the error of the mesh: how that falls, and by how much, `least` or more, it is raised.
+
+    The loads `lack` are what the elements neglect.
+    """
+    return Better(history, order_of(system), max(least, _safety_of(system)), lack)
+
+
+def _safety_of(system: System) -> float:
     """By which the error of a mesh is raised."""
     beams = system.beams
     least = TRAVELLING if system.transformation.constraints.contacts else 1.0
@@ -78,7 +84,7 @@ def safety_of(system: System) -> float:
 def still_better(scene: Scene, system: System, history: History) -> Better:
     """Give a static or quasi-static answer without the error of the mesh.
 
-    There is none without axial forces, if no section varies.
+    There is none without axial forces, if no section varies and no pin travels along a member.
     """
     lack = neglected(system, history, None)
     if lack is NOTHING:
@@ -93,12 +99,7 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
         q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
     if lack.force is not None and not scene.analysis.allow_coarse:
         _refuse_far(system, history.displacement, q)
-    return Better(
-        replace(history, displacement=history.displacement + q),
-        order_of(system),
-        max(SAFETY, safety_of(system)),
-        lack,
-    )
+    return of_mesh(system, replace(history, displacement=history.displacement + q), lack, SAFETY)
 
 
 def _refuse_far(system: System, q: Array, change: Array) -> None:

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.better import safety_of
+from fenics_mech.better import of_mesh
 from fenics_mech.building import moved
 from fenics_mech.effects import Terms
 from fenics_mech.errors import ResultError, SceneError
@@ -20,7 +20,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import own_steps
-from fenics_mech.recovery.mesh_error import at_the_start, neglected, order_of
+from fenics_mech.recovery.mesh_error import at_the_start, neglected
 from fenics_mech.response import History, solve_static
 from fenics_mech.response.coefficients import NODES, WINDOWS, Coefficients
 from fenics_mech.response.damping import modal_damping
@@ -101,7 +101,7 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         better.append(meshless)
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     histories, loads = map(list, zip(*better))
-    found = {"mesh": Better(_joined(histories), order_of(system), safety_of(system), _joined(loads))}
+    found = {"mesh": of_mesh(system, _joined(histories), _joined(loads))}
     if roughly:
         found = {"time": Better(_joined(roughly), 1, ROUGH_SHARE), **found}
     history = replace(_joined(parts), course=course)

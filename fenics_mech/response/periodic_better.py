@@ -7,14 +7,13 @@ meet their frequencies, they are taken in, as far as the sub-intervals can follo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
@@ -50,14 +49,14 @@ class Neighbours:
     history: History
     boundary_load: Array | None = None
 
-    def better(self, load: Array, terms: Terms, order: float, safety: float) -> Mapping[str, Better]:
-        """Give the motion without the errors by steps, by modes, and by a load of the mesh, that of `terms`."""
+    def better(self, load: Array, of_mesh: Callable[[History], Better]) -> Mapping[str, Better]:
+        """Give the motion without the errors by steps, modes and a load of the mesh; `of_mesh` judges the last."""
         lack, inertia = self._left_out()
         answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
             "modes": Better(self._with_modes(lack, answers[..., 0], inertia), ORDERS["modes"], SAFETY),
-            "mesh": Better(self._moved(*self._under(load, answers[..., 1])), order, safety, terms),
+            "mesh": of_mesh(self._moved(*self._under(load, answers[..., 1]))),
         }
 
     @property
