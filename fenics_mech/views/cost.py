@@ -178,11 +178,11 @@ def _known(cost: Cost, of_peers: bool) -> dict[str, float]:
 
 def _best(error: Array, least: float) -> str:
     """Say which error is the smallest."""
-    return at_least(float(np.nanmin(error)), least) if np.isfinite(error).any() else "none"
+    return _as_known(float(np.nanmin(error)), least) if np.isfinite(error).any() else "none"
 
 
-def at_least(error: float, least: float) -> str:
-    """Give an error in percent, if the converged answer is known so well."""
+def _as_known(error: float, least: float) -> str:
+    """Give an error in percent, or that it is below the smallest that the converged answer can tell."""
     return percent(error) if error > least else f"< {percent(least)}"
 
 
@@ -194,7 +194,7 @@ def front_table(data: xr.Dataset, variable: str, least: float) -> Table:
         run = data.isel(run=i)
         ratio = float(run["estimate_ratio"]) if "estimate_ratio" in data else np.nan
         known = number(ratio) if np.isfinite(ratio) else ""
-        error = at_least(float(run[variable]), least)
+        error = _as_known(float(run[variable]), least)
         table.add_row(escape(said(run)), number(1e3 * float(run["seconds"])), error, known)
     return table
 
@@ -212,7 +212,7 @@ def advice(data: xr.Dataset, variable: str, least: float = 0.0) -> list[str]:
         if np.isfinite(error).any():
             i = min(np.flatnonzero(error == np.nanmin(error)), key=lambda run: seconds[run])
             lines.append(
-                f"{percent(level)} with none of these runs: the best has {at_least(float(error[i]), least)} in "
+                f"{percent(level)} with none of these runs: the best has {_as_known(float(error[i]), least)} in "
                 f"{number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}"
             )
         break
