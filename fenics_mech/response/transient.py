@@ -29,8 +29,8 @@ from fenics_mech.response.tableau import Tableau
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 LONGEST_STEP = 1 / 40  # of a cycle
 Prepared = tuple[float, Callable[[], Any]]  # TS's time over ours, and what gives the state
-RISE = {COLLOCATION: 1.0}  # of the logarithm of what grows without vibrating, in a step; with other steps:
-SMALL_RISE = 0.1  # they are of order 2, and do not see what is small beside the rest
+LARGEST_RISE = 1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
+SMALL_RISE = 0.1  # the same with PETSc's own steps: they are of order 2, and do not see what is small beside the rest
 LARGEST_MOTION = 1e6  # over the static deflection or the start: such a motion grows without bound
 SAME = 2 * NARROWEST  # of a cycle, between times that count as one
 
@@ -242,9 +242,9 @@ class _Run:
         self.schedule, self.options, self.taken, self.steps = schedule, options, keep, 0
         self.instant = Instant(coefficients)
         self.kind = str(options.get("transient_ts_type", COLLOCATION))
-        self.rise = RISE.get(self.kind, SMALL_RISE)
+        self.rise = LARGEST_RISE if self.kind == COLLOCATION else SMALL_RISE
         growth = max(coefficients.growth, 1e-300)
-        self.longest = min(LONGEST_STEP * schedule.cycle, self.rise / growth)  # longer ones would damp it
+        self.longest = min(LONGEST_STEP * schedule.cycle, self.rise / growth)
         self.length = self.longest
         mass, _, stiffness = coefficients.at(coefficients.start)[:3]
         self.scale = np.sqrt(np.abs(np.diag(mass)))  # of velocities, so that energies count
