@@ -97,7 +97,7 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
         tension = law.tension(*equation.in_links(history.displacement, still))
         tangents = equation.linearised(history.displacement, still, tension)
         q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
-    if lack.force is not None and not scene.analysis.allow_coarse:
+    if (law is not None or system.terms.tension is not None) and not scene.analysis.allow_coarse:
         _refuse_far(system, history.displacement, q)
     return of_mesh(system, replace(history, displacement=history.displacement + q), lack, SAFETY)
 
