@@ -127,7 +127,7 @@ class SpreadLoad:
 
 
 def point_loads(system: System, found: dict[tuple[str, str, int], Array]) -> list[PointLoad]:
-    """Loads of all pins on the members that they travel along, from the joints' reactions, as `contacts` are."""
+    """Loads of pins on the members that they travel along, in the order of `contacts`, from the joints' reactions."""
     motion, loads = system.motion, []
     for name, contact in system.transformation.constraints.contacts.items():
         pin = contact.scene.joints[name].connect[1].split(".")[0]

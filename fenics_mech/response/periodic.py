@@ -31,7 +31,7 @@ from fenics_mech.response.resonance import blaming, magnification, of_modes, ref
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-JOINED = 28  # numbers for each pair of modes in a sub-interval that are held at a time: measured
+JOINED = 28  # matrices over the modes of a sub-interval that are held at a time: measured
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
 MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
 
