@@ -18,7 +18,7 @@ from fenics_mech.scene.base import Part
 from fenics_mech.scene.build import build
 
 MOST_POINTS = 1_000_000  # of a grid
-QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.*+-].*)")  # a number and its unit
+QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
 FORM = "Write PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or drive.speed='100 rpm:600 rpm:51'"
 RANGE_FORM = "Write PATH=START:STOP, such as drive.speed=10:60 or drive.speed='100 rpm:600 rpm'"
 

@@ -291,6 +291,8 @@ def test_values_are_read_in_units_and_units_are_known(seed):
     assert axes[2].values == (1, 3, 5)
     assert [axis.unit for axis in axes] == ["rad/s", "m", "1"]
     assert [axis.written for axis in axes] == [("rpm", pytest.approx(np.pi / 30)), ("in", 0.0254), ("1", 1.0)]
+    assert parse_axes(seed, ["drive.speed=1e1:6e1:3"])[0].written == ("rad/s", 1.0)
+    assert parse_axes(seed, ["damping.ratio=1e-1 %:2 %:3"])[0].written == ("%", pytest.approx(0.01))
     assert axes[2].whole
     assert unit_of(seed, "gravity.1") == "m/s^2"
     assert unit_of(seed, "damping.ratio") == "1"
