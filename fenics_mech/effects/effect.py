@@ -78,7 +78,8 @@ class Effect:
     estimate
         The formula of that estimate, as the table of effects shows it.
     lacks
-        Says what the effect needs and a scene does not state; then the program does not choose it, and says so.
+        Says what the effect needs and a scene does not state, or nothing; the program does not choose it then, and
+        says why.
     without
         Changes of the scene that leave out an effect that it states, by path, as `Scene.changed` takes them.
     replaces
@@ -115,7 +116,7 @@ class Choice:
     acts
         Whether it acts.
     lacking
-        What the scene does not state and it needs, if it would act otherwise.
+        Why it does not act though it should: what it needs and the scene does not state; else empty.
     """
 
     effect: Effect

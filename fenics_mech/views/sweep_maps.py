@@ -23,12 +23,8 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
 WIDE = 30  # ratio of largest to smallest from which a map's colours are logarithmic
-SHADES = (
-    (0.0, "#8fb0d3"),
-    (0.5, "#eaf1f8"),
-    (0.5, "#fee0c4"),
-    (1.0, "#a63603"),
-)  # with a step at the limit of stability
+# with a step at the limit of stability
+SHADES = ((0.0, "#8fb0d3"), (0.5, "#eaf1f8"), (0.5, "#fee0c4"), (1.0, "#a63603"))
 GROWTH = LinearSegmentedColormap.from_list("growth", SHADES)
 FAILED = "#d9d9d9"
 HATCHES = {"unstable": "////", BEYOND: ".."}
