@@ -226,10 +226,11 @@ def _loaded(system: System, loads: Terms) -> System:
 
 
 def _stations(system: System) -> Array:
-    """Places at which strains are compared; moments that run straight between lumps of mass are right beside them."""
-    mesh = system.beams.mesh
-    lumped = system.beams.spread is not None
-    return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1) if lumped else STATIONS)
+    """Places at which strains are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
+    mesh, terms = system.beams.mesh, system.terms
+    if system.beams.spread is None and terms.tension is None and terms.law is None:
+        return np.linspace(0, 1, STATIONS)
+    return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1))
 
 
 def _recovered(scene: Scene, system: System, history: History) -> tuple[Array, Array, Array]:

@@ -120,7 +120,13 @@ def section_forces(
 
     Parameters are those of `recover_members`.
     """
-    element, xi = locate(system.beams, s)
+    return forces_inside(system, history, *locate(system.beams, s), loads)
+
+
+def forces_inside(
+    system: System, history: History, element: NDArray[np.int64], xi: Array, loads: Sequence[PointLoad] = ()
+) -> tuple[Array, Array, Array]:
+    """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each."""
     inertia, ends = inertia_of(system, history, element), element_forces(system, history)
     return _statics(system, history, ends, inertia, loads, element, xi)
 

@@ -1,8 +1,9 @@
 """What the elements neglect: the inertia of the deflection between their nodes, as a line load.
 
 The nodes of an element move as they should under any load that does not depend on the motion, but the deflection b that
-its own load adds between them has no inertia, and feels no axial force. In the equation of the nodes that leaves out
-``-int (rho A b'' N + T b' N') dx``, b'' being an acceleration. The response to this load is the error, to its first
+its own load adds between them has no inertia, and feels no axial force; nor do the nodes feel by how much that force T
+differs from its mean. In the equation of the nodes that leaves out ``-int (rho A b'' N + T b' N' + dT w' N') dx``, b''
+being an acceleration. The response to this load is the error, to its first
 order: it falls with the fourth power of the element's length in bending, with the second along the axis. Where a
 section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`. And a pin that
 travels along a member follows the nodes, and not the deflection between them that its own force adds: that error falls
@@ -16,6 +17,7 @@ from dataclasses import replace
 from typing import TypeVar, cast
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import each
@@ -32,6 +34,7 @@ from fenics_mech.recovery.members import (
     SHAPES,
     bent_by_tension,
     between_nodes,
+    forces_inside,
     inertia_of,
     strain_of,
 )
@@ -93,6 +96,10 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     if reduction is not None and step is not None:
         force = _sum(force, _by_modes_left_out(system, left_to_statics(system, history), step, closed))
     ends = _by_varying(system, history, element, xi) if varies else None
+    if tension is not None:
+        axial = forces_inside(system, history, element, xi, pins)[0]
+        of_line, of_nodes = _by_tension_inside(system, history, axial.reshape(z.shape))
+        line, force = _sum(line, of_line), _sum(force, of_nodes)
     if contacts:
         of_ends, of_nodes = _by_pins(system, pins, step, closed)
         ends, force = _sum(ends, of_ends), _sum(force, of_nodes)
@@ -216,8 +223,7 @@ def _line(force: Complex) -> Array:
     """Give the loads linear along each element that are to it what forces at `PLACES` are (N/m)."""
     parts = []
     for values, functions in ((force.real, LINEAR), (force.imag, ROTATIONS)):
-        products = [[(f * g).integ()(1.0) for g in LINEAR] for f in functions]
-        parts.append((values * WEIGHTS) @ evaluate(functions, PLACES) @ np.linalg.inv(products).T)
+        parts.append((values * WEIGHTS) @ evaluate(functions, PLACES) @ _of_linear(functions).T)
     return np.concatenate(parts, axis=-1)
 
 
@@ -239,6 +245,29 @@ def _by_tension(system: System, tension: Array, w: Array) -> Array:
     ends = np.zeros((*tension.shape, 6))
     ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
     return system.assembled_from_members(ends)
+
+
+def _by_tension_inside(system: System, history: History, axial: Array) -> tuple[Array, Array]:
+    """Give the loads by what the axial force N at `PLACES` differs from its mean, ``-int (N - mean) w' N' dx``.
+
+    Its part that bends an element is linear along it, with the same moments at clamped ends; the rest is on the nodes.
+    """
+    mesh = system.beams.mesh
+    h = mesh.cell_length[:, None]
+    nodal = in_member_axes(mesh, system.to_links(history.displacement))[..., NORMAL]
+    nodal[..., 1::2] *= h
+    slopes = evaluate(tuple(f.deriv() for f in CUBIC), PLACES)
+    more = (axial - axial @ WEIGHTS[:, None]) * WEIGHTS
+    ends, line = np.zeros((*axial.shape[:2], 6)), np.zeros((*axial.shape[:2], 4))
+    ends[..., NORMAL] = -((more * (nodal @ slopes.T)) @ slopes) / h
+    ends[..., [2, 5]] *= h
+    line[..., 2:] = ends[..., [2, 5]] / h**2 @ _of_linear(ROTATIONS).T
+    return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
+
+
+def _of_linear(functions: Sequence[Polynomial]) -> Array:
+    """Give what makes linear loads of their work on two functions."""
+    return np.linalg.inv([[(f * g).integ()(1.0) for g in LINEAR] for f in functions])
 
 
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
