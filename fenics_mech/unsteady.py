@@ -26,7 +26,7 @@ from fenics_mech.response.coefficients import NODES, WINDOWS, Coefficients
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import blows_between
-from fenics_mech.response.perturbation import change_in_time
+from fenics_mech.response.perturbation import change_in_time, too_fast
 from fenics_mech.response.tableau import Tableau
 from fenics_mech.response.transient import Course, Schedule, integrate
 from fenics_mech.scene import Scene
@@ -89,12 +89,15 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         )
     course = _course(scene, system)
     rough = None if own_steps(scene) else _rougher(scene, system, course)
-    parts, roughly, better, state = [], [], [], np.zeros((3, system.size))
+    parts, roughly, better, fast, state = [], [], [], [], np.zeros((3, system.size))
     for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
         part = slice(k, k + analysis.sub_intervals)
         equation = _equation(scene, system, course.time[part])
         motion = course.displacement[part], course.velocity[part]
         parts.append(history_of(equation, *motion))
+        fast.append(
+            too_fast(equation.linear, motion, scene.period / analysis.sub_intervals, float(np.ptp(course.time)))
+        )
         if rough is not None:
             roughly.append(history_of(equation, rough.displacement[part], rough.velocity[part]))
         *meshless, state = _without_mesh(equation, parts[-1], motion, scene.period / analysis.sub_intervals, state)
@@ -104,6 +107,7 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
     found = {"mesh": of_mesh(system, _joined(histories), _joined(loads))}
     if roughly:
         found = {"time": Better(_joined(roughly), 1, ROUGH_SHARE), **found}
+    course = replace(course, too_fast=min((found for found in fast if found is not None), default=None))
     history = replace(_joined(parts), course=course)
     if analysis.reduction != "none" and analysis.start == "rigid":
         found["modes"] = Better(history, OF_MODES, loads=at_the_start(whole))

@@ -168,9 +168,14 @@ def own_steps(scene: Scene) -> bool:
     return any(name.startswith(OWN_STEPS) for name in scene.petsc)
 
 
-def not_estimated(scene: Scene) -> list[str]:
+def not_estimated(scene: Scene, history: History) -> list[str]:
     """Say what is wrong by more than any of the estimates tells."""
     analysis, found = scene.analysis, []
+    if history.course is not None and history.course.too_fast is not None:
+        found.append(
+            f"what the mesh does to vibration from {history.course.too_fast:.3g} Hz on, which {analysis.sub_intervals} "
+            "sub_intervals are too few for"
+        )
     if scene.impulses and analysis.method in ("periodic", "transient"):
         found.append("what impulses put into vibration that mesh and modes are too coarse for")
     if analysis.method == "transient" and own_steps(scene):

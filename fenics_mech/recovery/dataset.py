@@ -117,7 +117,7 @@ def collect(
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(scene, system) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
-    if unknown := not_estimated(scene):
+    if unknown := not_estimated(scene, history):
         data.attrs["not_estimated"] = "; ".join(unknown)
     if history.condition is not None and np.isfinite(history.condition):
         data.attrs["condition"] = history.condition

@@ -7,11 +7,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.response.cyclic import solve_cycle
 from fenics_mech.response.flow import Flow
+
+LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
+VIBRATES = 0.03  # square root of a mode's kinetic energy, over that of the largest energy, from which it counts
+BEHIND = 3.0  # phase (rad) by which Newmark's method may lag behind a vibration while that lasts
 
 
 def periodic_change(
@@ -71,3 +76,37 @@ def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) 
         q, rate = q + step**2 / 4 * acceleration, rate + step / 2 * acceleration
         change[:, k] = q, rate, acceleration
     return change
+
+
+def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, duration: float) -> float | None:
+    """Give the frequency (Hz) of the slowest vibration in a motion that `change_in_time` does not follow, or None.
+
+    It lags behind one of frequency w by ``(w step)^2 / 12`` of its phase, for as long as damping lets it last.
+
+    Parameters
+    ----------
+    matrices, motion
+        The linearised equation, and q and q', at equal steps of time.
+    step, duration
+        The step, and for how long the whole motion lasts (s).
+    """
+    found, largest = [], 0.0
+    for k in range(0, len(motion[0]), max(1, len(motion[0]) // LOOKED_AT)):
+        stiffness = (matrices.stiffness[k] + matrices.stiffness[k].T) / 2
+        try:
+            square, shapes = eigh((matrices.mass[k] + matrices.mass[k].T) / 2, stiffness)  # 1 over w^2
+        except np.linalg.LinAlgError:  # it is held by nothing, or buckles
+            continue
+        moves = square > np.finfo(float).eps * square[-1]
+        square, shapes = square[moves], shapes[:, moves]
+        elastic, kinetic = ((shapes.T @ stiffness @ part[k]) ** 2 for part in motion)
+        kinetic *= square
+        decay = np.einsum("im,ij,jm->m", shapes, matrices.damping[k], shapes) / (2 * square)
+        lasts = 1 / np.maximum(decay, 1 / max(duration, step))
+        largest = max(largest, float(np.sum(elastic + kinetic)))
+        found.append((1 / np.sqrt(square), kinetic, lasts))
+    slow = []
+    for omega, kinetic, lasts in found:
+        vibrates = (kinetic > VIBRATES**2 * largest) & (omega * lasts > 1)
+        slow += omega[vibrates & (omega**3 * step**2 / 12 * lasts > BEHIND)].tolist()
+    return min(slow) / (2 * np.pi) if slow else None

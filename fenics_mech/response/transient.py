@@ -112,6 +112,9 @@ class Course:
         Time steps that were made.
     interpolation
         Largest relative error of the interpolated matrices and load.
+    too_fast
+        Frequency (Hz) of the slowest vibration that the times are too few for, to tell what the mesh does to it; or
+        None.
     """
 
     time: Array
@@ -120,6 +123,7 @@ class Course:
     change: float
     steps: int
     interpolation: float
+    too_fast: float | None = None
 
 
 class _Record:

@@ -265,6 +265,12 @@ def test_what_impulses_do_beyond_the_mesh_is_said_not_to_be_estimated():
     assert "not_estimated" not in analyse(seed_four_bar(analysis=WHOLE)).data.attrs
 
 
+def test_vibration_that_positions_are_too_few_for_is_said_not_to_be_estimated():
+    """In time; measured 0.1 to 0.2 of the mesh's error with 24 positions."""
+    scene = seed_four_bar(effects=("coupling",), analysis=IN_TIME | {"sub_intervals": 24})
+    assert "vibration from 4" in analyse(scene).data.attrs["not_estimated"]
+
+
 def test_harmonics():
     """Against collocation. The error of a series that is too short is that of the harmonics left out."""
     analysis = WHOLE | {"solver": "harmonic-balance", "sub_intervals": 240, "harmonics": 50}
