@@ -10,7 +10,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
-from scipy.signal import resample
+from scipy.interpolate import Akima1DInterpolator
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
@@ -24,6 +24,7 @@ from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
 LARGEST_HARMONICS = 4  # that the summary names
+NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
 FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
 CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
 TINY = float(np.finfo(float).tiny)
@@ -171,15 +172,20 @@ def _effects(result: Result) -> str:
 
 
 def _between_positions(result: Result) -> Result:
-    """Give smooth curves of a cycle at more positions, where there are few: a peak lies between two as a rule."""
+    """Give smooth curves of a cycle at more positions, where there are few: a peak lies between two as a rule.
+
+    The curves are Akima's: they do not swing beyond the positions at corners, as Fourier series and splines do.
+    """
     scene, data = result.scene, result.data
     smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
     if scene.analysis.method != "periodic" or not smooth or (count := data.sizes["theta"]) >= FEW:
         return result
     curves = data[[name for name in CURVES if name in data]]
     theta = scene.drive_angles(count * math.ceil(CLOSE / count))
+    around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)
+    places = np.arange(len(theta)) * count / len(theta)
     finer = {
-        name: (curve.dims, resample(curve.transpose("theta", ...).to_numpy(), len(theta)))
+        name: (curve.dims, Akima1DInterpolator(around, curve.to_numpy()[around % count])(places))
         for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
     }
     return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))

@@ -144,3 +144,15 @@ def test_a_structure_that_nothing_drives_is_summarised_and_drawn(tmp_path):
     assert "input torque" not in text
     assert plot_all(result, tmp_path) == []
     assert animate(result, tmp_path / "beam.png").stat().st_size > 1000
+
+
+def test_peaks_between_positions_do_not_swing_beyond_corners():
+    """A press that is on for 57 deg with flanks of 11 deg, at 36 positions: a Fourier series told up to 16 % more."""
+    pulse = {"kind": "pulse", "start": 1.0, "end": 2.0, "ramp": 0.2}
+    press = {"press": {"at": "coupler@0.5", "force": (0.0, -30.0), "factor": pulse}}
+    analysis = {"solver": "collocation", "stability": False, "allow_coarse": True, "sub_intervals": 36}
+    scene = seed_four_bar(effects=("coupling",), loads=press, drive__speed=5.0, analysis=analysis)
+    few, many = (analyse(scene.changed(analysis__sub_intervals=count)) for count in (36, 240))
+    for name in ("strain", "joint_force", "deflection"):
+        told, exact = (abs(found.data[name]).max() for found in (_between_positions(few), many))
+        assert told < 1.01 * exact
