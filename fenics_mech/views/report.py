@@ -24,6 +24,7 @@ from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
 LARGEST_HARMONICS = 4  # that the summary names
+DOUBTFUL = 0.01  # difference of peaks that is told
 NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
 FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
 CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
@@ -42,7 +43,7 @@ def summary(result: Result) -> Group:
     parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
         parts.append(_joints(closer))
-    parts += _signal(result)
+    parts += [*_doubtful_peaks(result, closer), *_signal(result)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance))
@@ -189,6 +190,26 @@ def _between_positions(result: Result) -> Result:
         for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
     }
     return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
+
+
+def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
+    """Say by how much peaks are uncertain where they lie between few positions, from every second one of these."""
+    count = result.data.sizes["theta"]
+    if closer is result or count % 2 or count < 4:
+        return []
+    every_second = _between_positions(Result(result.data[list(closer.data)].isel(theta=slice(None, None, 2))))
+    doubts = []
+    for name, along in (("strain", "member"), ("joint_force", "joint")):
+        both = (abs(found.data[name]) for found in (closer, every_second))
+        peaks, halved = (size.max([dim for dim in size.dims if dim != along]) for size in both)
+        doubts.append(float((abs(peaks - halved) / peaks.max()).max()))
+    if max(doubts) < DOUBTFUL:
+        return []
+    text = (
+        f"Peaks between the {count} positions are uncertain by {doubts[0]:.1%} of the largest strain and "
+        f"{doubts[1]:.1%} of the largest joint force, as every second position tells: take more sub_intervals"
+    )
+    return [Text(text)]
 
 
 def _members(result: Result) -> Table:
