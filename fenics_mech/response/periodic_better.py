@@ -18,7 +18,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
 from fenics_mech.response.history import Better, History
-from fenics_mech.response.periodic import SubIntervals, solve_periodic, superposed
+from fenics_mech.response.periodic import JOINED, SubIntervals, solve_periodic, superposed
 from fenics_mech.response.quasi_static import displacement_under
 from fenics_mech.scene import Scene
 
@@ -28,6 +28,7 @@ ORDERS = {"time": 1, "modes": 2}  # measured
 SAFETY = 2  # of both
 STATIC = 0.5  # of the last frequency kept, up to which the modes left out answer statically
 LEAST_MET = 1e-4  # of the largest elastic energy's square root, below which no harmonic is looked for
+LARGEST = 5e8  # numbers in the joins of the modes that are sought
 LEAST_RATIO = 1e-6  # of damping, for which resonance is looked for
 
 
@@ -99,6 +100,8 @@ class Neighbours:
         """Give the motion with the modes left out, by the load that they lack and its static answer."""
         modes, reach = self.modes, self._reach(lack, static)
         while modes.omega.shape[1] < self.system.size and modes.frequency.min(axis=0).max() < reach:
+            if JOINED * len(modes.theta) * (2 * modes.omega.shape[1]) ** 2 > LARGEST:
+                break
             modes = solve_modes(self.system, 2 * modes.omega.shape[1], self.scene.petsc)
         kept = np.arange(modes.omega.shape[1]) < self.modes.omega.shape[1]
         slow = 2 * modes.frequency.max(axis=0) * self.step < 1  # faster ones would ring at the joins
