@@ -126,8 +126,7 @@ class Neighbours:
         spectrum = np.fft.rfft(np.stack([lack, static]), axis=1) * (2 / len(lack))
         harmonics = np.sqrt(np.abs(np.einsum("hi,hi->h", spectrum[0], spectrum[1].conj())))
         ratio = max(float(damping_ratios(self.scene, self.modes.omega).min()), LEAST_RATIO)
-        magnified = np.cumsum(harmonics[::-1])[::-1] / (2 * ratio)
-        highest = np.flatnonzero(magnified > enough).max(initial=0) / self.scene.period
+        highest = np.flatnonzero(harmonics / (2 * ratio) > enough).max(initial=0) / self.scene.period
         return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
     def _under(self, load: Array, static: Array) -> tuple[Array, Array]:

@@ -97,7 +97,6 @@ def test_mesh_of_chapter_5_and_in_time():
         ((), {}),
         (("coupling",), {"reduction": "craig-bampton", "cutoff": 8000.0}),
         (("coupling", "moderate-rotations"), {}),
-        (("coupling",), {"method": "transient", "cycles": 1, "settled": 0}),
     ],
 )
 def test_mesh_under_a_pin_that_travels(effects, analysis):
