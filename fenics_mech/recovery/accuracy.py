@@ -36,6 +36,7 @@ FAULTS = {
     "harmonics": "the harmonics are too few",
 }
 OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
+UNSEEN = 0.1  # of the largest value of a factor
 MARGIN = 1.2  # of the numbers that a refusal asks for
 
 
@@ -184,6 +185,16 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
         found.append("what the start puts into the modes left out of members")
     if analysis.method == "transient" and analysis.reduction != "none" and any(p.jumps for p in scene.loads.values()):
         found.append("what loads that jump put into the modes left out of members")
+    if analysis.method == "transient" and scene.damping.material and analysis.start != "rigid":
+        found.append("strains in the first instants, where the start lets the material's viscous stress jump")
+    if analysis.method in ("periodic", "quasi-static"):
+        by_points = analysis.method == "periodic" and analysis.solver != "sub-intervals"
+        count = analysis.sub_intervals * (analysis.stages if by_points else 1)
+        found += [
+            f"what the factor of the load {name!r} does between positions, which do not see its peak"
+            for name, load in scene.loads.items()
+            if load.unseen(count) > UNSEEN
+        ]
     return found
 
 

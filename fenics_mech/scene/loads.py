@@ -180,6 +180,14 @@ class Varying(Part):
             count *= 2
         return count
 
+    def unseen(self, count: int) -> float:
+        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
+        if self.factor is None:
+            return 0.0
+        whole = float(np.abs(self.factor.at(CYCLE / SAMPLES * np.arange(SAMPLES))).max())
+        seen = float(np.abs(self.factor.at(CYCLE / count * np.arange(0, count, 0.5))).max())
+        return 1 - seen / whole if whole else 0.0
+
 
 class Load(Varying):
     """A force and a moment at a point of a link, at a joint, or at a place along a member.
