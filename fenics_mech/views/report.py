@@ -14,6 +14,7 @@ from scipy.interpolate import Akima1DInterpolator
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.accuracy import LARGEST_ERROR, NUMERICAL
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
@@ -137,8 +138,10 @@ def _errors(result: Result) -> str:
     by_source = dict(zip(data["source"].to_numpy(), data["relative_error"].to_numpy()))
     text = f" of the strain ({', '.join(f'{source} {error:.1g}' for source, error in by_source.items())})"
     if data.sizes["joint"]:
-        force = data["joint_force_error"].sum("source").max() / max(float(np.abs(data["joint_force"]).max()), TINY)
-        text += f", {float(force):.2g} of the joint forces"
+        error = data["joint_force_error"] / max(float(np.abs(data["joint_force"]).max()), TINY)
+        text += f", {float(error.sum('source').max()):.2g} of the joint forces"
+        numerical = error.sel(source=[source for source in NUMERICAL if source in by_source])
+        text += " (TOO LARGE, expect wrong ones)" if float(numerical.sum("source").max()) > LARGEST_ERROR else ""
     if "not_estimated" in data.attrs:
         text += f"; NOT in it: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, expect wrong numbers" if data.attrs["too_coarse"] else "")
