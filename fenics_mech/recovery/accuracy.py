@@ -188,7 +188,7 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
     if analysis.method == "transient" and scene.damping.material and analysis.start != "rigid":
         found.append("strains in the first instants, where the start lets the material's viscous stress jump")
     if analysis.method in ("periodic", "quasi-static"):
-        by_points = analysis.method == "periodic" and analysis.solver != "sub-intervals"
+        by_points = analysis.method == "periodic" and history.velocity is not None  # all but chapter 5
         count = analysis.sub_intervals * (analysis.stages if by_points else 1)
         found += [
             f"what the factor of the load {name!r} does between positions, which do not see its peak"
