@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from fenics_mech.mechanism.transformation import Transformation, build_transform
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
+KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,12 @@ class System:
     motion: Motion
     transformation: Transformation
     terms: Terms = NOTHING
+
+    def with_terms(self, terms: Terms) -> System:
+        """Give the same mechanism with other terms, of the same acceleration; what does not depend on them is kept."""
+        there = replace(self, terms=terms)
+        there.__dict__.update({name: value for name, value in vars(self).items() if name in KEPT})
+        return there
 
     @cached_property
     def applied(self) -> Array:

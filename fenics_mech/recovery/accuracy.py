@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams.varying import misfit
-from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.effects import NOTHING
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
@@ -26,7 +26,6 @@ STATIONS = 5  # of each member at which strains are compared
 LARGEST_BY_TIME = 0.02  # of the largest strain
 LARGEST_ERROR = 0.05  # by all numerical sources
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
-KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
 STEPS = ("time", "harmonics")
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
 FAULTS = {
@@ -138,7 +137,7 @@ def estimated(
         if better.history.displacement is history.displacement and better.loads is NOTHING:
             strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)
             continue
-        there = system if better.loads is NOTHING else _loaded(system, better.loads)
+        there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
         differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
         strains[source] = better.safety * (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
         by_joint[source] = better.safety * np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
@@ -232,13 +231,6 @@ def _advice(scene: Scene, source: str, times: float) -> str:
     }[source]
     assert not isinstance(now, str)  # all modes leave none out
     return f"Take at least {math.ceil(MARGIN * now * times)} {name}"
-
-
-def _loaded(system: System, loads: Terms) -> System:
-    """Give a mechanism with loads more; what does not depend on them is not made again."""
-    there = replace(system, terms=system.terms + loads)
-    there.__dict__.update({name: value for name, value in vars(system).items() if name in KEPT})
-    return there
 
 
 def _stations(system: System) -> Array:

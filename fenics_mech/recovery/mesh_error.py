@@ -155,7 +155,8 @@ def _by_pins(system: System, pins: Sequence[PointLoad], step: float | None, clos
     and moves springs and point masses, whose forces act on nodes. Axial forces are not in these statics, and act
     on what they give: a link that is beyond its Euler load for a moment only would buckle.
     """
-    beams, slack = system.beams, replace(system, terms=replace(system.terms, tension=None, element_stiffness=None))
+    beams = system.beams
+    slack = system.with_terms(replace(system.terms, tension=None, element_stiffness=None))
     gaps = dict(zip(system.transformation.constraints.contacts, (pin.gap(system) for pin in pins)))
     coordinates = system.transformation.apart(system.motion, gaps)
     v = system.on_nodes(coordinates)
