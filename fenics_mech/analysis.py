@@ -142,10 +142,15 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
     at_starts = boundary_load(scene, system)
     history = solve_periodic(scene, system, modes, at_starts)
-    lack = neglected(system, history.elastic, scene.period / len(modes.theta))
-    load = system.on_coordinates(system.applied_by(lack))
     neighbours = Neighbours(scene, system, modes, history, at_starts)
-    found = neighbours.better(load, lambda motion: of_mesh(system, motion, lack))
+
+    def lack_of(motion: History) -> Terms:
+        return neglected(system, motion, scene.period / len(modes.theta))
+
+    found = neighbours.better(
+        lambda motion: system.on_coordinates(system.applied_by(lack_of(motion))),
+        lambda motion: of_mesh(system, motion, lack_of(motion)),
+    )
     return system, replace(history, better=found)
 
 

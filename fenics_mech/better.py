@@ -13,6 +13,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
+from fenics_mech.response.feedback import fed_back
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.perturbation import periodic_change
@@ -53,12 +54,26 @@ def mesh_better(
         more coordinates, on which the load does not act.
     """
     system, step = equation.system, scene.period / len(motion[0])
-    lack = neglected(system, history_of(equation, *motion), step)
-    load = system.on_coordinates(system.applied_by(lack))
-    size = load.shape[1]
-    whole = np.pad(load, ((0, 0), (0, flow.size - size)))
-    q, rate = (change[:, :size] for change in periodic_change(whole, flow.states(*starts), flow, regular, scene.petsc))
-    return of_mesh(system, history_of(equation, motion[0] + q, motion[1] + rate, load), lack)
+    around, size = flow.states(*starts), motion[0].shape[1]
+
+    def lack_of(more: Array) -> Terms:
+        q, rate = np.split(more, 2, axis=1)
+        return neglected(system, history_of(equation, motion[0] + q, motion[1] + rate), step)
+
+    def load_of(lack: Terms) -> Array:
+        return system.on_coordinates(system.applied_by(lack))
+
+    def change(load: Array) -> Array:
+        whole = np.pad(load, ((0, 0), (0, flow.size - size)))
+        changes = periodic_change(whole, around, flow, regular, scene.petsc)
+        return np.concatenate([part[:, :size] for part in changes], axis=1)
+
+    load = load_of(lack_of(np.zeros((len(motion[0]), 2 * size))))
+    unit = np.append(flow.unit[:size], np.zeros(size))
+    error = fed_back(change(load), lambda more: change(load_of(lack_of(more)) - load), unit)
+    lack = lack_of(error)
+    q, rate = np.split(error, 2, axis=1)
+    return of_mesh(system, history_of(equation, motion[0] + q, motion[1] + rate, load_of(lack)), lack)
 
 
 def of_mesh(system: System, history: History, lack: Terms, least: float = 1.0) -> Better:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
+from fenics_mech.response.feedback import fed_back
 from fenics_mech.response.history import Better, History
 from fenics_mech.response.periodic import JOINED, SubIntervals, solve_periodic, superposed
 from fenics_mech.response.quasi_static import displacement_under
@@ -50,15 +51,35 @@ class Neighbours:
     history: History
     boundary_load: Array | None = None
 
-    def better(self, load: Array, of_mesh: Callable[[History], Better]) -> Mapping[str, Better]:
-        """Give the motion without the errors by steps, modes and a load of the mesh; `of_mesh` judges the last."""
+    def better(self, load_of: Callable[[History], Array], of_mesh: Callable[[History], Better]) -> Mapping[str, Better]:
+        """Give the motion without the errors by steps, modes and the mesh.
+
+        `load_of` gives the load that a mesh neglects of a motion, and `of_mesh` judges the motion without it.
+        """
+        load = load_of(self.history.elastic)
         lack, inertia = self._left_out()
         answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
             "modes": Better(self._with_modes(lack, answers[..., 0], inertia), ORDERS["modes"], SAFETY),
-            "mesh": of_mesh(self._moved(*self._under(load, answers[..., 1]))),
+            "mesh": of_mesh(self._without_mesh(load_of, load, answers[..., 1])),
         }
+
+    def _without_mesh(self, load_of: Callable[[History], Array], load: Array, static: Array) -> History:
+        """Give the motion under what the mesh neglects of it, a load whose static answer is known."""
+        omega, count = self.modes.omega, self.modes.omega.shape[1]
+
+        def moved(change: Array, modal: Array | float = 0.0) -> History:
+            swing, q = np.split(change, [count], axis=1)
+            return self._moved(q, self.system.to_links(superposed(self.modes, modal - omega * swing)))
+
+        def again(change: Array) -> Array:
+            more = load_of(moved(change)) - load  # the load's own bending counts as inertia that it takes away
+            return self._under(more, displacement_under(self.system, more, self.scene.petsc))
+
+        first = self._under(load, static)
+        change = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float))
+        return moved(change, self._modal(load_of(moved(change))))
 
     @property
     def step(self) -> float:
@@ -129,13 +150,12 @@ class Neighbours:
         highest = np.flatnonzero(harmonics / (2 * ratio) > enough).max(initial=0) / self.scene.period
         return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
-    def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
-        """Change of q and of the nodal inertia under a load, whose static answer is known."""
-        modal, square = self._modal(load), self.modes.omega**2
+    def _under(self, load: Array, static: Array) -> Array:
+        """Change of the modes' ``omega y``, and of q, under a load, whose static answer is known."""
+        modal, omega = self._modal(load), self.modes.omega
         joined = SubIntervals.of(self.scene, self.modes, np.full(len(load), self.step))
         y = joined.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
-        q = superposed(self.modes, y - modal / square) + static
-        return q, self.system.to_links(superposed(self.modes, modal - square * y))
+        return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
 
     def _halved(self) -> tuple[Array, Array]:
         """Change of q and of the nodal inertia by half as many sub-intervals.

@@ -1,0 +1,67 @@
+"""Errors that act back on themselves, against operators whose answer is known."""
+
+import numpy as np
+import pytest
+
+from fenics_mech.response.feedback import OPEN, fed_back
+
+ANGLE = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+FORMS = np.array([np.ones_like(ANGLE), np.cos(2 * ANGLE), np.sin(2 * ANGLE), np.cos(7 * ANGLE), np.sin(7 * ANGLE)])
+FIRST = np.array([0.3, 0.2, 0.1, 0.2, 0.1])
+
+
+def operator(real, imaginary):
+    """Harmonic 2 times 0.01, harmonic 7 times ``real + i imaginary``."""
+    matrix = np.diag([0.001, 0.01, 0.01, real, real])
+    matrix[3, 4], matrix[4, 3] = imaginary, -imaginary
+    return matrix
+
+
+def along(values):
+    return (np.asarray(values) @ FORMS)[:, None] * [1.0, 2.0]
+
+
+def applied(matrix, motion):
+    return along(matrix @ np.linalg.lstsq(FORMS.T, motion[:, 0], rcond=None)[0])
+
+
+@pytest.mark.parametrize(("real", "imaginary"), [(0.05, 0.02), (0.95, 0.05), (-0.9, 0.3), (3.0, 0.2)])
+def test_all_that_an_error_does_to_itself(real, imaginary):
+    """To the share of the operator that may be wrong, which counts where an eigenvalue is about 1."""
+    matrix = operator(real, imaginary)
+    exact = np.linalg.solve(np.eye(5) - matrix, FIRST)
+    largest = max(
+        np.linalg.norm(np.linalg.solve(np.eye(5) - share * matrix, FIRST))
+        for share in np.linspace(1 + OPEN[0], 1 + OPEN[1], 2001)
+    )
+    found = fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.array([1.0, 0.0]))
+    size = np.linalg.norm(np.linalg.lstsq(FORMS.T, found[:, 0], rcond=None)[0])
+    assert 0.98 * np.linalg.norm(exact) < size < 1.02 * largest
+
+
+def test_nothing_is_amplified_without_resonance():
+    calls = []
+
+    def again(motion):
+        calls.append(1)
+        return applied(operator(0.02, 0.0), motion)
+
+    found = fed_back(along(FIRST), again, np.ones(2))
+    assert len(calls) == 1
+    assert found == pytest.approx(along(FIRST), rel=0.03, abs=0.03)
+
+
+def test_what_300_times_would_not_make_felt_costs_nothing():
+    calls = []
+
+    def again(motion):
+        calls.append(1)
+        return applied(operator(1.0, 0.1), motion)
+
+    fed_back(along([1.0, 0.0, 0.0, 1.5e-4, 0.0]), again, np.ones(2))
+    assert len(calls) == 1
+
+
+def test_no_error():
+    nothing = np.zeros((24, 2))
+    assert fed_back(nothing, lambda motion: motion, np.ones(2)) is nothing
