@@ -18,6 +18,7 @@ from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.ends import element_tension
 from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import recover_members, section_forces, stiffnesses
+from fenics_mech.recovery.passing import rung, unloaded
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -141,6 +142,10 @@ def estimated(
         differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
         strains[source] = better.safety * (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
         by_joint[source] = better.safety * np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
+    if scene.analysis.method in ("periodic", "transient"):
+        strain_by_blows, force_by_blows = _by_blows(scene, system, history.elastic)
+        strains["mesh"] = strains.get("mesh", 0.0) + strain_by_blows
+        by_joint["mesh"] = by_joint.get("mesh", 0.0) + force_by_blows
     if (missed := misfit(scene, system.beams)).any():
         strains["mesh"] = strains.get("mesh", 0.0) + missed * largest
         by_joint["mesh"] = by_joint.get("mesh", 0.0) + missed.max() * forces
@@ -153,6 +158,15 @@ def estimated(
     if (left := left_out(choices)) is not None:
         strains["effects"], by_joint["effects"], order["effects"] = left * largest, left * forces, 0.0
     return Errors(strains, by_joint, order, largest)
+
+
+def _by_blows(scene: Scene, system: System, history: History) -> tuple[Array | float, Array | float]:
+    """Strain of each member and force in each joint by the nodes that sliders pass; see `passing`. Modes add up."""
+    free, step = unloaded(system), scene.period / scene.analysis.sub_intervals
+    parts = [_recovered(scene, free, part) for part in rung(system, history, step)]
+    strain = sum((np.abs(axial) + np.abs(bending)).max(axis=2) for axial, bending, _ in parts)
+    force = sum(np.linalg.norm(forces, axis=-1) for *_, forces in parts)
+    return (strain.max(axis=0), force.max(axis=1, initial=0.0)) if parts else (0.0, 0.0)
 
 
 def left_out(choices: Sequence[Choice]) -> float | None:

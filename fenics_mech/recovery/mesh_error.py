@@ -12,7 +12,7 @@ with the third power.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar, cast
 
@@ -40,6 +40,7 @@ from fenics_mech.recovery.members import (
 )
 from fenics_mech.response import History
 from fenics_mech.response.quasi_static import yielding_to
+from fenics_mech.scene import Prismatic
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -47,14 +48,17 @@ Index = NDArray[np.int64]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
-ORDER, OF_PINS, OF_LUMPS = 4, 3, 2  # in the length of the elements
+ORDER, OF_PINS, OF_LUMPS, OF_SLIDERS = 4, 3, 2, 1  # in the length of the elements
 
 
 def order_of(system: System) -> float:
     """Power of the elements' length with which the error falls."""
     if system.beams.spread is not None:
         return OF_LUMPS
-    return OF_PINS if system.transformation.constraints.contacts else ORDER
+    contacts = system.transformation.constraints.contacts.values()
+    if any(isinstance(contact.scene.joints[contact.joint], Prismatic) for contact in contacts):
+        return OF_SLIDERS
+    return OF_PINS if contacts else ORDER
 
 
 def neglected(system: System, history: History, step: float | None, closed: bool = True) -> Terms:
@@ -155,12 +159,8 @@ def _by_pins(system: System, pins: Sequence[PointLoad], step: float | None, clos
     and moves springs and point masses, whose forces act on nodes. Axial forces are not in these statics, and act
     on what they give: a link that is beyond its Euler load for a moment only would buckle.
     """
-    beams = system.beams
-    slack = system.with_terms(replace(system.terms, tension=None, element_stiffness=None))
-    gaps = dict(zip(system.transformation.constraints.contacts, (pin.gap(system) for pin in pins)))
-    coordinates = system.transformation.apart(system.motion, gaps)
-    v = system.on_nodes(coordinates)
-    v = v + system.to_links(yielding_to(slack, -_held(slack, coordinates, v)))
+    beams, contacts = system.beams, system.transformation.constraints.contacts
+    v = system.on_nodes(yielded(system, dict(zip(contacts, (pin.gap(system) for pin in pins)))))
     ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
     force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
     if step is None:
@@ -171,6 +171,17 @@ def _by_pins(system: System, pins: Sequence[PointLoad], step: float | None, clos
         of_elements -= each(beams.element_gyroscopic, in_member_axes(beams.mesh, turning))
     force += _by_inertia(system, inertia, turning) - system.assembled_from_members(of_elements)
     return ends + of_elements, force
+
+
+def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
+    """Give the links' coordinates, ``(angles, links' coordinates)``, when the linkage gives way to gaps at its pins.
+
+    That is by statics without axial forces; see `Group.apart`.
+    """
+    slack = system.with_terms(replace(system.terms, tension=None, element_stiffness=None))
+    apart = system.transformation.apart(system.motion, gaps)
+    q = yielding_to(slack, -_held(slack, apart, system.on_nodes(apart)))
+    return apart + system.transformation.forward(system.values, q)
 
 
 def _held(system: System, coordinates: Array, v: Array) -> Array:
