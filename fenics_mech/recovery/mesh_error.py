@@ -105,7 +105,8 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         of_line, of_nodes = _by_tension_inside(system, history, axial.reshape(z.shape))
         line, force = _sum(line, of_line), _sum(force, of_nodes)
     if contacts:
-        of_ends, of_nodes = _by_pins(system, pins, step, closed)
+        pulled = tension if system.terms.law is not None else None
+        of_ends, of_nodes = _by_pins(system, pins, step, closed, pulled)
         ends, force = _sum(ends, of_ends), _sum(force, of_nodes)
     return Terms(line=line, force=force, ends=ends)
 
@@ -152,17 +153,22 @@ def _by_varying(system: System, history: History, element: Index, xi: Array) -> 
     return found
 
 
-def _by_pins(system: System, pins: Sequence[PointLoad], step: float | None, closed: bool) -> tuple[Array, Array]:
+def _by_pins(
+    system: System, pins: Sequence[PointLoad], step: float | None, closed: bool, tension: Array | None
+) -> tuple[Array, Array]:
     """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes lack.
 
     The linkage gives way to the pins' gaps by statics. That bends elements, whose stress and inertia act on their ends,
     and moves springs and point masses, whose forces act on nodes. Axial forces are not in these statics, and act
-    on what they give: a link that is beyond its Euler load for a moment only would buckle.
+    on what they give: a link that is beyond its Euler load for a moment only would buckle. `tension` is that of the
+    elements where a nonlinear law holds it, and no stiffness does.
     """
     beams, contacts = system.beams, system.transformation.constraints.contacts
     v = system.on_nodes(yielded(system, dict(zip(contacts, (pin.gap(system) for pin in pins)))))
     ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
     force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
+    if tension is not None:
+        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * WEIGHTS))
     if step is None:
         return ends, force
     inertia, turning = _of_nodes(system, v, step, closed)
@@ -266,16 +272,24 @@ def _by_tension_inside(system: System, history: History, axial: Array) -> tuple[
     Its part that bends an element is linear along it, with the same moments at clamped ends; the rest is on the nodes.
     """
     mesh = system.beams.mesh
-    h = mesh.cell_length[:, None]
-    nodal = in_member_axes(mesh, system.to_links(history.displacement))[..., NORMAL]
-    nodal[..., 1::2] *= h
-    slopes = evaluate(tuple(f.deriv() for f in CUBIC), PLACES)
+    h, line = mesh.cell_length[:, None], np.zeros((*axial.shape[:2], 4))
     more = (axial - axial @ WEIGHTS[:, None]) * WEIGHTS
-    ends, line = np.zeros((*axial.shape[:2], 6)), np.zeros((*axial.shape[:2], 4))
-    ends[..., NORMAL] = -((more * (nodal @ slopes.T)) @ slopes) / h
-    ends[..., [2, 5]] *= h
+    ends = _pulled(system, system.to_links(history.displacement), more)
     line[..., 2:] = ends[..., [2, 5]] / h**2 @ _of_linear(ROTATIONS).T
     return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
+
+
+def _pulled(system: System, v: Array, axial: Array) -> Array:
+    """Forces on the elements' ends by axial forces times `WEIGHTS` on nodal displacements, ``-int N w' N' dx``."""
+    mesh = system.beams.mesh
+    h = mesh.cell_length[:, None]
+    nodal = in_member_axes(mesh, v)[..., NORMAL]
+    nodal[..., 1::2] *= h
+    slopes = evaluate(tuple(f.deriv() for f in CUBIC), PLACES)
+    ends = np.zeros((*axial.shape[:2], 6))
+    ends[..., NORMAL] = -((axial * (nodal @ slopes.T)) @ slopes) / h
+    ends[..., [2, 5]] *= h
+    return ends
 
 
 def _of_linear(functions: Sequence[Polynomial]) -> Array:
