@@ -28,7 +28,7 @@ from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.impulses import blows_between
 from fenics_mech.response.perturbation import change_in_time, too_fast
 from fenics_mech.response.tableau import Tableau
-from fenics_mech.response.transient import Course, Schedule, integrate
+from fenics_mech.response.transient import LONGEST_STEP, Course, Schedule, integrate
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -40,7 +40,8 @@ OF_MODES = 2.0  # power of the cutoff with which the answer of the modes left ou
 WANTED = "Give the result of a transient analysis of the same scene"
 ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
-LARGEST_TOLERANCE = 0.02  # beyond it steps are as long as they may be, and a rougher run makes the same
+LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
+LARGEST_TOLERANCE = 0.02  # beyond it steps are as long as they may be
 LONGEST_GAP = 2.0  # between nodes of the interpolation, over the mean one, at most
 
 
@@ -115,12 +116,14 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
 
 
 def _rougher(scene: Scene, system: System, course: Course) -> Course:
-    """Integrate over the same times with a larger tolerance."""
+    """Integrate over the same times with a larger tolerance, and longer steps where that does not govern them."""
     lead = _schedule(scene).lead(float(course.time[0]))
     cycles = max(1, math.ceil((len(course.time) - 1 - lead) / scene.analysis.sub_intervals))
     tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
     return _course(
-        scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0), system
+        scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0),
+        system,
+        LONGER * LONGEST_STEP,
     )
 
 
@@ -154,9 +157,9 @@ def _without_mesh(
     return found, lack, change[:, -1]
 
 
-def _course(scene: Scene, system: System) -> Course:
-    """Integrate from the start to the end."""
-    analysis, schedule = scene.analysis, _schedule(scene)
+def _course(scene: Scene, system: System, longest: float = LONGEST_STEP) -> Course:
+    """Integrate from the start to the end, in steps of at most that share of a cycle."""
+    analysis, schedule = scene.analysis, replace(_schedule(scene), longest=longest)
     time, displacement, velocity = _start(scene, system)
     if (positions := len(schedule.times(time))) > MOST_POSITIONS:
         raise SceneError(

@@ -53,8 +53,8 @@ class Schedule:
         Time from which the drive is at its speed (s): cycles are counted and compared from there on.
     tolerance
         Relative error of a time step.
-    tableau
-        Collocation points of a time step.
+    tableau, longest
+        Collocation points of a time step, and its largest length as a share of a cycle.
     """
 
     cycle: float
@@ -64,6 +64,7 @@ class Schedule:
     steady_after: float
     tolerance: float
     tableau: Tableau
+    longest: float = LONGEST_STEP
 
     def lead(self, start: float) -> int:
         """Number of samples before cycles are counted, from a start (s)."""
@@ -248,7 +249,7 @@ class _Run:
         self.kind = str(options.get("transient_ts_type", COLLOCATION))
         self.rise = LARGEST_RISE if self.kind == COLLOCATION else SMALL_RISE
         growth = max(coefficients.growth, 1e-300)
-        self.longest = min(LONGEST_STEP * schedule.cycle, self.rise / growth)
+        self.longest = min(schedule.longest * schedule.cycle, self.rise / growth)
         self.length = self.longest
         mass, _, stiffness = coefficients.at(coefficients.start)[:3]
         self.scale = np.sqrt(np.abs(np.diag(mass)))  # of velocities, so that energies count

@@ -259,10 +259,13 @@ def test_inertia_of_the_shortening_inside_reduced_members():
 IN_TIME = {"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 120, "allow_coarse": True}
 
 
-@pytest.mark.parametrize("petsc", [{}, {"transient_ts_type": "alpha2"}])
-def test_steps_in_time(petsc):
-    """Against steps of a much smaller tolerance. Measured 2.2 to 5.4: half of the difference to ten times as large."""
-    scene = seed_four_bar(effects=("coupling",), petsc=petsc, analysis=IN_TIME | {"time_tolerance": 1e-4})
+@pytest.mark.parametrize(("petsc", "tolerance"), [({}, 1e-4), ({}, 0.02), ({"transient_ts_type": "alpha2"}, 1e-4)])
+def test_steps_in_time(petsc, tolerance):
+    """Against steps of a much smaller tolerance. Measured 1.3 to 8: half of the difference to ten times as large.
+
+    Steps of a tolerance of 0.02 are as long as they may be: 0.05 where those beside them were as long.
+    """
+    scene = seed_four_bar(effects=("coupling",), petsc=petsc, analysis=IN_TIME | {"time_tolerance": tolerance})
     exact = analyse(scene.changed(petsc={}, analysis__time_tolerance=1e-8)).data
     found = ratio(analyse(scene).data, exact, "time")
     assert (found > 0.7).all()
