@@ -55,16 +55,23 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
 
 
 def refuse_unseen(scene: Scene, points: int) -> None:
-    """Raise `SceneError` where so many points of a cycle miss what a load does between them; see `enough_angles`."""
+    """Raise `SceneError` where so many points of a cycle miss what a load or a drive does; see `enough_angles`."""
     if scene.analysis.allow_coarse or not scene.drives or scene.analysis.method == "static":
         return
+    several, count = isinstance(scene.drive, tuple), scene.analysis.sub_intervals
+    found = {
+        f"drive.{i}.law" if several else "drive.law": ("the law of the drive", drive.enough_angles(points))
+        for i, drive in enumerate(scene.drives)
+    }
     for name, load in scene.loads.items():
-        if (enough := load.enough_angles(points)) > points:
+        found[f"loads.{name}.factor"] = "the factor of the load", load.enough_angles(points)
+    for place, (what, enough) in found.items():
+        if enough > points:
             raise SceneError(
-                f"{scene.analysis.sub_intervals} positions miss what the factor of the load does between them",
-                place=f"loads.{name}.factor",
-                hint=f"Take at least {math.ceil(scene.analysis.sub_intervals * enough / points)} sub_intervals, or a "
-                "wider pulse; analysis.allow_coarse lets it pass",
+                f"{count} positions miss what {what} does between them",
+                place=place,
+                hint=f"Take at least {math.ceil(count * enough / points)} sub_intervals, or what changes more slowly, "
+                "as a wider pulse; analysis.allow_coarse lets it pass",
             )
 
 

@@ -209,7 +209,8 @@ def _fewest_steps(scene: Scene) -> int:
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
     steps = analysis.sub_intervals if varying else FEWEST_STEPS
-    steps = max([steps, *(math.ceil(load.enough_angles(STAGES * steps) / STAGES) for load in varying)])
+    acting = (*varying, *scene.drives)
+    steps = max([steps, *(math.ceil(one.enough_angles(STAGES * steps) / STAGES) for one in acting)])
     while not analysis.allow_coarse and (
         corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(steps)))
     ):

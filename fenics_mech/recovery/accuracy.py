@@ -204,9 +204,14 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
         by_points = analysis.method == "periodic" and history.velocity is not None  # all but chapter 5
         count = analysis.sub_intervals * (analysis.stages if by_points else 1)
         found += [
-            f"what the factor of the load {name!r} does between positions, which do not see its peak"
+            f"what the factor of the load {name!r} does between positions, which do not see it"
             for name, load in scene.loads.items()
-            if load.unseen(count) > UNSEEN
+            if load.unseen(count) > UNSEEN or load.enough_angles(count) > count
+        ]
+        found += [
+            f"what the law of the drive at {drive.joint!r} does between positions"
+            for drive in scene.drives
+            if drive.enough_angles(count) > count
         ]
     return found
 

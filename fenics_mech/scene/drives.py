@@ -21,6 +21,7 @@ from scipy.interpolate import make_interp_spline
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.intervals import unbounded_at
 from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.sampling import enough_angles
 from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
 Array = NDArray[np.float64]
@@ -264,6 +265,11 @@ class Drive(Part):
             np.where(steady, speed, starting.first),
             np.where(steady, 0.0, starting.second),
         )
+
+    def enough_angles(self, least: int) -> int:
+        """Number of equal parts of a cycle, at least so many, that show the law's acceleration inside them."""
+        law = self.law
+        return least if law is None else enough_angles(lambda theta: law.jet(theta).second, least)
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
         """Angle or stroke and two derivatives by theta, which runs at `cycle_rate` (rad/s)."""

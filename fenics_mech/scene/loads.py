@@ -16,12 +16,10 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import Harmonics, check_finite
+from fenics_mech.scene.sampling import CYCLE, SAMPLES, enough_angles
 from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
 Array = NDArray[np.float64]
-CYCLE = 2 * math.pi
-SAMPLES, SEEN = 2**17, 0.1  # of a factor in a cycle; share of its variance that fewer of them may miss
-ROUNDING = 1e-12  # of a factor's square, below which it has no variance
 SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
@@ -164,21 +162,8 @@ class Varying(Part):
         return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
 
     def enough_angles(self, least: int) -> int:
-        """Number of equal parts of a cycle, at least so many, at whose ends the factor shows what it does inside them.
-
-        They show it where they, and those in the middle between them, have its variance: a pulse is between neither.
-        """
-        if self.factor is None:
-            return least
-        whole = self.factor.at(CYCLE / SAMPLES * np.arange(SAMPLES))
-        variance, count = whole.var(), least
-        slack = SEEN * max(variance, ROUNDING * float(np.mean(whole**2)))
-        while count < SAMPLES:
-            both = self.factor.at(CYCLE / count * np.arange(0, count, 0.5)).reshape(count, 2)
-            if np.all(np.abs(both.var(axis=0) - variance) <= slack):
-                break
-            count *= 2
-        return count
+        """Number of equal parts of a cycle, at least so many, that show what the factor does inside them."""
+        return least if self.factor is None else enough_angles(self.factor.at, least, bool(self.jumps))
 
     def unseen(self, count: int) -> float:
         """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
