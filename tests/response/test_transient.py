@@ -12,7 +12,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.viscous import delayed
-from fenics_mech.response import coefficients, transient
+from fenics_mech.response import coefficients
 from fenics_mech.response.coefficients import Coefficients
 from fenics_mech.response.impulses import blows_between
 from fenics_mech.response.tableau import Tableau
@@ -83,12 +83,12 @@ def test_orders_with_equal_steps():
 
 
 @pytest.mark.parametrize(("scheme", "stages", "order"), [("radau", 2, 3), ("radau", 3, 5), ("gauss", 2, 4)])
-def test_orders_of_collocation(scheme, stages, order, monkeypatch):
+def test_orders_of_collocation(scheme, stages, order):
     """At the ends of equal steps, as a tolerance that stops nothing leaves the longest."""
     found = []
     for parts in (20, 40, 80):
-        monkeypatch.setattr(transient, "LONGEST_STEP", 1 / parts)
-        course = solved(Oscillator(), tolerance=0.99, samples=10, tableau=Tableau.of(scheme, stages))
+        tableau = Tableau.of(scheme, stages)
+        course = solved(Oscillator(), tolerance=0.99, samples=10, tableau=tableau, longest=1 / parts)
         assert course.steps == parts
         found.append(np.abs(course.displacement[:, 0] - (np.cos(course.time) - np.cos(2 * course.time)) / 3).max())
     assert np.log2(np.divide(found[:-1], found[1:])) == pytest.approx([order] * 2, abs=0.25)
