@@ -198,22 +198,35 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
         found.append("what the start puts into the modes left out of members")
     if analysis.method == "transient" and analysis.reduction != "none" and any(p.jumps for p in scene.loads.values()):
         found.append("what loads that jump put into the modes left out of members")
-    if analysis.method == "transient" and scene.damping.material and analysis.start != "rigid":
+    if analysis.method == "transient" and analysis.start != "rigid" and scene.damping.material:
         found.append("strains in the first instants, where the start lets the material's viscous stress jump")
-    if analysis.method in ("periodic", "quasi-static"):
-        by_points = analysis.method == "periodic" and history.velocity is not None  # all but chapter 5
-        count = analysis.sub_intervals * (analysis.stages if by_points else 1)
-        found += [
-            f"what the factor of the load {name!r} does between positions, which do not see it"
-            for name, load in scene.loads.items()
-            if load.unseen(count) > UNSEEN or load.enough_angles(count) > count
-        ]
-        found += [
-            f"what the law of the drive at {drive.joint!r} does between positions"
-            for drive in scene.drives
-            if drive.enough_angles(count) > count
-        ]
+    if analysis.method == "transient" and analysis.start != "rigid" and np.any(scene.damping.ratio):
+        found.append("joint forces in the first instants, where the start lets the forces of damping jump")
+    if analysis.method == "periodic" and history.velocity is None and analysis.join == "modal":
+        found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
+    count = _seen_points(scene, history)
+    found += [
+        f"what the factor of the load {name!r} does between positions, which do not see it"
+        for name, load in scene.loads.items()
+        if count and (load.unseen(count) > UNSEEN or load.enough_angles(count) > count)
+    ]
+    found += [
+        f"what the law of the drive at {drive.joint!r} does between positions"
+        for drive in scene.drives
+        if count and drive.enough_angles(count) > count
+    ]
     return found
+
+
+def _seen_points(scene: Scene, history: History) -> int:
+    """Number of points of a cycle that see what a load or a drive does; 0 where steps are as short as they need be."""
+    analysis = scene.analysis
+    if analysis.method == "transient":  # the viscous stress is judged by every second position
+        return analysis.sub_intervals // 2 if scene.damping.material else 0
+    if analysis.method == "static":
+        return 0
+    by_points = analysis.method == "periodic" and history.velocity is not None  # all but chapter 5
+    return analysis.sub_intervals * (analysis.stages if by_points else 1)
 
 
 def between_stations(strain: Array) -> Array:
