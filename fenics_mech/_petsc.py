@@ -27,8 +27,10 @@ def to_scipy(matrix: PETSc.Mat) -> sp.csr_matrix:
 
 
 @contextmanager
-def configured(solver: Any, prefix: str, defaults: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Any]:
-    """Give a solver its options and destroy it at the end.
+def configured(
+    solver: Any, prefix: str, defaults: Mapping[str, Any], asked: Mapping[str, Any], keep: bool = False
+) -> Iterator[Any]:
+    """Give a solver its options and destroy it at the end, unless it is kept.
 
     Parameters
     ----------
@@ -41,6 +43,8 @@ def configured(solver: Any, prefix: str, defaults: Mapping[str, Any], asked: Map
     asked
         Options with prefix, which win over the defaults; those of other prefixes are passed over. Options on the PETSc
         command line or in the environment variable PETSC_OPTIONS win over both.
+    keep
+        Whether it is needed later on: Python then destroys it.
     """
     solver.setOptionsPrefix(prefix)
     base = PETSc.Options()
@@ -50,14 +54,23 @@ def configured(solver: Any, prefix: str, defaults: Mapping[str, Any], asked: Map
     for key, value in ours.items():
         base.setValue(key, value)
     try:
-        solver.setFromOptions()
-        yield solver
-    except PETSc.Error as error:
-        raise SolverError(f"the solver with the options {prefix}* stopped: {reason(error)}") from error
+        with stopping(prefix):
+            solver.setFromOptions()
+            yield solver
     finally:
         for key in ours:
             base.delValue(key)
-        solver.destroy()
+        if not keep:
+            solver.destroy()
+
+
+@contextmanager
+def stopping(prefix: str) -> Iterator[None]:
+    """Turn errors of PETSc in a solver with such options into a `SolverError`."""
+    try:
+        yield
+    except PETSc.Error as error:
+        raise SolverError(f"the solver with the options {prefix}* stopped: {reason(error)}") from error
 
 
 def reason(error: PETSc.Error) -> str:

@@ -143,14 +143,8 @@ def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[Syste
     at_starts = boundary_load(scene, system)
     history = solve_periodic(scene, system, modes, at_starts)
     neighbours = Neighbours(scene, system, modes, history, at_starts)
-
-    def lack_of(motion: History) -> Terms:
-        return neglected(system, motion, scene.period / len(modes.theta))
-
-    found = neighbours.better(
-        lambda motion: system.on_coordinates(system.applied_by(lack_of(motion))),
-        lambda motion: of_mesh(system, motion, lack_of(motion)),
-    )
+    step = scene.period / len(modes.theta)
+    found = neighbours.better(lambda there, motion: neglected(there, motion, step), of_mesh)
     return system, replace(history, better=found)
 
 

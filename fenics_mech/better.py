@@ -56,24 +56,28 @@ def mesh_better(
     system, step = equation.system, scene.period / len(motion[0])
     around, size = flow.states(*starts), motion[0].shape[1]
 
-    def lack_of(more: Array) -> Terms:
-        q, rate = np.split(more, 2, axis=1)
-        return neglected(system, history_of(equation, motion[0] + q, motion[1] + rate), step)
-
     def load_of(lack: Terms) -> Array:
         return system.on_coordinates(system.applied_by(lack))
 
-    def change(load: Array) -> Array:
-        whole = np.pad(load, ((0, 0), (0, flow.size - size)))
-        changes = periodic_change(whole, around, flow, regular, scene.petsc)
-        return np.concatenate([part[:, :size] for part in changes], axis=1)
+    def moved(change: Array, lack: Terms) -> History:
+        q, rate = change[:, :size], change[:, size : 2 * size]
+        return history_of(equation, motion[0] + q, motion[1] + rate, load_of(lack))
 
-    load = load_of(lack_of(np.zeros((len(motion[0]), 2 * size))))
-    unit = np.append(flow.unit[:size], np.zeros(size))
-    error = fed_back(change(load), lambda more: change(load_of(lack_of(more)) - load), unit)
-    lack = lack_of(error)
-    q, rate = np.split(error, 2, axis=1)
-    return of_mesh(system, history_of(equation, motion[0] + q, motion[1] + rate, load_of(lack)), lack)
+    def change_by(lack: Terms) -> Array:
+        whole = np.pad(load_of(lack), ((0, 0), (0, flow.size - size)))
+        changes = periodic_change(whole, around, flow, regular)
+        return np.concatenate([*(part[:, :size] for part in changes), lack.columns()], axis=1)
+
+    def again(change: Array) -> Array:
+        beside = lack.of_columns(change[:, 2 * size :])
+        more = neglected(system.with_terms(system.terms + beside), moved(change, beside), step)
+        return change_by(lack.of_columns(more.columns() - lack.columns()))
+
+    lack = neglected(system, history_of(equation, *motion), step)
+    first = change_by(lack)
+    error = fed_back(first, again, np.pad(flow.unit[:size], (0, first.shape[1] - size)))
+    beside = lack.of_columns(error[:, 2 * size :])
+    return of_mesh(system, moved(error, beside), beside)
 
 
 def of_mesh(system: System, history: History, lack: Terms, least: float = 1.0) -> Better:

@@ -101,7 +101,7 @@ def _at_starts(
         stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
         if not analysis.allow_unstable:
             stability.refuse_unstable()
-    q, rate = corrected(orbit, flows[better], scene.petsc)
+    q, rate = corrected(orbit, flows[better])
     motion = orbit.start[:, :-1], orbit.start_velocity[:, :-1]
     order = 2 * analysis.stages - (analysis.scheme == "radau")
     assert orbit.flow is not None
@@ -113,7 +113,7 @@ def _at_starts(
         },
         twist=twist,
         stability=stability,
-        condition=condition_of(orbit, scene),
+        condition=condition_of(orbit),
     )
     return crank.system, history
 
@@ -126,7 +126,7 @@ def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: 
     law, matrices = equation.system.terms.law, equation.linear
     if law is not None:
         matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
-    return Flow(matrices, tableau, steps.duration)
+    return Flow(matrices, tableau, steps.duration, scene.petsc)
 
 
 def _accelerated(

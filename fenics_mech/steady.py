@@ -95,7 +95,7 @@ class Cycle:
             matrices = (
                 equation.linear if self.linear or motion is None else self._about(equation, *motion(tableau.points))
             )
-            self._flows[scheme, stages] = Flow(matrices, tableau, self.steps.duration)
+            self._flows[scheme, stages] = Flow(matrices, tableau, self.steps.duration, self.scene.petsc)
         return self._flows[scheme, stages]
 
     def _about(self, equation: Equation, q: Array, rate: Array) -> Matrices:
@@ -175,7 +175,7 @@ class Cycle:
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
         finer = better_than(analysis.scheme, analysis.stages, self.steps.disturbed)
-        q, rate = corrected(orbit, self.flow(*finer, self.motion(orbit)), self.scene.petsc)
+        q, rate = corrected(orbit, self.flow(*finer, self.motion(orbit)))
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         motion = orbit.start[at], orbit.start_velocity[at]
@@ -226,7 +226,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
         inside = _settled(cycle, inside, tableau)
     with cycle.determined(modes):
         orbit = _orbit(scene, inside, tableau, steps)
-    condition = condition_of(orbit, scene)
+    condition = condition_of(orbit)
     cycle.refuse_magnified(modes, condition, None if cycle.linear else cycle.motion(orbit))
     if not cycle.linear:
         stability = cycle.stability(modes, cycle.motion(orbit))
@@ -234,12 +234,11 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
     return start.system, replace(history, stability=stability, condition=condition)
 
 
-def condition_of(orbit: Orbit, scene: Scene) -> float:
+def condition_of(orbit: Orbit) -> float:
     """How many times a relative error of the steps comes out in a motion by collocation; see `magnification`."""
     flow = orbit.flow
     assert flow is not None
-    states, unit = flow.states(orbit.start, orbit.start_velocity), np.tile(flow.unit, 2)
-    return magnification(flow.transitions * unit[:, None] / unit, states * unit, scene.petsc)
+    return magnification(flow.cycle, flow.states(orbit.start, orbit.start_velocity), np.tile(flow.unit, 2))
 
 
 def _orbit(scene: Scene, inside: Equation, tableau: Tableau, steps: Steps) -> Orbit:
@@ -293,7 +292,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
     q, rate = series.at(np.abs(system.motion.theta))
     flow = cycle.flow("gauss", analysis.stages, motion)
     better = {
-        "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow, scene.petsc)), HARMONIC_ORDER),
+        "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow)), HARMONIC_ORDER),
         "mesh": cycle.without_mesh(cycle.start, (q, rate), (q, rate), flow),
     }
     return system, replace(

@@ -201,6 +201,21 @@ class Terms:
         names = [field.name for field in fields(self)]
         return Terms(**{name: _sum(getattr(self, name), getattr(other, name)) for name in names})
 
+    def columns(self) -> Array:
+        """Put the loads into one array, ``(angles, numbers)``."""
+        return np.concatenate([part.reshape(len(part), -1) for part in self._loads().values()], axis=1)
+
+    def of_columns(self, columns: Array) -> Terms:
+        """Take loads of the same kinds as these out of such an array."""
+        loads = self._loads()
+        ends = np.cumsum([part[0].size for part in loads.values()])[:-1]
+        parts = zip(loads.items(), np.split(columns, ends, axis=1))
+        found: dict[str, Any] = {name: part.reshape(like.shape) for (name, like), part in parts}
+        return Terms(**found)
+
+    def _loads(self) -> dict[str, Array]:
+        return {name: part for name in ("force", "line", "ends") if (part := getattr(self, name)) is not None}
+
 
 NOTHING = Terms()
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
-from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.feedback import fed_back
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.newton import Orbit, solve_nonlinear
 from fenics_mech.response.tableau import Tableau
@@ -64,12 +64,12 @@ def _solve_linear(
     matrices: Matrices, tableau: Tableau, step: float | Array, options: Mapping[str, Any], jump: Array | None
 ) -> Orbit:
     """Solve ``M q'' + C q' + K q = f``, given at the collocation points."""
-    flow = Flow(matrices, tableau, step)
+    flow = Flow(matrices, tableau, step, options)
     added = flow.added
     if jump is not None:
         added = added.copy()
         added[:, flow.size :] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
-    return replace(orbit_of(flow, solve_cycle(flow.transitions, added, options)), flow=flow)
+    return replace(orbit_of(flow, flow.cycle.solve(added)), flow=flow)
 
 
 def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbit:
@@ -90,12 +90,13 @@ def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbi
     )
 
 
-def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
+def corrected(orbit: Orbit, better: Flow) -> tuple[Array, Array]:
     """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
 
     Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
     by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
-    later on: what they make of the fastest vibrations is gone by then.
+    later on: what they make of the fastest vibrations is gone by then. What changes is
+    made by the better method, too; see `fed_back`.
 
     Parameters
     ----------
@@ -103,8 +104,6 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
         A motion by collocation.
     better
         The same steps with other points, in the equation linearised about the orbit.
-    options
-        PETSc options with the prefix "periodic_".
 
     Raises
     ------
@@ -112,17 +111,23 @@ def corrected(orbit: Orbit, better: Flow, options: Mapping[str, Any]) -> tuple[A
         When the cycle cannot be closed.
     """
     assert orbit.flow is not None
-    states = orbit.flow.states(orbit.start, orbit.start_velocity)
-    defect = better.ends(states) - orbit.flow.ends(states)
-    carrier = orbit.flow if orbit.flow.tableau.damps else better
-    right = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
-    error = solve_cycle(carrier.transitions, right + defect, options) - states
-    if not better.tableau.damps:
-        error = np.roll(times(carrier.transitions, error), 1, axis=0)
-    return orbit.flow.parts(states + error)
+    flow = orbit.flow
+    states = flow.states(orbit.start, orbit.start_velocity)
+    carrier = better if better.tableau.damps else flow
+    load = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
+
+    def carried(defect: Array) -> Array:
+        error = carrier.cycle.solve(load + defect) - states
+        return error if carrier is better else np.roll(times(carrier.transitions, error), 1, axis=0)
+
+    error = carried(better.ends(states) - flow.ends(states))
+    if carrier is not better:
+        lack = better.transitions - flow.transitions
+        error = fed_back(error, lambda found: carried(times(lack, found)), np.tile(flow.unit, 2), (0.0, 0.0))
+    return flow.parts(states + error)
 
 
-def refined(q: Array, rate: Array, flow: Flow, options: Mapping[str, Any]) -> tuple[Array, Array]:
+def refined(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
     """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
 
     Parameters
@@ -131,8 +136,6 @@ def refined(q: Array, rate: Array, flow: Flow, options: Mapping[str, Any]) -> tu
         q and q' at the starts of the steps.
     flow
         The steps, of the equation linearised about the motion.
-    options
-        PETSc options with the prefix "periodic_".
 
     Raises
     ------
@@ -140,7 +143,7 @@ def refined(q: Array, rate: Array, flow: Flow, options: Mapping[str, Any]) -> tu
         When the cycle cannot be closed.
     """
     states = flow.states(q, rate)
-    states += solve_cycle(flow.transitions, flow.ends(states) - np.roll(states, -1, axis=0), options)
+    states += flow.cycle.solve(flow.ends(states) - np.roll(states, -1, axis=0))
     return flow.parts(states)
 
 

@@ -23,7 +23,7 @@ from fenics_mech._guard import guarded
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.collocation import orbit_of
-from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.cyclic import BlockCyclic
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.newton import Orbit, settled
 from fenics_mech.response.tableau import Tableau
@@ -277,7 +277,7 @@ def _solved(
     right = np.zeros((steps, 2 * n + 2, 2))
     right[:, : 2 * n, 0] = flow.added[..., 0]
     right[-1, 2 * n] = off, -1.0
-    states = np.moveaxis(solve_cycle(whole, right, family.options), -1, 0)
+    states = np.moveaxis(BlockCyclic(whole, family.options).solve(right), -1, 0)
 
     def direction(state: Array, lack: float) -> _Direction:
         value = metric.span * float(state[0, 2 * n])

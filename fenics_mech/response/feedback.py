@@ -16,12 +16,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 MOST = 8  # times that T is applied
 LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
-FELT = 3e-4  # of a motion: what is amplified 300 times counts from there on
-OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.43 and 0.6 with two elements, mode 3
-TRIED = 601  # shares of T
+FELT = 1e-3  # of a motion: what is amplified 300 times counts from there on
+OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
+TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
+BESIDE = 1e-3  # of these: without damping nothing is amplified more than 1000 times
 
 
-def fed_back(first: Array, again: Callable[[Array], Array], unit: Array) -> Array:
+def fed_back(
+    first: Array, again: Callable[[Array], Array], unit: Array, left_open: tuple[float, float] = OPEN
+) -> Array:
     """Give the error of a motion with all that it does to itself.
 
     Source: Saad, Iterative Methods for Sparse Linear Systems (2003), section 6.4 (full orthogonalization).
@@ -34,6 +37,8 @@ def fed_back(first: Array, again: Callable[[Array], Array], unit: Array) -> Arra
         Gives ``T x``; it is linear.
     unit
         What numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
+    left_open
+        By which share, at most, T may be wrong.
     """
     size = float(np.linalg.norm(first * unit))
     if not size:
@@ -46,7 +51,7 @@ def fed_back(first: Array, again: Callable[[Array], Array], unit: Array) -> Arra
             projected[i, count - 1] = np.sum(found * vector * unit**2)
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
-        parts = _largest(projected[:count, :count])
+        parts = _largest(projected[:count, :count], left_open)
         if reach < LITTLE or left * abs(parts[-1]) < FELT:
             break
         basis.append(found / left)
@@ -60,10 +65,13 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _largest(projected: Array) -> Array:
+def _largest(projected: Array, left_open: tuple[float, float]) -> Array:
     """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first."""
-    strength = min(1.0, (1 + OPEN[1]) * float(np.abs(np.linalg.eigvals(projected)).max()))
-    shares = 1 + strength * np.linspace(*OPEN, TRIED)
-    matrices = np.eye(len(projected)) - shares[:, None, None] * projected
-    found = np.linalg.inv(matrices)[..., 0]
+    values = np.linalg.eigvals(projected)
+    strength = min(1.0, (1 + left_open[1]) * float(np.abs(values).max()))
+    least, most = 1 + strength * np.array(left_open)
+    poles = np.divide(values.real, np.abs(values) ** 2, where=values != 0, out=np.zeros(len(values)))
+    poles = poles[(poles >= least) & (poles <= most)]
+    shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + BESIDE)])
+    found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
     return np.asarray(found[np.linalg.norm(found, axis=1).argmax()])

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import times
 from fenics_mech._ranks import over_positions
 from fenics_mech.mechanism.equation import Array, Matrices, refuse_rigid_damping
+from fenics_mech.response.cyclic import BlockCyclic
 from fenics_mech.response.tableau import Tableau
 
 
@@ -26,11 +28,19 @@ class Flow:
         The points.
     step
         Duration of all steps, or of each of them (s).
+    options
+        PETSc options with the prefix "periodic_".
     """
 
     matrices: Matrices
     tableau: Tableau
     step: float | Array
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def cycle(self) -> BlockCyclic:
+        """The system that closes the cycle."""
+        return BlockCyclic(self.transitions, self.options)
 
     @property
     def pace(self) -> float:

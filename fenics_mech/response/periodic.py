@@ -22,7 +22,7 @@ from fenics_mech.effects import NOTHING
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.cyclic import BlockCyclic
 from fenics_mech.response.damping import damping_ratios
 from fenics_mech.response.history import History
 from fenics_mech.response.oscillator import Oscillators
@@ -66,7 +66,7 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
     frequency = modes.frequency.mean(axis=0)
     with blaming(lambda: of_modes(joined.transitions, frequency, scene.period)):
         starts = joined.starts(load, slope)
-    condition = magnification(joined.transitions, starts, scene.petsc)
+    condition = magnification(joined.cycle, starts)
     refuse_magnified(condition, lambda: of_modes(joined.transitions, frequency, scene.period))
     state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
@@ -107,10 +107,15 @@ class SubIntervals:
         """From the states at the start of each sub-interval to those at the start of the next."""
         return self.carry @ _block_diagonal(self.oscillators.transition(self.duration))
 
+    @cached_property
+    def cycle(self) -> BlockCyclic:
+        """The system that joins them, (5.16)."""
+        return BlockCyclic(self.transitions, self.options)
+
     def starts(self, load: Array, slope: Array) -> Array:
         """Give the states at the starts, ``(sub-intervals, 2 modes)``, under modal loads and their slopes in time."""
         forced = self.oscillators.forced(load - slope * self.duration / 2, slope, self.duration)
-        return solve_cycle(self.transitions, times(self.carry, _flat(forced)), self.options)
+        return self.cycle.solve(times(self.carry, _flat(forced)))
 
     def answer(self, load: Array, slope: Array) -> Array:
         """Give the states at the middles under modal loads and their slopes in time."""

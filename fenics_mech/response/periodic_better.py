@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
@@ -51,35 +52,51 @@ class Neighbours:
     history: History
     boundary_load: Array | None = None
 
-    def better(self, load_of: Callable[[History], Array], of_mesh: Callable[[History], Better]) -> Mapping[str, Better]:
+    def better(
+        self, lack_of: Callable[[System, History], Terms], of_mesh: Callable[[System, History, Terms], Better]
+    ) -> Mapping[str, Better]:
         """Give the motion without the errors by steps, modes and the mesh.
 
-        `load_of` gives the load that a mesh neglects of a motion, and `of_mesh` judges the motion without it.
+        `lack_of` gives the loads that a mesh neglects of a motion, and `of_mesh` judges the motion without them.
         """
-        load = load_of(self.history.elastic)
+        of_elements = lack_of(self.system, self.history.elastic)
         lack, inertia = self._left_out()
-        answers = displacement_under(self.system, np.stack([lack, load], axis=-1), self.scene.petsc)
+        loads = np.stack([lack, self._load_of(of_elements)], axis=-1)
+        answers = displacement_under(self.system, loads, self.scene.petsc)
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
             "modes": Better(self._with_modes(lack, answers[..., 0], inertia), ORDERS["modes"], SAFETY),
-            "mesh": of_mesh(self._without_mesh(load_of, load, answers[..., 1])),
+            "mesh": of_mesh(self.system, *self._without_mesh(lack_of, of_elements, answers[..., 1])),
         }
 
-    def _without_mesh(self, load_of: Callable[[History], Array], load: Array, static: Array) -> History:
-        """Give the motion under what the mesh neglects of it, a load whose static answer is known."""
-        omega, count = self.modes.omega, self.modes.omega.shape[1]
+    def _without_mesh(
+        self, lack_of: Callable[[System, History], Terms], lack: Terms, static: Array
+    ) -> tuple[History, Terms]:
+        """Give the motion under what the mesh neglects of it, and that; its first order's static answer is known."""
+        omega, system = self.modes.omega, self.system
+        count, coordinates = omega.shape[1], system.size
 
-        def moved(change: Array, modal: Array | float = 0.0) -> History:
-            swing, q = np.split(change, [count], axis=1)
-            return self._moved(q, self.system.to_links(superposed(self.modes, modal - omega * swing)))
+        def moved(change: Array, beside: Terms) -> History:
+            swing, q = change[:, :count], change[:, count : count + coordinates]
+            accelerations = self._modal(self._load_of(beside)) - omega * swing
+            return self._moved(q, system.to_links(superposed(self.modes, accelerations)))
+
+        def change_by(more: Terms, static: Array) -> Array:
+            return np.concatenate([*self._under(self._load_of(more), static), more.columns()], axis=1)
 
         def again(change: Array) -> Array:
-            more = load_of(moved(change)) - load  # the load's own bending counts as inertia that it takes away
-            return self._under(more, displacement_under(self.system, more, self.scene.petsc))
+            beside = lack.of_columns(change[:, count + coordinates :])
+            there = system.with_terms(system.terms + beside)
+            more = lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns())
+            return change_by(more, displacement_under(system, self._load_of(more), self.scene.petsc))
 
-        first = self._under(load, static)
-        change = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float))
-        return moved(change, self._modal(load_of(moved(change))))
+        first = change_by(lack, static)
+        error = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float))
+        beside = lack.of_columns(error[:, count + coordinates :])
+        return moved(error, beside), beside
+
+    def _load_of(self, lack: Terms) -> Array:
+        return self.system.on_coordinates(self.system.applied_by(lack))
 
     @property
     def step(self) -> float:
@@ -150,12 +167,12 @@ class Neighbours:
         highest = np.flatnonzero(harmonics / (2 * ratio) > enough).max(initial=0) / self.scene.period
         return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
-    def _under(self, load: Array, static: Array) -> Array:
+    def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
         """Change of the modes' ``omega y``, and of q, under a load, whose static answer is known."""
         modal, omega = self._modal(load), self.modes.omega
         joined = SubIntervals.of(self.scene, self.modes, np.full(len(load), self.step))
         y = joined.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
-        return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
+        return omega * y, superposed(self.modes, y - modal / omega**2) + static
 
     def _halved(self) -> tuple[Array, Array]:
         """Change of q and of the nodal inertia by half as many sub-intervals.

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import times
 from fenics_mech.mechanism.equation import Array, Matrices
-from fenics_mech.response.cyclic import solve_cycle
 from fenics_mech.response.flow import Flow
 
 LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
@@ -19,9 +15,7 @@ VIBRATES = 0.03  # square root of a mode's kinetic energy, over that of the larg
 BEHIND = 3.0  # phase (rad) by which Newmark's method may lag behind a vibration while that lasts
 
 
-def periodic_change(
-    load: Array, motion: Array, flow: Flow, regular: NDArray[np.bool_], options: Mapping[str, Any]
-) -> tuple[Array, Array]:
+def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Give the changes of q and q' that a load makes, ``(angles, coordinates)`` each.
 
     Parameters
@@ -34,8 +28,6 @@ def periodic_change(
         The steps of the cycle, linearised about the motion. They may be cut.
     regular
         Which of them begin at the angles, ``(steps,)``.
-    options
-        PETSc options with the prefix "periodic_".
     """
     start = np.cumsum(flow.duration) - flow.duration
     if not regular.all():
@@ -44,7 +36,7 @@ def periodic_change(
     rise = np.roll(load, -1, axis=0) - load
     added = flow.added_by(load[:, None] + flow.tableau.points[:, None] * rise[:, None])
     right = np.roll(motion, -1, axis=0) - times(flow.transitions, motion)  # with it the answer is the motion itself
-    return flow.parts((solve_cycle(flow.transitions, right + added, options) - motion)[regular])
+    return flow.parts((flow.cycle.solve(right + added) - motion)[regular])
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:

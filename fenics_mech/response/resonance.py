@@ -6,49 +6,48 @@ makes of rounding is found by a load as large as rounding leaves of each transit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import times
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Array
-from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.cyclic import BlockCyclic
 
 NEAR = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it
 SINGULAR = 1e-4  # the same, beyond which a large magnification is that of stiff directions, or of the estimate
 LARGEST = 1e9  # magnification, beyond which rounding changes the motion by more than about 1e-6 of it
 
 
-def magnification(transitions: Array, states: Array, options: Mapping[str, Any]) -> float:
+def magnification(cycle: BlockCyclic, states: Array, unit: Array | float = 1.0) -> float:
     """How many times a relative error of the transitions comes out in the states of a cycle, by estimate.
 
     The load is that of an error in each coefficient. Source: Skeel, J. ACM 26 (1979) 494.
 
     Parameters
     ----------
-    transitions
-        From the state at the start of each step to that at its end, ``(steps, state, state)``.
+    cycle
+        The system of the cycle.
     states
         The answer at the starts of the steps, ``(steps, state)``.
-    options
-        PETSc options with the prefix "periodic_".
+    unit
+        What states are multiplied by for their numbers to be alike, ``(state,)``.
 
     Returns
     -------
     float
         A condition number; infinity where the system cannot be solved for such a load.
     """
-    if not (size := np.abs(states).max()):
+    if not (size := np.abs(states * unit).max()):
         return 0.0
     signs = np.random.default_rng(0).choice([-1.0, 1.0], states.shape)
     try:
-        answer = solve_cycle(transitions, signs * times(np.abs(transitions), np.abs(states) / size), options)
+        answer = cycle.solve(signs * times(np.abs(cycle.transitions), np.abs(states) / size))
     except SolverError:
         return np.inf
-    return float(np.abs(answer).max())
+    return float(np.abs(answer * unit).max())
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from hard import arm, by_modes, natural
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.cyclic import BlockCyclic
 from fenics_mech.response.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
 
@@ -98,9 +98,10 @@ def test_condition_is_that_of_the_singular_value():
         turned = [np.linalg.qr(chance.normal(size=(6, 6)))[0] for _ in range(40)]
         size = np.diag(np.array([1 - gap, 0.5, 0.4, 0.3, 0.2, 0.1]) ** (1 / 40))
         steps = np.stack([turned[(k + 1) % 40] @ size @ turned[k].T for k in range(40)])
-        states = solve_cycle(steps, chance.normal(size=(40, 6)), {})
-        assert 0.3 / gap < magnification(steps, states, {}) < 300 / gap
-    assert magnification(steps, np.zeros_like(states), {}) == 0
+        cycle = BlockCyclic(steps, {})
+        states = cycle.solve(chance.normal(size=(40, 6)))
+        assert 0.3 / gap < magnification(cycle, states) < 300 / gap
+    assert magnification(cycle, np.zeros_like(states)) == 0
 
 
 def test_a_motion_that_rounding_changes_is_refused_if_a_multiplier_is_to_blame():

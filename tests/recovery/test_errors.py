@@ -89,7 +89,7 @@ def test_mesh_of_chapter_5_and_in_time():
     for case, analysis in solvers:
         expected = analyse(case).data["strain_error"].sel(source="mesh")
         found = analyse(case.changed(analysis=case.analysis.model_copy(update=WHOLE | analysis))).data
-        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=0.3)
+        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=0.35)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_mesh_of_sections_that_vary(effects, analysis, inertia):
         sections__coupler=section, sections__follower=section
     )
     found, exact = (analyse(scene.changed(mesh__elements=n)).data for n in (3, 6))
-    assert ratio(found, exact, "mesh") == pytest.approx(1.1 * TAPERED, abs=0.4)
+    assert ratio(found, exact, "mesh") == pytest.approx(1.15 * TAPERED, abs=0.45)
 
 
 @pytest.mark.parametrize(

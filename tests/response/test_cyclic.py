@@ -6,7 +6,7 @@ from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
 from fenics_mech.response import cyclic
-from fenics_mech.response.cyclic import solve_cycle
+from fenics_mech.response.cyclic import BlockCyclic
 
 
 def system(multipliers, count=90, size=8):
@@ -22,7 +22,7 @@ def system(multipliers, count=90, size=8):
 @pytest.mark.parametrize("count", [1, 2, 24, 25, 90])
 def test_states_follow_each_other_round_the_cycle(options, count):
     transitions, right = system([0.9, 0.5, 0.1], count)
-    states = solve_cycle(transitions, right, options)
+    states = BlockCyclic(transitions, options).solve(right)
     ends = (transitions @ states[..., None])[..., 0] + right
     assert np.abs(np.roll(states, -1, axis=0) - ends).max() < 1e-10 * np.abs(states).max()
 
@@ -37,11 +37,13 @@ def test_the_march_leaves_one_iteration_for_each_multiplier(monkeypatch):
             super().apply(pc, x, y)
 
     monkeypatch.setattr(cyclic, "_March", Counted)
-    solve_cycle(*system([0.9, 0.5, 0.1]), {"periodic_ksp_type": "gmres"})
+    transitions, right = system([0.9, 0.5, 0.1])
+    BlockCyclic(transitions, {"periodic_ksp_type": "gmres"}).solve(right)
     assert len(counts) <= 3 + 3  # the start, and the check of convergence
 
 
 def test_an_iteration_that_ends_too_early_is_refused():
     options = {"periodic_ksp_type": "gmres", "periodic_ksp_max_it": 1}
+    transitions, right = system([0.9, 0.5, 0.1])
     with pytest.raises(SolverError, match=r"no reliable answer .*DIVERGED"):
-        solve_cycle(*system([0.9, 0.5, 0.1]), options)
+        BlockCyclic(transitions, options).solve(right)
