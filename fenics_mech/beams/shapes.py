@@ -14,6 +14,9 @@ CUBIC = (  # displacement, rotation times L, of the first node and of the second
     Polynomial([0, 0, 3, -2]),  # (4.9)
     Polynomial([0, 0, -1, 1]),  # (4.10)
 )
+ALONG, ACROSS = (  # integrals of their products with the linear ones
+    np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
+)
 AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both nodes: those along its axis, and across
 
 
@@ -84,11 +87,8 @@ def work_equivalent(line: Array, length: Array) -> Array:
     numpy.ndarray
         Forces and moments in the elements' dofs u, w, phi, ``(angles, elements, 6)``.
     """
-    along, across = (
-        np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
-    )
     forces = np.zeros((*line.shape[:2], 6))
-    forces[..., AXIAL] = line[..., :2] @ along.T
-    forces[..., NORMAL] = line[..., 2:] @ across.T
+    forces[..., AXIAL] = line[..., :2] @ ALONG.T
+    forces[..., NORMAL] = line[..., 2:] @ ACROSS.T
     forces[..., [2, 5]] *= length[:, None]
     return forces * length[:, None]

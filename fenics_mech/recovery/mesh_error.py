@@ -17,13 +17,12 @@ from dataclasses import replace
 from typing import TypeVar, cast
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import in_member_axes
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.varying import lacking_shapes, lacking_stiffness
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
@@ -47,6 +46,7 @@ Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
+OF_WORK_ALONG, OF_WORK_ACROSS = np.linalg.inv(ALONG).T, np.linalg.inv(ACROSS[[1, 3]]).T  # linear loads of their work
 PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
 ORDER, OF_PINS, OF_LUMPS, OF_PULLED, OF_SLIDERS = 4, 3, 2, 2, 1  # in the length of the elements
 
@@ -258,10 +258,9 @@ def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Arra
 
 def _line(force: Complex) -> Array:
     """Give the loads linear along each element that are to it what forces at `PLACES` are (N/m)."""
-    parts = []
-    for values, functions in ((force.real, LINEAR), (force.imag, ROTATIONS)):
-        parts.append((values * WEIGHTS) @ evaluate(functions, PLACES) @ _of_linear(functions).T)
-    return np.concatenate(parts, axis=-1)
+    along = (force.real * WEIGHTS) @ evaluate(LINEAR, PLACES) @ OF_WORK_ALONG
+    across = (force.imag * WEIGHTS) @ evaluate(ROTATIONS, PLACES) @ OF_WORK_ACROSS
+    return np.concatenate([along, across], axis=-1)
 
 
 def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
@@ -293,7 +292,7 @@ def _by_tension_inside(system: System, history: History, axial: Array) -> tuple[
     h, line = mesh.cell_length[:, None], np.zeros((*axial.shape[:2], 4))
     more = (axial - axial @ WEIGHTS[:, None]) * WEIGHTS
     ends = _pulled(system, system.to_links(history.displacement), more)
-    line[..., 2:] = ends[..., [2, 5]] / h**2 @ _of_linear(ROTATIONS).T
+    line[..., 2:] = ends[..., [2, 5]] / h**2 @ OF_WORK_ACROSS
     return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
 
 
@@ -308,11 +307,6 @@ def _pulled(system: System, v: Array, axial: Array) -> Array:
     ends[..., NORMAL] = -((axial * (nodal @ slopes.T)) @ slopes) / h
     ends[..., [2, 5]] *= h
     return ends
-
-
-def _of_linear(functions: Sequence[Polynomial]) -> Array:
-    """Give what makes linear loads of their work on two functions."""
-    return np.linalg.inv([[(f * g).integ()(1.0) for g in LINEAR] for f in functions])
 
 
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-MOST = 8  # times that T is applied
+FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
+NEAR = 0.3  # of T's eigenvalues, from where it may
 LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
 FELT = 1e-3  # of a motion: what is amplified 300 times counts from there on
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
@@ -51,8 +52,8 @@ def fed_back(
             projected[i, count - 1] = np.sum(found * vector * unit**2)
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
-        parts = _largest(projected[:count, :count], left_open)
-        if reach < LITTLE or left * abs(parts[-1]) < FELT:
+        parts, nearest = _largest(projected[:count, :count], left_open)
+        if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and nearest < NEAR):
             break
         basis.append(found / left)
     return size * np.tensordot(parts, np.array(basis[:count]), axes=1)
@@ -65,13 +66,18 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _largest(projected: Array, left_open: tuple[float, float]) -> Array:
-    """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first."""
+def _largest(projected: Array, left_open: tuple[float, float]) -> tuple[Array, float]:
+    """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
+
+    The second value is T's largest eigenvalue of those that are nearly real: others are at no resonance.
+    """
     values = np.linalg.eigvals(projected)
-    strength = min(1.0, (1 + left_open[1]) * float(np.abs(values).max()))
+    values = values[np.abs(values.imag) < values.real]
+    nearest = float(np.abs(values).max(initial=0.0))
+    strength = min(1.0, (1 + left_open[1]) * nearest)
     least, most = 1 + strength * np.array(left_open)
-    poles = np.divide(values.real, np.abs(values) ** 2, where=values != 0, out=np.zeros(len(values)))
+    poles = values.real / np.abs(values) ** 2
     poles = poles[(poles >= least) & (poles <= most)]
     shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + BESIDE)])
     found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
-    return np.asarray(found[np.linalg.norm(found, axis=1).argmax()])
+    return found[np.linalg.norm(found, axis=1).argmax()], nearest

@@ -104,6 +104,11 @@ class Neighbours:
         return self.scene.period / len(self.modes.theta)
 
     @cached_property
+    def joined(self) -> SubIntervals:
+        """The sub-intervals."""
+        return SubIntervals.of(self.scene, self.modes, np.full(len(self.modes.theta), self.step))
+
+    @cached_property
     def momenta(self) -> Array:
         """``M Phi``, ``(angles, modes, coordinates)``."""
         return self.system.mass_times(self.modes.shapes)
@@ -170,8 +175,9 @@ class Neighbours:
     def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
         """Change of the modes' ``omega y``, and of q, under a load, whose static answer is known."""
         modal, omega = self._modal(load), self.modes.omega
-        joined = SubIntervals.of(self.scene, self.modes, np.full(len(load), self.step))
-        y = joined.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[..., 0]
+        y = self.joined.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[
+            ..., 0
+        ]
         return omega * y, superposed(self.modes, y - modal / omega**2) + static
 
     def _halved(self) -> tuple[Array, Array]:

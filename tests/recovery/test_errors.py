@@ -89,7 +89,7 @@ def test_mesh_of_chapter_5_and_in_time():
     for case, analysis in solvers:
         expected = analyse(case).data["strain_error"].sel(source="mesh")
         found = analyse(case.changed(analysis=case.analysis.model_copy(update=WHOLE | analysis))).data
-        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=0.35)
+        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=0.3)
 
 
 @pytest.mark.parametrize(
@@ -145,14 +145,14 @@ def test_pin_that_travels_on_a_machine_whose_coupler_buckles_for_a_moment():
     [(("coupling",), WHOLE), ((), CHAPTER_5), (("coupling", "moderate-rotations"), WHOLE)],
 )
 def test_mesh_of_sections_that_vary(effects, analysis, inertia):
-    """Against 6 elements a link. Measured 0.98 to 1.18 and then raised; 0.4 to 0.7 without what varies inside."""
+    """Against 6 elements a link. Measured 0.78 to 1.42 and then raised; 0.4 to 0.7 without what varies inside."""
     section = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": inertia, "fibre": 8e-4}
     speed, damping = (25.0, {"material": 1.34e-4}) if effects else (32.3, {"ratio": 0.02})
     scene = seed_four_bar(effects=effects, drive__speed=speed, damping=damping, analysis=analysis).changed(
         sections__coupler=section, sections__follower=section
     )
     found, exact = (analyse(scene.changed(mesh__elements=n)).data for n in (3, 6))
-    assert ratio(found, exact, "mesh") == pytest.approx(1.15 * TAPERED, abs=0.45)
+    assert ratio(found, exact, "mesh") == pytest.approx(1.4, abs=0.45)  # raised by 1.25
 
 
 @pytest.mark.parametrize(
