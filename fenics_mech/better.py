@@ -75,7 +75,8 @@ def mesh_better(
 
     lack = neglected(system, history_of(equation, *motion), step)
     first = change_by(lack)
-    error = fed_back(first, again, np.pad(flow.unit[:size], (0, first.shape[1] - size)))
+    unit = np.pad(flow.unit[:size], (0, first.shape[1] - size))
+    error = fed_back(first, again, unit, equation.linear.loss)
     beside = lack.of_columns(error[:, 2 * size :])
     return of_mesh(system, moved(error, beside), beside)
 

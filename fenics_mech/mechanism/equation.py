@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from fenics_mech._arrays import summed, times
 from fenics_mech._guard import ADVICE, require_memory
@@ -54,6 +55,18 @@ class Matrices:
             return 0.0
         squares = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real
         return float(np.sqrt(max(0.0, -squares.min())))
+
+    @property
+    def loss(self) -> float:
+        """Least loss factor of the modes at the first angle, twice a damping ratio; 0 where there are no modes."""
+        stiffness = self.stiffness[0] + self.stiffness[0].T
+        try:
+            squares, shapes = eigh(self.mass[0] + self.mass[0].T, stiffness)  # 1 over omega^2, and Phi^T 2K Phi = 1
+        except np.linalg.LinAlgError:
+            return 0.0
+        moves = squares > np.finfo(float).eps * squares[-1]
+        work = 2 * np.einsum("im,ij,jm->m", shapes, self.damping[0], shapes)[moves]
+        return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
 
 
 @dataclass(frozen=True)

@@ -90,8 +90,8 @@ class Neighbours:
             more = lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns())
             return change_by(more, displacement_under(system, self._load_of(more), self.scene.petsc))
 
-        first = change_by(lack, static)
-        error = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float))
+        first, loss = change_by(lack, static), 2 * float(damping_ratios(self.scene, omega).min())
+        error = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float), loss)
         beside = lack.of_columns(error[:, count + coordinates :])
         return moved(error, beside), beside
 
