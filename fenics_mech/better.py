@@ -76,9 +76,9 @@ def mesh_better(
     lack = neglected(system, history_of(equation, *motion), step)
     first = change_by(lack)
     unit = np.pad(flow.unit[:size], (0, first.shape[1] - size))
-    error = fed_back(first, again, unit, equation.linear.loss)
+    error, unheld = fed_back(first, again, unit, equation.linear.loss)
     beside = lack.of_columns(error[:, 2 * size :])
-    return of_mesh(system, moved(error, beside), beside)
+    return replace(of_mesh(system, moved(error, beside), beside), unheld=unheld)
 
 
 def of_mesh(system: System, history: History, lack: Terms, least: float = 1.0) -> Better:

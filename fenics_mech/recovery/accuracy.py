@@ -190,6 +190,11 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
             f"what the mesh does to vibration from {history.course.too_fast:.3g} Hz on, which {analysis.sub_intervals} "
             "sub_intervals are too few for"
         )
+    found += [
+        f"what the {source} does next to a resonance that hardly anything damps, which it may move there or away"
+        for source, better in history.better.items()
+        if better.unheld
+    ]
     if scene.impulses and analysis.method in ("periodic", "transient"):
         found.append("what impulses put into vibration that mesh and modes are too coarse for")
     if analysis.method == "transient" and own_steps(scene):

@@ -123,7 +123,7 @@ def corrected(orbit: Orbit, better: Flow) -> tuple[Array, Array]:
     error = carried(better.ends(states) - flow.ends(states))
     if carrier is not better:
         lack = better.transitions - flow.transitions
-        error = fed_back(error, lambda found: carried(times(lack, found)), np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
+        error, _ = fed_back(error, lambda found: carried(times(lack, found)), np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
     return flow.parts(states + error)
 
 

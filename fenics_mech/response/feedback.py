@@ -20,12 +20,13 @@ LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which n
 FELT = 1e-3  # of a motion: what is amplified 300 times counts from there on
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
 TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
+HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
 LEAST_LOSS = 1e-3  # without damping nothing is amplified more than 1000 times
 
 
 def fed_back(
     first: Array, again: Callable[[Array], Array], unit: Array, loss: float, left_open: tuple[float, float] = OPEN
-) -> Array:
+) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
 
     Source: Saad, Iterative Methods for Sparse Linear Systems (2003), section 6.4 (full orthogonalization).
@@ -42,11 +43,16 @@ def fed_back(
         Least loss factor of vibration, twice the damping ratio: nothing is amplified by more than its inverse.
     left_open
         By which share, at most, T may be wrong.
+
+    Returns
+    -------
+    tuple
+        The error, and whether T may have an eigenvalue 1 that hardly anything damps, so that the error may be more.
     """
     size = float(np.linalg.norm(first * unit))
     if not size:
-        return first
-    basis, projected, parts = [first / size], np.zeros((MOST + 1, MOST)), np.ones(1)
+        return first, False
+    basis, projected, parts, held = [first / size], np.zeros((MOST + 1, MOST)), np.ones(1), True
     for count in range(1, MOST + 1):
         found = again(size * basis[-1]) / size  # of that size, as it may be linear for small motions only
         reach = _reach(basis[-1] * unit, found * unit)
@@ -54,14 +60,14 @@ def fed_back(
             projected[i, count - 1] = np.sum(found * vector * unit**2)
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
-        before = parts
-        parts, nearest = _largest(projected[:count, :count], max(loss, LEAST_LOSS), left_open)
+        before, held_before = parts, held
+        parts, nearest, held = _largest(projected[:count, :count], max(loss, LEAST_LOSS), left_open)
         if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and nearest < NEAR):
             break
         basis.append(found / left)
     else:  # an eigenvalue that is only there in the last basis is by chance
-        parts = min(before, parts, key=np.linalg.norm)
-    return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1)
+        parts, held = min(before, parts, key=np.linalg.norm), held or held_before
+    return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
 
 
 def _reach(motion: Array, error: Array) -> float:
@@ -71,10 +77,11 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> tuple[Array, float]:
+def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> tuple[Array, float, bool]:
     """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
 
-    The second value is T's largest eigenvalue of those that are nearly real: others are at no resonance.
+    Beside it T's largest eigenvalue of those that are nearly real, as others are at no resonance, and whether damping
+    holds those that are.
     """
     values = np.linalg.eigvals(projected)
     values = values[np.abs(values.imag) < values.real]
@@ -82,7 +89,8 @@ def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> t
     strength = min(1.0, (1 + left_open[1]) * nearest)
     least, most = 1 + strength * np.array(left_open)
     poles = values.real / np.abs(values) ** 2
-    poles = poles[(poles >= least) & (poles <= most)]
+    inside = (poles >= least) & (poles <= most)
+    held, poles = bool((np.abs(values.imag) > HARDLY * values.real)[inside].all()), poles[inside]
     shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + loss)])
     found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
-    return found[np.linalg.norm(found, axis=1).argmax()], nearest
+    return found[np.linalg.norm(found, axis=1).argmax()], nearest, held

@@ -109,12 +109,15 @@ class Better:
         By which differences are raised, as they are less than the true error.
     loads
         Loads that act beside.
+    unheld
+        Whether next to a resonance that hardly anything damps the error may be more.
     """
 
     history: History
     order: float
     safety: float = 1.0
     loads: Terms = NOTHING
+    unheld: bool = False
 
 
 def history_of(equation: Equation, q: Array, rate: Array, load: Array | None = None) -> History:

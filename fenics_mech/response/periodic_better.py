@@ -63,16 +63,20 @@ class Neighbours:
         lack, inertia = self._left_out()
         loads = np.stack([lack, self._load_of(of_elements)], axis=-1)
         answers = displacement_under(self.system, loads, self.scene.petsc)
+        motion, beside, unheld = self._without_mesh(lack_of, of_elements, answers[..., 1])
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
             "modes": Better(self._with_modes(lack, answers[..., 0], inertia), ORDERS["modes"], SAFETY),
-            "mesh": of_mesh(self.system, *self._without_mesh(lack_of, of_elements, answers[..., 1])),
+            "mesh": replace(of_mesh(self.system, motion, beside), unheld=unheld),
         }
 
     def _without_mesh(
         self, lack_of: Callable[[System, History], Terms], lack: Terms, static: Array
-    ) -> tuple[History, Terms]:
-        """Give the motion under what the mesh neglects of it, and that; its first order's static answer is known."""
+    ) -> tuple[History, Terms, bool]:
+        """Give the motion under what the mesh neglects of it, that, and whether nothing holds a resonance.
+
+        The static answer of its first order is known.
+        """
         omega, system = self.modes.omega, self.system
         count, coordinates = omega.shape[1], system.size
 
@@ -91,9 +95,9 @@ class Neighbours:
             return change_by(more, displacement_under(system, self._load_of(more), self.scene.petsc))
 
         first, loss = change_by(lack, static), 2 * float(damping_ratios(self.scene, omega).min())
-        error = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float), loss)
+        error, unheld = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float), loss)
         beside = lack.of_columns(error[:, count + coordinates :])
-        return moved(error, beside), beside
+        return moved(error, beside), beside, unheld
 
     def _load_of(self, lack: Terms) -> Array:
         return self.system.on_coordinates(self.system.applied_by(lack))

@@ -34,7 +34,7 @@ def test_all_that_an_error_does_to_itself(real, imaginary):
         np.linalg.norm(np.linalg.solve(np.eye(5) - share * matrix, FIRST))
         for share in np.linspace(1 + OPEN[0], 1 + OPEN[1], 2001)
     )
-    found = fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.array([1.0, 0.0]), 0.0)
+    found, _ = fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.array([1.0, 0.0]), 0.0)
     size = np.linalg.norm(np.linalg.lstsq(FORMS.T, found[:, 0], rcond=None)[0])
     assert 0.98 * np.linalg.norm(exact) < size < 1.02 * largest
 
@@ -46,7 +46,7 @@ def test_nothing_is_amplified_without_resonance():
         calls.append(1)
         return applied(operator(0.02, 0.0), motion)
 
-    found = fed_back(along(FIRST), again, np.ones(2), 0.0)
+    found, _ = fed_back(along(FIRST), again, np.ones(2), 0.0)
     assert len(calls) == 1
     assert found == pytest.approx(along(FIRST), rel=0.03, abs=0.03)
 
@@ -64,4 +64,10 @@ def test_what_300_times_would_not_make_felt_costs_nothing():
 
 def test_no_error():
     nothing = np.zeros((24, 2))
-    assert fed_back(nothing, lambda motion: motion, np.ones(2), 0.0) is nothing
+    assert fed_back(nothing, lambda motion: motion, np.ones(2), 0.0)[0] is nothing
+
+
+@pytest.mark.parametrize(("real", "imaginary", "told"), [(0.8, 1e-3, True), (0.8, 0.3, False), (0.2, 1e-3, False)])
+def test_a_resonance_that_nothing_holds_is_told(real, imaginary, told):
+    matrix = operator(real, imaginary)
+    assert fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.ones(2), 0.0)[1] is told
