@@ -44,7 +44,7 @@ def configured(
         Options with prefix, which win over the defaults; those of other prefixes are passed over. Options on the PETSc
         command line or in the environment variable PETSC_OPTIONS win over both.
     keep
-        Whether it is needed later on: Python then destroys it.
+        Whether it is needed later on: whoever keeps it destroys it, as Python by itself does not.
     """
     solver.setOptionsPrefix(prefix)
     base = PETSc.Options()
@@ -54,23 +54,15 @@ def configured(
     for key, value in ours.items():
         base.setValue(key, value)
     try:
-        with stopping(prefix):
-            solver.setFromOptions()
-            yield solver
+        solver.setFromOptions()
+        yield solver
+    except PETSc.Error as error:
+        raise SolverError(f"the solver with the options {prefix}* stopped: {reason(error)}") from error
     finally:
         for key in ours:
             base.delValue(key)
         if not keep:
             solver.destroy()
-
-
-@contextmanager
-def stopping(prefix: str) -> Iterator[None]:
-    """Turn errors of PETSc in a solver with such options into a `SolverError`."""
-    try:
-        yield
-    except PETSc.Error as error:
-        raise SolverError(f"the solver with the options {prefix}* stopped: {reason(error)}") from error
 
 
 def reason(error: PETSc.Error) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech._arrays import times
-from fenics_mech._petsc import DIRECT, configured, name_of, stopping, to_petsc
+from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
 Array = NDArray[np.float64]
@@ -54,7 +55,7 @@ class BlockCyclic:
         """
         if right.ndim == 2:
             return self.solve(right[..., None])[..., 0]
-        if self._marches or len(self.transitions) <= MOST_BLOCKS:
+        if self._march is not None or len(right) <= MOST_BLOCKS:
             return self._solved(right)
         first, second = slice(0, len(right) - 1, 2), slice(1, None, 2)
         over_pairs = right[second] + self.transitions[second] @ right[first]
@@ -66,10 +67,12 @@ class BlockCyclic:
         states[1::2] = right[first] + self.transitions[first] @ starts
         return states
 
-    @property
-    def _marches(self) -> bool:
-        options = self.options
-        return options.get("periodic_ksp_type", "preonly") != "preonly" and "periodic_pc_type" not in options
+    @cached_property
+    def _march(self) -> _March | None:
+        """The preconditioner, if nothing is factorised."""
+        if self.options.get("periodic_ksp_type", "preonly") == "preonly" or "periodic_pc_type" in self.options:
+            return None
+        return _March(self.transitions)
 
     @cached_property
     def _of_pairs(self) -> BlockCyclic:
@@ -79,33 +82,34 @@ class BlockCyclic:
         return BlockCyclic(np.append(pairs, parts[-1:], axis=0) if len(parts) % 2 else pairs, self.options)
 
     @cached_property
-    def _solver(self) -> PETSc.KSP:
-        """The KSP; row k + 1 of its system has the transition of k, row 0 that of the last."""
-        size = self.transitions.shape[0] * self.transitions.shape[1]
-        march = _March(self.transitions) if self._marches else None
-        matrix = _assembled(self.transitions) if march is None else PETSc.Mat()
-        if march is not None:
-            matrix.createPython((size, size), context=march, comm=PETSc.COMM_SELF).setUp()
+    def _ksp(self) -> PETSc.KSP:
+        """The KSP, destroyed with this; row k + 1 of its system has the transition of k, row 0 that of the last."""
         ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-        with configured(ksp, "periodic_", DIRECT if march is None else ITERATIVE, self.options, keep=True):
-            ksp.setOperators(matrix)
-            if march is not None:
-                ksp.getPC().setType(PETSc.PC.Type.PYTHON)
-                ksp.getPC().setPythonContext(march)
+        weakref.finalize(self, ksp.destroy)
+        if self._march is None:
+            matrix = _assembled(self.transitions)
+        else:
+            size = self.transitions.shape[0] * self.transitions.shape[1]
+            matrix = PETSc.Mat().createPython((size, size), context=self._march, comm=PETSc.COMM_SELF)
+            matrix.setUp()
+            ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+            ksp.getPC().setPythonContext(self._march)
+        ksp.setOperators(matrix)
+        matrix.destroy()  # the KSP holds it
         return ksp
 
     def _solved(self, right: Array) -> Array:
         """Solve by the KSP."""
-        loads = np.roll(right, 1, axis=0)
+        loads, ksp = np.roll(right, 1, axis=0), self._ksp
         flat = loads.reshape(-1, loads.shape[-1])
-        answers, reasons, ksp = np.empty_like(flat), [], self._solver
+        answers, reasons = np.empty_like(flat), []
         b, x = ksp.getOperators()[0].createVecs()
-        for load, answer in zip(flat.T, answers.T):
-            b.array[:] = load
-            with stopping("periodic_"):
+        with configured(ksp, "periodic_", DIRECT if self._march is None else ITERATIVE, self.options, keep=True):
+            for load, answer in zip(flat.T, answers.T):
+                b.array[:] = load
                 ksp.solve(b, x)
-            answer[:] = x.array_r
-            reasons.append(ksp.getConvergedReason())
+                answer[:] = x.array_r
+                reasons.append(ksp.getConvergedReason())
         for vector in (b, x):
             vector.destroy()
         states = answers.reshape(right.shape)

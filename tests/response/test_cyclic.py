@@ -47,3 +47,20 @@ def test_an_iteration_that_ends_too_early_is_refused():
     transitions, right = system([0.9, 0.5, 0.1])
     with pytest.raises(SolverError, match=r"no reliable answer .*DIVERGED"):
         BlockCyclic(transitions, options).solve(right)
+
+
+def test_options_that_petsc_reads_as_it_factorises_are_heard():
+    blocks = {"periodic_ksp_type": "gmres", "periodic_pc_type": "bjacobi", "periodic_sub_pc_type": "nonsense"}
+    transitions, right = system([0.9, 0.5, 0.1], 10)
+    with pytest.raises(SolverError, match=r"periodic_\* stopped: Unable to find requested PC type nonsense"):
+        BlockCyclic(transitions, blocks).solve(right)
+
+
+def test_the_solver_is_destroyed_with_its_system():
+    transitions, right = system([0.9, 0.5, 0.1], 10)
+    cycle = BlockCyclic(transitions, {})
+    cycle.solve(right)
+    ksp = cycle._ksp
+    assert ksp
+    del cycle
+    assert not ksp
