@@ -197,7 +197,7 @@ def _jumping(scene: Scene) -> bool:
 
 
 def _fewest_steps(scene: Scene) -> int:
-    """Give the steps to begin with, which miss no corner of the motion and no pulse of a load.
+    """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does.
 
     Loads that change may do so between few positions: there the scene's own are the fewest.
     """

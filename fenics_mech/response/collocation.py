@@ -95,8 +95,8 @@ def corrected(orbit: Orbit, better: Flow) -> tuple[Array, Array]:
 
     Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
     by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
-    later on: what they make of the fastest vibrations is gone by then. What changes is
-    made by the better method, too; see `fed_back`.
+    later on: what they make of the fastest vibrations is gone by then. The change itself is also one by the better
+    method; see `fed_back`.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -21,7 +21,7 @@ from scipy.interpolate import make_interp_spline
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.intervals import unbounded_at
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sampling import enough_angles
+from fenics_mech.scene.sampling import ANGLES, enough_angles
 from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
 Array = NDArray[np.float64]
@@ -100,6 +100,14 @@ class Expression(Part):
 
 
 Law = Annotated[Harmonics | Table | Expression, Field(discriminator="kind")]
+
+
+@lru_cache(maxsize=8)
+def _accelerations(law: Law) -> Array:
+    """Second derivatives of a law at `ANGLES`, which several checks look at."""
+    return law.jet(ANGLES).second
+
+
 SLACK = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
 
 
@@ -269,7 +277,9 @@ class Drive(Part):
     def enough_angles(self, least: int) -> int:
         """Number of equal parts of a cycle, at least so many, that show the law's acceleration inside them."""
         law = self.law
-        return least if law is None else enough_angles(lambda theta: law.jet(theta).second, least)
+        if law is None:
+            return least
+        return enough_angles(lambda theta: law.jet(theta).second, _accelerations(law), least)
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
         """Angle or stroke and two derivatives by theta, which runs at `cycle_rate` (rad/s)."""

@@ -6,6 +6,7 @@ A load may change over the cycle: a `factor`, a number that is a function of the
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -16,7 +17,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import Harmonics, check_finite
-from fenics_mech.scene.sampling import CYCLE, SAMPLES, enough_angles
+from fenics_mech.scene.sampling import ANGLES, CYCLE, enough_angles
 from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
 Array = NDArray[np.float64]
@@ -147,6 +148,12 @@ class Pulse(Part):
 Factor = Annotated[FactorHarmonics | FactorTable | FactorExpression | Pulse, Field(discriminator="kind")]
 
 
+@lru_cache(maxsize=8)
+def _over_a_cycle(factor: Factor) -> Array:
+    """Values of a factor at `ANGLES`, which several checks look at."""
+    return factor.at(ANGLES)
+
+
 class Varying(Part):
     """What a factor multiplies; without one it is constant over the cycle."""
 
@@ -163,13 +170,15 @@ class Varying(Part):
 
     def enough_angles(self, least: int) -> int:
         """Number of equal parts of a cycle, at least so many, that show what the factor does inside them."""
-        return least if self.factor is None else enough_angles(self.factor.at, least, bool(self.jumps))
+        if self.factor is None:
+            return least
+        return enough_angles(self.factor.at, _over_a_cycle(self.factor), least, bool(self.jumps))
 
     def unseen(self, count: int) -> float:
         """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
         if self.factor is None:
             return 0.0
-        whole = float(np.abs(self.factor.at(CYCLE / SAMPLES * np.arange(SAMPLES))).max())
+        whole = float(np.abs(_over_a_cycle(self.factor)).max())
         seen = float(np.abs(self.factor.at(CYCLE / count * np.arange(0, count, 0.5))).max())
         return 1 - seen / whole if whole else 0.0
 

@@ -11,16 +11,17 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
 SAMPLES, SEEN = 2**17, 0.1  # of a function in a cycle; share of its variance that fewer of them may miss
+ANGLES = CYCLE / SAMPLES * np.arange(SAMPLES)  # of the samples
 ROUNDING = 1e-12  # of a function's square, below which it has no variance
 
 
-def enough_angles(function: Callable[[Array], Array], least: int, jumps: bool = False) -> int:
+def enough_angles(function: Callable[[Array], Array], whole: Array, least: int, jumps: bool = False) -> int:
     """Number of equal parts of a cycle, at least so many, at whose ends a function shows what it does inside them.
 
     They show it where they, and those in the middle between them, have its variance: a pulse is between neither. What
     does not jump also has to be near the straight lines through both: a harmonic beyond them looks like a low one.
+    `whole` is the function at `ANGLES`.
     """
-    whole = function(CYCLE / SAMPLES * np.arange(SAMPLES))
     variance, count = whole.var(), least
     slack = SEEN * max(variance, ROUNDING * float(np.mean(whole**2)))
     while count < SAMPLES:
