@@ -70,8 +70,8 @@ def refuse_unseen(scene: Scene, points: int) -> None:
             raise SceneError(
                 f"{count} positions miss what {what} does between them",
                 place=place,
-                hint=f"Take at least {math.ceil(count * enough / points)} sub_intervals, or what changes more slowly, "
-                "as a wider pulse; analysis.allow_coarse lets it pass",
+                hint=f"Take at least {math.ceil(count * enough / points)} sub_intervals, or state what changes more "
+                "slowly, such as a wider pulse; analysis.allow_coarse lets it pass",
             )
 
 

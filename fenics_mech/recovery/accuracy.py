@@ -18,7 +18,8 @@ from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.ends import element_tension
 from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import recover_members, section_forces, stiffnesses
-from fenics_mech.recovery.passing import rung, unloaded
+from fenics_mech.recovery.mesh_error import OF_SLIDERS
+from fenics_mech.recovery.passing import ringing, unloaded
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -132,41 +133,46 @@ def estimated(
     """
     base = _recovered(scene, system, history.elastic)
     largest, forces = np.abs(strain).max(axis=(0, 2, 3)), np.linalg.norm(base[2], axis=-1).max(axis=1, initial=0.0)
-    strains, by_joint, order = {}, {}, {}
+    nothing = np.zeros_like(largest), np.zeros_like(forces)
+    strains: dict[str, Array] = {}
+    by_joint: dict[str, Array] = {}
+    order: dict[str, float] = {}
+
+    def add(source: str, strain: Array, force: Array, falling: float) -> None:
+        strains[source] = strains.get(source, 0.0) + strain
+        by_joint[source] = by_joint.get(source, 0.0) + force
+        order.setdefault(source, falling)
+
     for source, better in history.better.items():
-        order[source] = better.order
+        add(source, *nothing, better.order)
         if better.history.displacement is history.displacement and better.loads is NOTHING:
-            strains[source], by_joint[source] = np.zeros_like(largest), np.zeros_like(forces)
             continue
         there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
         differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
-        strains[source] = better.safety * (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
-        by_joint[source] = better.safety * np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
-    if scene.analysis.method in ("periodic", "transient"):
-        strain_by_blows, force_by_blows = _by_blows(scene, system, history.elastic)
-        strains["mesh"] = strains.get("mesh", 0.0) + strain_by_blows
-        by_joint["mesh"] = by_joint.get("mesh", 0.0) + force_by_blows
+        by_strain = (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
+        by_force = np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
+        add(source, better.safety * by_strain, better.safety * by_force, better.order)
+    if scene.analysis.method in ("periodic", "transient") and (blows := _by_blows(scene, system, history.elastic)):
+        add("mesh", *blows, OF_SLIDERS)
     if (missed := misfit(scene, system.beams)).any():
-        strains["mesh"] = strains.get("mesh", 0.0) + missed * largest
-        by_joint["mesh"] = by_joint.get("mesh", 0.0) + missed.max() * forces
-        order.setdefault("mesh", 1.0)
+        add("mesh", missed * largest, missed.max() * forces, 1.0)
     if sampling is not None:
-        strains["time"] = strains.get("time", 0.0) + sampling
-        by_joint.setdefault("time", np.zeros_like(forces))
-        order.setdefault("time", 1.0)
-    strains["stations"], by_joint["stations"], order["stations"] = between_stations(strain), np.zeros_like(forces), 2.0
+        add("time", sampling, nothing[1], 1.0)
+    add("stations", between_stations(strain), nothing[1], 2.0)
     if (left := left_out(choices)) is not None:
-        strains["effects"], by_joint["effects"], order["effects"] = left * largest, left * forces, 0.0
+        add("effects", left * largest, left * forces, 0.0)
     return Errors(strains, by_joint, order, largest)
 
 
-def _by_blows(scene: Scene, system: System, history: History) -> tuple[Array | float, Array | float]:
+def _by_blows(scene: Scene, system: System, history: History) -> tuple[Array, Array] | None:
     """Strain of each member and force in each joint by the nodes that sliders pass; see `passing`. Modes add up."""
     free, step = unloaded(system), scene.period / scene.analysis.sub_intervals
-    parts = [_recovered(scene, free, part) for part in rung(system, history, step)]
+    parts = [_recovered(scene, free, part) for part in ringing(system, history, step)]
+    if not parts:
+        return None
     strain = sum((np.abs(axial) + np.abs(bending)).max(axis=2) for axial, bending, _ in parts)
     force = sum(np.linalg.norm(forces, axis=-1) for *_, forces in parts)
-    return (strain.max(axis=0), force.max(axis=1, initial=0.0)) if parts else (0.0, 0.0)
+    return strain.max(axis=0), force.max(axis=1, initial=0.0)
 
 
 def left_out(choices: Sequence[Choice]) -> float | None:
@@ -185,6 +191,8 @@ def own_steps(scene: Scene) -> bool:
 def not_estimated(scene: Scene, history: History) -> list[str]:
     """Say what is wrong by more than any of the estimates tells."""
     analysis, found = scene.analysis, []
+    in_time = analysis.method == "transient"
+    reduced, started = in_time and analysis.reduction != "none", in_time and analysis.start != "rigid"
     if history.course is not None and history.course.too_fast is not None:
         found.append(
             f"what the mesh does to vibration from {history.course.too_fast:.3g} Hz on, which {analysis.sub_intervals} "
@@ -197,15 +205,15 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
     ]
     if scene.impulses and analysis.method in ("periodic", "transient"):
         found.append("what impulses put into vibration that mesh and modes are too coarse for")
-    if analysis.method == "transient" and own_steps(scene):
+    if in_time and own_steps(scene):
         found.append("the time steps, which PETSc's options state")
-    if analysis.method == "transient" and analysis.reduction != "none" and analysis.start != "rigid":
+    if reduced and started:
         found.append("what the start puts into the modes left out of members")
-    if analysis.method == "transient" and analysis.reduction != "none" and any(p.jumps for p in scene.loads.values()):
+    if reduced and any(load.jumps for load in scene.loads.values()):
         found.append("what loads that jump put into the modes left out of members")
-    if analysis.method == "transient" and analysis.start != "rigid" and scene.damping.material:
+    if started and scene.damping.material:
         found.append("strains in the first instants, where the start lets the material's viscous stress jump")
-    if analysis.method == "transient" and analysis.start != "rigid" and np.any(scene.damping.ratio):
+    if started and np.any(scene.damping.ratio):
         found.append("joint forces in the first instants, where the start lets the forces of damping jump")
     if analysis.method == "periodic" and history.velocity is None and analysis.join == "modal":
         found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")

@@ -29,7 +29,7 @@ BLOWS = 8  # that are looked at, the strongest
 MASSLESS = 1e-12  # of the largest 1/omega^2, up to which a mode has no mass, as with lumped ones
 
 
-def rung(system: System, history: History, step: float) -> Iterator[History]:
+def ringing(system: System, history: History, step: float) -> Iterator[History]:
     """Give the amplitudes of one mode after another by the blows that positions at such a step (s) do not show.
 
     They are at the positions before the blows, and 0 at all others. The modes are those of `unloaded`.
@@ -49,7 +49,8 @@ def rung(system: System, history: History, step: float) -> Iterator[History]:
     on_coordinates = system.transformation.backward(system.values, momenta)
     for k in struck:
         mass, stiffness = (part[0] for part in held_matrices(free, slice(k, k + 1)))
-        inverse, shapes = la.eigh(mass, stiffness, subset_by_index=[system.size - count, system.size - 1])
+        last = [system.size - count, system.size - 1]
+        inverse, shapes = la.eigh(mass, stiffness, subset_by_index=last)  # 1/omega^2, and shapes of unit stiffness
         omega = 1 / np.sqrt(np.maximum(inverse, MASSLESS * inverse[-1]))
         unseen = 1 - np.sinc(omega * step / (2 * np.pi)) ** 2  # a blow that is spread over the steps beside it
         amplitudes[:, k] = (unseen * omega * (shapes.T @ on_coordinates[k]) * shapes).T
@@ -64,7 +65,10 @@ def unloaded(system: System) -> System:
 
 
 def _jump(system: System, name: str, pin: PointLoad) -> Array:
-    """By how much the rate of rotation jumps at a node between each position and the next (rad/s), ``(angles,)``."""
+    """By how much the rate of rotation jumps at a node between each position and the next (rad/s), ``(angles,)``.
+
+    At a distance a from a clamped end a couple M turns a beam by ``M a / EI``, to the first order of a.
+    """
     element, place = system.transformation.constraints.contacts[name].place(system.motion, 3)
     speed = np.abs(place[1]) * system.beams.mesh.cell_length[element]
     flexibility = 1 / system.beams.bending_rigidity[element]
