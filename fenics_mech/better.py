@@ -13,7 +13,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
-from fenics_mech.response.feedback import fed_back
+from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.perturbation import periodic_change
@@ -60,33 +60,26 @@ def mesh_better(
         return system.on_coordinates(system.applied_by(lack))
 
     def moved(change: Array, lack: Terms) -> History:
-        q, rate = change[:, :size], change[:, size : 2 * size]
+        q, rate = change[:, :size], change[:, size:]
         return history_of(equation, motion[0] + q, motion[1] + rate, load_of(lack))
 
     def change_by(lack: Terms) -> Array:
         whole = np.pad(load_of(lack), ((0, 0), (0, flow.size - size)))
-        changes = periodic_change(whole, around, flow, regular)
-        return np.concatenate([*(part[:, :size] for part in changes), lack.columns()], axis=1)
+        return np.concatenate([part[:, :size] for part in periodic_change(whole, around, flow, regular)], axis=1)
 
-    def again(change: Array) -> Array:
-        beside = lack.of_columns(change[:, 2 * size :])
-        more = neglected(system.with_terms(system.terms + beside), moved(change, beside), step)
-        return change_by(lack.of_columns(more.columns() - lack.columns()))
+    def lack_of(there: System, history: History) -> Terms:
+        return neglected(there, history, step)
 
-    lack = neglected(system, history_of(equation, *motion), step)
-    first = change_by(lack)
-    unit = np.pad(flow.unit[:size], (0, first.shape[1] - size))
-    error, unheld = fed_back(first, again, unit, equation.linear.loss)
-    beside = lack.of_columns(error[:, 2 * size :])
-    return replace(of_mesh(system, moved(error, beside), beside), unheld=unheld)
+    lack, unit = lack_of(system, history_of(equation, *motion)), np.pad(flow.unit[:size], (0, size))
+    return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, equation.linear.loss))
 
 
-def of_mesh(system: System, history: History, lack: Terms, least: float = 1.0) -> Better:
+def of_mesh(system: System, history: History, lack: Terms, unheld: bool = False, least: float = 1.0) -> Better:
     """Judge a motion without the error of the mesh: how that falls, and by how much, `least` or more, it is raised.
 
-    The loads `lack` are what the elements neglect.
+    The loads `lack` are what the elements neglect, `unheld` is as of `Better`.
     """
-    return Better(history, order_of(system), max(least, _safety_of(system)), lack)
+    return Better(history, order_of(system), max(least, _safety_of(system)), lack, unheld)
 
 
 def _safety_of(system: System) -> float:
@@ -119,7 +112,7 @@ def still_better(scene: Scene, system: System, history: History) -> Better:
         q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
     if (law is not None or system.terms.tension is not None) and not scene.analysis.allow_coarse:
         _refuse_far(system, history.displacement, q)
-    return of_mesh(system, replace(history, displacement=history.displacement + q), lack, SAFETY)
+    return of_mesh(system, replace(history, displacement=history.displacement + q), lack, least=SAFETY)
 
 
 def _refuse_far(system: System, q: Array, change: Array) -> None:

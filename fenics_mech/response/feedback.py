@@ -13,6 +13,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.effects import Terms
+from fenics_mech.mechanism import System
+from fenics_mech.response.history import History
+
 Array = NDArray[np.float64]
 FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
 NEAR = 0.3  # of T's eigenvalues, from where it may
@@ -68,6 +72,55 @@ def fed_back(
     else:  # an eigenvalue that is only there in the last basis is by chance
         parts, held = min(before, parts, key=np.linalg.norm), held or held_before
     return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
+
+
+def under_neglected(
+    system: System,
+    lack: Terms,
+    lack_of: Callable[[System, History], Terms],
+    change_by: Callable[[Terms], Array],
+    moved: Callable[[Array, Terms], History],
+    unit: Array,
+    loss: float,
+) -> tuple[History, Terms, bool]:
+    """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
+
+    The last value is that of `fed_back`.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    lack
+        What the elements neglect of the motion as it is.
+    lack_of
+        Gives that of another motion, of a mechanism on which such loads act.
+    change_by
+        Gives what loads change of the motion, ``(angles, numbers)``; it is linear.
+    moved
+        Gives the motion with such a change, under such loads.
+    unit
+        What the change's numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
+    loss
+        As of `fed_back`.
+    """
+    size = len(unit)
+
+    def under(loads: Terms) -> Array:
+        return np.concatenate([change_by(loads), loads.columns()], axis=1)
+
+    def parts(error: Array) -> tuple[Array, Terms]:
+        return error[:, :size], lack.of_columns(error[:, size:])
+
+    def again(error: Array) -> Array:
+        change, beside = parts(error)
+        there = system.with_terms(system.terms + beside)
+        return under(lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns()))
+
+    first = under(lack)
+    error, unheld = fed_back(first, again, np.pad(unit, (0, first.shape[1] - size)), loss)
+    change, beside = parts(error)
+    return moved(change, beside), beside, unheld
 
 
 def _reach(motion: Array, error: Array) -> float:

@@ -18,7 +18,7 @@ from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
-from fenics_mech.response.feedback import fed_back
+from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.history import Better, History
 from fenics_mech.response.periodic import JOINED, SubIntervals, solve_periodic, superposed
 from fenics_mech.response.quasi_static import displacement_under
@@ -53,51 +53,36 @@ class Neighbours:
     boundary_load: Array | None = None
 
     def better(
-        self, lack_of: Callable[[System, History], Terms], of_mesh: Callable[[System, History, Terms], Better]
+        self, lack_of: Callable[[System, History], Terms], of_mesh: Callable[[System, History, Terms, bool], Better]
     ) -> Mapping[str, Better]:
         """Give the motion without the errors by steps, modes and the mesh.
 
         `lack_of` gives the loads that a mesh neglects of a motion, and `of_mesh` judges the motion without them.
         """
-        of_elements = lack_of(self.system, self.history.elastic)
         lack, inertia = self._left_out()
-        loads = np.stack([lack, self._load_of(of_elements)], axis=-1)
-        answers = displacement_under(self.system, loads, self.scene.petsc)
-        motion, beside, unheld = self._without_mesh(lack_of, of_elements, answers[..., 1])
+        static = displacement_under(self.system, lack, self.scene.petsc)
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
-            "modes": Better(self._with_modes(lack, answers[..., 0], inertia), ORDERS["modes"], SAFETY),
-            "mesh": replace(of_mesh(self.system, motion, beside), unheld=unheld),
+            "modes": Better(self._with_modes(lack, static, inertia), ORDERS["modes"], SAFETY),
+            "mesh": of_mesh(self.system, *self._without_mesh(lack_of)),
         }
 
-    def _without_mesh(
-        self, lack_of: Callable[[System, History], Terms], lack: Terms, static: Array
-    ) -> tuple[History, Terms, bool]:
-        """Give the motion under what the mesh neglects of it, that, and whether nothing holds a resonance.
-
-        The static answer of its first order is known.
-        """
+    def _without_mesh(self, lack_of: Callable[[System, History], Terms]) -> tuple[History, Terms, bool]:
+        """Give the motion under what the mesh neglects of it; see `under_neglected`."""
         omega, system = self.modes.omega, self.system
-        count, coordinates = omega.shape[1], system.size
+        count = omega.shape[1]
 
         def moved(change: Array, beside: Terms) -> History:
-            swing, q = change[:, :count], change[:, count : count + coordinates]
+            swing, q = change[:, :count], change[:, count:]
             accelerations = self._modal(self._load_of(beside)) - omega * swing
             return self._moved(q, system.to_links(superposed(self.modes, accelerations)))
 
-        def change_by(more: Terms, static: Array) -> Array:
-            return np.concatenate([*self._under(self._load_of(more), static), more.columns()], axis=1)
+        def change_by(lack: Terms) -> Array:
+            return np.concatenate(self._under(self._load_of(lack)), axis=1)
 
-        def again(change: Array) -> Array:
-            beside = lack.of_columns(change[:, count + coordinates :])
-            there = system.with_terms(system.terms + beside)
-            more = lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns())
-            return change_by(more, displacement_under(system, self._load_of(more), self.scene.petsc))
-
-        first, loss = change_by(lack, static), 2 * float(damping_ratios(self.scene, omega).min())
-        error, unheld = fed_back(first, again, (np.arange(first.shape[1]) < count).astype(float), loss)
-        beside = lack.of_columns(error[:, count + coordinates :])
-        return moved(error, beside), beside, unheld
+        lack, unit = lack_of(system, self.history.elastic), np.pad(np.ones(count), (0, system.size))
+        loss = 2 * float(damping_ratios(self.scene, omega).min())
+        return under_neglected(system, lack, lack_of, change_by, moved, unit, loss)
 
     def _load_of(self, lack: Terms) -> Array:
         return self.system.on_coordinates(self.system.applied_by(lack))
@@ -176,12 +161,12 @@ class Neighbours:
         highest = np.flatnonzero(harmonics / (2 * ratio) > enough).max(initial=0) / self.scene.period
         return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
-    def _under(self, load: Array, static: Array) -> tuple[Array, Array]:
-        """Change of the modes' ``omega y``, and of q, under a load, whose static answer is known."""
+    def _under(self, load: Array) -> tuple[Array, Array]:
+        """Change of the modes' ``omega y``, and of q, under a load."""
         modal, omega = self._modal(load), self.modes.omega
-        y = self.joined.answer(modal, (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step))[
-            ..., 0
-        ]
+        slope = (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step)
+        y = self.joined.answer(modal, slope)[..., 0]
+        static = displacement_under(self.system, load, self.scene.petsc)
         return omega * y, superposed(self.modes, y - modal / omega**2) + static
 
     def _halved(self) -> tuple[Array, Array]:
