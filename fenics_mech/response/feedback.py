@@ -23,7 +23,7 @@ NEAR = 0.3  # of T's eigenvalues, from where it may
 LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
 FELT = 1e-3  # of a motion: what is amplified 300 times counts from there on
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
-SAME = 0.1  # difference of eigenvalues of two bases that are one
+TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
 HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
 LEAST_LOSS = 1e-3  # without damping nothing is amplified more than 1000 times
 
@@ -56,8 +56,7 @@ def fed_back(
     size = float(np.linalg.norm(first * unit))
     if not size:
         return first, False
-    basis, projected = [first / size], np.zeros((MOST + 1, MOST))
-    values: NDArray[np.complex128] = np.zeros(0, dtype=np.complex128)
+    basis, projected, parts, held = [first / size], np.zeros((MOST + 1, MOST)), np.ones(1), True
     for count in range(1, MOST + 1):
         found = again(size * basis[-1]) / size  # of that size, as it may be linear for small motions only
         reach = _reach(basis[-1] * unit, found * unit)
@@ -65,13 +64,13 @@ def fed_back(
             projected[i, count - 1] = np.sum(found * vector * unit**2)
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
-        before, values = values, _nearly_real(projected[:count, :count])
-        if count == MOST:  # an eigenvalue that only the last basis has is by chance
-            values = values[(np.abs(before - values[:, None]) < SAME * np.abs(values[:, None])).any(axis=1)]
-        parts, held = _largest(projected[:count, :count], values, max(loss, LEAST_LOSS), left_open)
-        if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and np.abs(values).max(initial=0) < NEAR):
+        before, held_before = parts, held
+        parts, nearest, held = _largest(projected[:count, :count], max(loss, LEAST_LOSS), left_open)
+        if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and nearest < NEAR):
             break
         basis.append(found / left)
+    else:  # an eigenvalue that is only there in the last basis is by chance
+        parts, held = min(before, parts, key=np.linalg.norm), held or held_before
     return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
 
 
@@ -131,24 +130,20 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _nearly_real(projected: Array) -> NDArray[np.complex128]:
-    """Eigenvalues that are more real than imaginary, as those at a resonance are."""
-    values = np.linalg.eigvals(projected).astype(complex)
-    return values[np.abs(values.imag) < values.real]
-
-
-def _largest(
-    projected: Array, values: NDArray[np.complex128], loss: float, left_open: tuple[float, float]
-) -> tuple[Array, bool]:
+def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> tuple[Array, float, bool]:
     """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
 
-    Beside it, whether damping holds those of T's eigenvalues that such an s may make 1.
+    Beside it T's largest eigenvalue of those that are nearly real, as others are at no resonance, and whether damping
+    holds those that are.
     """
-    strength = min(1.0, (1 + left_open[1]) * float(np.abs(values).max(initial=0.0)))
+    values = np.linalg.eigvals(projected)
+    values = values[np.abs(values.imag) < values.real]
+    nearest = float(np.abs(values).max(initial=0.0))
+    strength = min(1.0, (1 + left_open[1]) * nearest)
     least, most = 1 + strength * np.array(left_open)
     poles = values.real / np.abs(values) ** 2
     inside = (poles >= least) & (poles <= most)
-    shares = np.concatenate([[1.0, least, most], poles[inside] * (1 + loss)])
+    held, poles = bool((np.abs(values.imag) > HARDLY * values.real)[inside].all()), poles[inside]
+    shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + loss)])
     found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
-    held = (np.abs(values.imag) > HARDLY * values.real)[inside].all()
-    return found[np.linalg.norm(found, axis=1).argmax()], bool(held)
+    return found[np.linalg.norm(found, axis=1).argmax()], nearest, held

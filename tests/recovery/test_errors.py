@@ -289,7 +289,7 @@ def test_mesh_of_one_element_whose_modes_are_far_off():
     found, exact = (analyse(scene.changed(mesh__elements=count)).data for count in (1, 3))
     told = ratio(found, exact, "mesh")
     assert (told > 0.7).all()
-    assert (told < 4).all()
+    assert (told < 2.5).all()
 
 
 def test_what_impulses_do_beyond_the_mesh_is_said_not_to_be_estimated():
