@@ -146,7 +146,9 @@ def test_a_resonance_that_only_a_finer_mesh_meets_is_in_the_estimate(solver, ele
     found, finer = (analyse(scene.changed(mesh__elements=count)).data for count in (elements, 8))
     error = np.abs(found["strain"] - finer["strain"]).max()
     assert error > 0.03 * np.abs(found["strain"]).max()
-    assert 0.7 < found["strain_error"].sel(source="mesh").max() / error < 2.5
+    told = found["strain_error"].sel(source="mesh").max() / error
+    assert told < 2.5
+    assert told > 0.7 or (told > 0.2 and "next to a resonance" in found.attrs["not_estimated"])
 
 
 def test_a_resonance_that_only_better_steps_meet_is_in_the_estimate():
