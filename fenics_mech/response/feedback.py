@@ -21,11 +21,11 @@ Array = NDArray[np.float64]
 FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
 NEAR = 0.3  # of T's eigenvalues, from where it may
 LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
-FELT = 1e-3  # of a motion: what is amplified 300 times counts from there on
+FELT = 1e-3  # of a motion, from which a part of it is followed: less would have to be amplified 100 times to count
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
 TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
 HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
-LEAST_LOSS = 1e-3  # without damping nothing is amplified more than 1000 times
+LEAST_LOSS = 1e-3  # loss factor that is taken where there is less
 
 
 def fed_back(
@@ -44,7 +44,8 @@ def fed_back(
     unit
         What numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
     loss
-        Least loss factor of vibration, twice the damping ratio: nothing is amplified by more than its inverse.
+        Least loss factor of vibration, twice the damping ratio: at an eigenvalue that T may have as 1, its inverse is
+        the most by which anything is amplified.
     left_open
         By which share, at most, T may be wrong.
 
@@ -69,7 +70,7 @@ def fed_back(
         if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and nearest < NEAR):
             break
         basis.append(found / left)
-    else:  # an eigenvalue that is only there in the last basis is by chance
+    else:  # an eigenvalue that only the last basis has is by chance: the smaller answer is without it
         parts, held = min(before, parts, key=np.linalg.norm), held or held_before
     return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
 
