@@ -1,4 +1,4 @@
-"""Motions without the error of the mesh: what the loads do that elements neglect."""
+"""Motions without the error of the steps, and of the mesh: what the loads do that elements neglect."""
 
 from __future__ import annotations
 
@@ -11,16 +11,21 @@ from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.modes import Modes
 from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
+from fenics_mech.response.collocation import corrected
+from fenics_mech.response.dispersion import hidden_resonances
 from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
+from fenics_mech.response.newton import Orbit
 from fenics_mech.response.perturbation import periodic_change
 from fenics_mech.response.quasi_static import yielding_to
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
+OF_STEPS = 2  # differences of steps are 0.3 to 1 of the true error in what was tried
 SAFETY = 2  # where the elastic motion has no inertia: the axial force of an element is a mean, which is left out
 TAPERED = 1.25  # where sections vary, or mass is lumped: the estimate is 0.57 of the error or more
 TRAVELLING = 2.0  # where a pin travels along a member: the estimate is 0.4 to 0.9 of the error
@@ -72,6 +77,38 @@ def mesh_better(
 
     lack, unit = lack_of(system, history_of(equation, *motion)), np.pad(flow.unit[:size], (0, size))
     return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, equation.linear.loss))
+
+
+def time_better(
+    scene: Scene, equation: Equation, orbit: Orbit, better: Flow, at: tuple[Modes, NDArray[np.bool_]]
+) -> Better:
+    """Give a motion by collocation without the error of its steps.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    equation
+        Its equation at the starts of the sub-intervals.
+    orbit
+        The motion. Its steps may have more coordinates.
+    better
+        The same steps by a better method, linearised about the motion.
+    at
+        Modes at the starts of the sub-intervals, and which of the steps begin there.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    (modes, regular), size, flow = at, equation.system.size, orbit.flow
+    assert flow is not None
+    tableaus, longest = (flow.tableau, better.tableau), float(flow.duration.max())
+    hidden = hidden_resonances(equation, modes.elastic, tableaus, longest, abs(scene.cycle_rate))
+    q, rate = (found[regular, :size] + more for found, more in zip(corrected(orbit, better), hidden))
+    order = 2 * scene.analysis.stages - (scene.analysis.scheme == "radau")
+    return Better(history_of(equation, q, rate), order, OF_STEPS)
 
 
 def of_mesh(system: System, history: History, lack: Terms, unheld: bool = False, least: float = 1.0) -> Better:

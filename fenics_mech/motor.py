@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.better import mesh_better
+from fenics_mech.better import mesh_better, time_better
 from fenics_mech.building import moved, rough_tension
 from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
@@ -19,16 +19,16 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.motor import MotorEquation, at_rate, load_with_torque
 from fenics_mech.modes import Modes
 from fenics_mech.response import History
-from fenics_mech.response.collocation import between, corrected, solve_collocation
+from fenics_mech.response.collocation import between, solve_collocation
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.floquet import floquet
 from fenics_mech.response.flow import Flow
-from fenics_mech.response.history import Better, history_of
+from fenics_mech.response.history import history_of
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
-from fenics_mech.steady import SAFETY, condition_of
+from fenics_mech.steady import condition_of
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
@@ -101,14 +101,12 @@ def _at_starts(
         stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
         if not analysis.allow_unstable:
             stability.refuse_unstable()
-    q, rate = corrected(orbit, flows[better])
     motion = orbit.start[:, :-1], orbit.start_velocity[:, :-1]
-    order = 2 * analysis.stages - (analysis.scheme == "radau")
     assert orbit.flow is not None
     history = replace(
         history_of(crank, *motion),
         better={
-            "time": Better(history_of(crank, q[:, :-1], rate[:, :-1]), order, SAFETY),
+            "time": time_better(scene, crank, orbit, flows[better], (modes, steps.regular)),
             "mesh": mesh_better(scene, crank, motion, (orbit.start, orbit.start_velocity), orbit.flow, steps.regular),
         },
         twist=twist,

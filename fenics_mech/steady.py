@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.better import mesh_better
+from fenics_mech.better import mesh_better, time_better
 from fenics_mech.building import rough_tension, settle, system_at, with_tension
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
@@ -19,7 +19,7 @@ from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History
-from fenics_mech.response.collocation import between, corrected, refined, solve_collocation
+from fenics_mech.response.collocation import between, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.equilibrium import naming_buckled
 from fenics_mech.response.floquet import Stability, floquet
@@ -34,7 +34,6 @@ from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-SAFETY = 2  # by which differences of steps are raised: they are 0.3 to 1 of the true error in what was tried
 APART = 1e12  # of the fastest coordinate from the slowest
 FASTEST = 1e14  # rad in a step; measured: right at 5e13, and multipliers next to 1 of no vibration at 5e15
 HARMONIC_ORDER = 8  # the series falls faster than any power; this one asks for harmonics enough
@@ -165,7 +164,7 @@ class Cycle:
         tableau = Tableau.of(self.scene.analysis.scheme, self.scene.analysis.stages)
         return lambda places: between(orbit, tableau, self.steps.duration, places)
 
-    def history(self, orbit: Orbit) -> tuple[Equation, History]:
+    def history(self, orbit: Orbit, modes: Modes) -> tuple[Equation, History]:
         """Give the history of a motion by collocation, and a better one; both are at the starts of the sub-intervals.
 
         Returns
@@ -174,15 +173,13 @@ class Cycle:
             The equation there, with axial forces of the motion where they act on it, and the history.
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
-        finer = better_than(analysis.scheme, analysis.stages, self.steps.disturbed)
-        q, rate = corrected(orbit, self.flow(*finer, self.motion(orbit)))
+        finer = self.flow(*better_than(analysis.scheme, analysis.stages, self.steps.disturbed), self.motion(orbit))
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         motion = orbit.start[at], orbit.start_velocity[at]
-        order = 2 * analysis.stages - (analysis.scheme == "radau")
         assert orbit.flow is not None
         better = {
-            "time": Better(history_of(start, q[at], rate[at]), order, SAFETY),
+            "time": time_better(self.scene, start, orbit, finer, (modes, at)),
             "mesh": self.without_mesh(start, motion, (orbit.start, orbit.start_velocity), orbit.flow),
         }
         return start, replace(history_of(start, *motion), better=better)
@@ -230,7 +227,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
     cycle.refuse_magnified(modes, condition, None if cycle.linear else cycle.motion(orbit))
     if not cycle.linear:
         stability = cycle.stability(modes, cycle.motion(orbit))
-    start, history = cycle.history(orbit)
+    start, history = cycle.history(orbit, modes)
     return start.system, replace(history, stability=stability, condition=condition)
 
 
