@@ -15,13 +15,14 @@ from fenics_mech.modes import Modes
 from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
 from fenics_mech.response.collocation import corrected
-from fenics_mech.response.dispersion import hidden_resonances
+from fenics_mech.response.dispersion import Mask, Resonances, hidden_motion
 from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.perturbation import periodic_change
 from fenics_mech.response.quasi_static import yielding_to
+from fenics_mech.response.steps import Steps
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -30,8 +31,49 @@ SAFETY = 2  # where the elastic motion has no inertia: the axial force of an ele
 TAPERED = 1.25  # where sections vary, or mass is lumped: the estimate is 0.57 of the error or more
 TRAVELLING = 2.0  # where a pin travels along a member: the estimate is 0.4 to 0.9 of the error
 ONE_ELEMENT = 2.5  # where it varies along a member's only element: the error is 0.8 to 5 times its first order
+LITTLE = 1e-4  # of a motion, that a vibration which is taken as linear is
 FARTHEST, LEAST = 0.3, 1e-3  # share of an answer, and of the largest answer over the cycle that it counts for
 CONSTANT = 1e-9  # change of a section along an element, of its mean, that is rounding
+
+
+def collocation_better(
+    scene: Scene, equation: Equation, orbit: Orbit, finer: Flow, at: tuple[Modes, Steps]
+) -> dict[str, Better]:
+    """Give a motion by collocation without the errors of its steps and of the mesh.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    equation
+        Its equation at the starts of the sub-intervals.
+    orbit
+        The motion. Its steps may have more coordinates.
+    finer
+        The same steps by a better method, linearised about the motion.
+    at
+        Modes at the starts of the sub-intervals, and the steps.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    (modes, steps), size, flow = at, equation.system.size, orbit.flow
+    assert flow is not None
+    motion, right = (
+        (q[steps.regular, :size], rate[steps.regular, :size])
+        for q, rate in ((orbit.start, orbit.start_velocity), corrected(orbit, finer))
+    )
+    order = 2 * scene.analysis.stages - (scene.analysis.scheme == "radau")
+    found = {
+        "time": Better(history_of(equation, *right), order, OF_STEPS),
+        "mesh": mesh_better(scene, equation, motion, (orbit.start, orbit.start_velocity), flow, steps.regular),
+    }
+    resonances = Resonances.of(equation, modes.elastic, abs(scene.cycle_rate))
+    by_steps = resonances.by_steps(flow.tableau, finer.tableau, float(steps.duration.max()))
+    hidden = {"time": by_steps, "mesh": resonances.by_mesh}
+    return {name: with_hidden(better, equation, motion, resonances, hidden[name]) for name, better in found.items()}
 
 
 def mesh_better(
@@ -79,36 +121,29 @@ def mesh_better(
     return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, equation.linear.loss))
 
 
-def time_better(
-    scene: Scene, equation: Equation, orbit: Orbit, better: Flow, at: tuple[Modes, NDArray[np.bool_]]
+def with_hidden(
+    better: Better, equation: Equation, motion: tuple[Array, Array], resonances: Resonances, hidden: Mask
 ) -> Better:
-    """Give a motion by collocation without the error of its steps.
+    """Add to an error the vibration of modes that its source hides; see `dispersion`.
+
+    Only a little of it stands beside the motion, as an equation may be linear for small motions only.
 
     Parameters
     ----------
-    scene
-        The scene.
-    equation
-        Its equation at the starts of the sub-intervals.
-    orbit
-        The motion. Its steps may have more coordinates.
     better
-        The same steps by a better method, linearised about the motion.
-    at
-        Modes at the starts of the sub-intervals, and which of the steps begin there.
-
-    Raises
-    ------
-    SolverError
-        When the cycle cannot be closed.
+        The motion without the error.
+    equation, motion
+        The equation at the starts of the sub-intervals, and q and q' there.
+    resonances, hidden
+        Modes and harmonics there, and which of them are hidden.
     """
-    (modes, regular), size, flow = at, equation.system.size, orbit.flow
-    assert flow is not None
-    tableaus, longest = (flow.tableau, better.tableau), float(flow.duration.max())
-    hidden = hidden_resonances(equation, modes.elastic, tableaus, longest, abs(scene.cycle_rate))
-    q, rate = (found[regular, :size] + more for found, more in zip(corrected(orbit, better), hidden))
-    order = 2 * scene.analysis.stages - (scene.analysis.scheme == "radau")
-    return Better(history_of(equation, q, rate), order, OF_STEPS)
+    if not hidden.any():
+        return better
+    more = hidden_motion(equation, resonances, hidden)
+    moves, vibrates = (float(np.abs(q).max(initial=0.0)) for q, _ in (motion, more))
+    share = LITTLE * moves / vibrates if vibrates > LITTLE * moves > 0 else 1.0
+    beside = history_of(equation, *(part + share * change for part, change in zip(motion, more)))
+    return replace(better, hidden=(beside, share))
 
 
 def of_mesh(system: System, history: History, lack: Terms, unheld: bool = False, least: float = 1.0) -> Better:

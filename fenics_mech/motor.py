@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.better import mesh_better, time_better
+from fenics_mech.better import collocation_better
 from fenics_mech.building import moved, rough_tension
 from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
@@ -101,14 +101,9 @@ def _at_starts(
         stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
         if not analysis.allow_unstable:
             stability.refuse_unstable()
-    motion = orbit.start[:, :-1], orbit.start_velocity[:, :-1]
-    assert orbit.flow is not None
     history = replace(
-        history_of(crank, *motion),
-        better={
-            "time": time_better(scene, crank, orbit, flows[better], (modes, steps.regular)),
-            "mesh": mesh_better(scene, crank, motion, (orbit.start, orbit.start_velocity), orbit.flow, steps.regular),
-        },
+        history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1]),
+        better=collocation_better(scene, crank, orbit, flows[better], (modes, steps)),
         twist=twist,
         stability=stability,
         condition=condition_of(orbit),

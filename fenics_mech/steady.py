@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.better import mesh_better, time_better
+from fenics_mech.better import collocation_better, mesh_better, with_hidden
 from fenics_mech.building import rough_tension, settle, system_at, with_tension
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
@@ -21,6 +21,7 @@ from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History
 from fenics_mech.response.collocation import between, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping
+from fenics_mech.response.dispersion import Resonances
 from fenics_mech.response.equilibrium import naming_buckled
 from fenics_mech.response.floquet import Stability, floquet
 from fenics_mech.response.flow import Flow
@@ -173,22 +174,12 @@ class Cycle:
             The equation there, with axial forces of the motion where they act on it, and the history.
         """
         analysis, at, start = self.scene.analysis, self.steps.regular, self.start
-        finer = self.flow(*better_than(analysis.scheme, analysis.stages, self.steps.disturbed), self.motion(orbit))
+        points = better_than(analysis.scheme, analysis.stages, self.steps.disturbed)
+        finer = self.flow(*points, self.motion(orbit))
         if self.settling:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
-        motion = orbit.start[at], orbit.start_velocity[at]
-        assert orbit.flow is not None
-        better = {
-            "time": time_better(self.scene, start, orbit, finer, (modes, at)),
-            "mesh": self.without_mesh(start, motion, (orbit.start, orbit.start_velocity), orbit.flow),
-        }
-        return start, replace(history_of(start, *motion), better=better)
-
-    def without_mesh(
-        self, start: Equation, motion: tuple[Array, Array], starts: tuple[Array, Array], flow: Flow
-    ) -> Better:
-        """Give a motion without the error of the mesh, from the equation at the starts and a flow about the motion."""
-        return mesh_better(self.scene, start, motion, starts, flow, self.steps.regular)
+        better = collocation_better(self.scene, start, orbit, finer, (modes, self.steps))
+        return start, replace(history_of(start, orbit.start[at], orbit.start_velocity[at]), better=better)
 
 
 def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
@@ -288,9 +279,11 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         stability = cycle.stability(modes, motion)
     q, rate = series.at(np.abs(system.motion.theta))
     flow = cycle.flow("gauss", analysis.stages, motion)
+    mesh = mesh_better(scene, cycle.start, (q, rate), (q, rate), flow, cycle.steps.regular)
+    resonances = Resonances.of(cycle.start, modes.elastic, abs(scene.cycle_rate))
     better = {
         "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow)), HARMONIC_ORDER),
-        "mesh": cycle.without_mesh(cycle.start, (q, rate), (q, rate), flow),
+        "mesh": with_hidden(mesh, cycle.start, (q, rate), resonances, resonances.by_mesh),
     }
     return system, replace(
         history_of(cycle.start, q, rate), stability=stability, better=better, condition=series.condition

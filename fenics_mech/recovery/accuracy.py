@@ -145,13 +145,14 @@ def estimated(
 
     for source, better in history.better.items():
         add(source, *nothing, better.order)
-        if better.history.displacement is history.displacement and better.loads is NOTHING:
-            continue
-        there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
-        differences = [a - b for a, b in zip(_recovered(scene, there, better.history.elastic), base)]
-        by_strain = (np.abs(differences[0]) + np.abs(differences[1])).max(axis=(0, 2))
-        by_force = np.linalg.norm(differences[2], axis=-1).max(axis=1, initial=0.0)
-        add(source, better.safety * by_strain, better.safety * by_force, better.order)
+        if better.history.displacement is not history.displacement or better.loads is not NOTHING:
+            there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
+            strain_change, force_change = _change(_recovered(scene, there, better.history.elastic), base)
+            add(source, better.safety * strain_change, better.safety * force_change, better.order)
+        if better.hidden is not None:
+            beside, share = better.hidden
+            strain_change, force_change = _change(_recovered(scene, system, beside.elastic), base)
+            add(source, strain_change / share, force_change / share, better.order)
     if scene.analysis.method in ("periodic", "transient") and (blows := _by_blows(scene, system, history.elastic)):
         add("mesh", *blows, OF_SLIDERS)
     if (missed := misfit(scene, system.beams)).any():
@@ -162,6 +163,13 @@ def estimated(
     if (left := left_out(choices)) is not None:
         add("effects", left * largest, left * forces, 0.0)
     return Errors(strains, by_joint, order, largest)
+
+
+def _change(recovered: Sequence[Array], base: Sequence[Array]) -> tuple[Array, Array]:
+    """Largest change of each member's strain and of the force in each joint; see `_recovered`."""
+    axial, bending, forces = (after - before for after, before in zip(recovered, base))
+    strain = (np.abs(axial) + np.abs(bending)).max(axis=(0, 2))
+    return strain, np.linalg.norm(forces, axis=-1).max(axis=1, initial=0.0)
 
 
 def _by_blows(scene: Scene, system: System, history: History) -> tuple[Array, Array] | None:

@@ -1,59 +1,141 @@
-"""Resonances that steps hide, as they change a vibration by themselves more than its damping does.
+"""Resonances that the steps or the mesh hide, as they shift or weaken a vibration more than its damping does.
 
 In a step of length h a vibration becomes ``R(i omega h)`` times as large instead of ``exp(i omega h)``: weaker
-(dissipation) and late or early (dispersion). Source: Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.3. Where that outweighs the damping, neither a better method nor the mesh's error, which is found with the
-same steps, tells how large the vibration may be; its load and its damping do.
+(dissipation) and late or early (dispersion); elements put its frequency too high, and lumped mass too low. Where that
+outweighs the damping, an estimate that starts from the motion found does not tell how large the vibration may be: its
+load and its damping do.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.modes import Modes
 from fenics_mech.response.feedback import LEAST_LOSS
-from fenics_mech.response.periodic import superposed
 from fenics_mech.response.tableau import Tableau
 
 Array = NDArray[np.float64]
-NEAR = 0.2  # of a natural frequency, up to which the mesh may put it beside a harmonic
-STEPS, BETTER = 3.0, 0.3  # times the damping ratio: change by the steps, and by better ones, from which they hide it
+Mask = NDArray[np.bool_]
+NEAR = 0.02  # of a natural frequency, up to which a harmonic beside it is on it
+MOST_OFF, TWICE = 0.1, 2  # of a natural frequency by the mesh, and by which that is raised: with one element it is 1.6
+STEPS, BETTER = 1.0, 0.3  # times the damping ratio: change by the steps, and by better ones, from which they hide it
+COARSE = 0.05  # of a natural frequency by the mesh, from which its first order tells too little
 UNDAMPED = 1e-6  # loss factor, below which `LEAST_LOSS` is taken
+POSITIONS = 8  # of the cycle, at which modes are looked at
 
 
-def hidden_resonances(
-    equation: Equation, modes: Modes, tableaus: tuple[Tableau, Tableau], step: float, rate: float
-) -> tuple[Array, Array]:
-    """Give the largest vibration that the steps may hide, as q and q', ``(angles, coordinates)`` each.
-
-    It is that of the modes which a harmonic of their load may meet: its static answer over the loss factor, and over
-    the share by which the frequency varies over the cycle.
+@dataclass(frozen=True)
+class Resonances:
+    """Modes and the harmonics of their loads that may meet them.
 
     Parameters
     ----------
-    equation
-        The equation at the starts of the sub-intervals.
     modes
-        Modes there.
-    tableaus
-        The steps' collocation points, and those that tell their error.
-    step
-        Duration of the longest step (s).
+        Elastic modes at equal steps of time.
     rate
         Circular frequency of the cycle (rad/s).
+    load
+        Modal loads, ``(angles, modes)``.
+    loss
+        Loss factors, twice the damping ratios, ``(modes,)``.
+    off
+        By which share about the mesh has the natural frequencies wrong, ``(modes,)``; see `frequency_error`.
     """
-    matrices, omega, count = equation.linear, modes.omega, len(modes.theta)
-    harmonics = rate * np.arange(count // 2 + 1)
-    least, mean, most = omega.min(axis=0), omega.mean(axis=0), omega.max(axis=0)
-    work = np.einsum("kmi,kij,kmj->km", modes.shapes, matrices.damping, modes.shapes)
-    loss = (work / omega).mean(axis=0)
-    width = np.where(loss > UNDAMPED, loss, LEAST_LOSS) + (most - least) / mean
-    near = (harmonics[:, None] > (1 - NEAR) * least) & (harmonics[:, None] < (1 + NEAR) * most)
-    by_steps, by_better = (tableau.change(harmonics * step)[:, None] for tableau in tableaus)
-    hidden = near & ((by_steps > STEPS * width / 2) | (by_better > BETTER * width / 2))
-    load = np.einsum("kmi,ki->km", modes.shapes, matrices.load)
-    resonant = -1j * np.where(hidden, np.fft.rfft(load, axis=0), 0.0) / (mean**2 * width)
-    y, y_rate = (np.fft.irfft(part, count, axis=0) for part in (resonant, 1j * harmonics[:, None] * resonant))
-    return superposed(modes, y), superposed(modes, y_rate)
+
+    modes: Modes
+    rate: float
+    load: Array
+    loss: Array
+    off: Array
+
+    @classmethod
+    def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
+        """Take loads and losses from an equation at the modes' angles."""
+        shapes, matrices = modes.shapes, equation.linear
+        work = np.einsum("kmi,kij,kmj->km", shapes, matrices.damping, shapes, optimize=True)
+        load = np.einsum("kmi,ki->km", shapes, matrices.load)
+        return cls(modes, rate, load, (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes))
+
+    @cached_property
+    def harmonics(self) -> Array:
+        """Circular frequencies of the harmonics that the angles show (rad/s)."""
+        return self.rate * np.arange(len(self.load) // 2 + 1)
+
+    @cached_property
+    def width(self) -> Array:
+        """Loss factor, with the share by which the frequency varies over the cycle, ``(modes,)``."""
+        omega = self.modes.omega
+        return np.where(self.loss > UNDAMPED, self.loss, LEAST_LOSS) + np.ptp(omega, axis=0) / omega.mean(axis=0)
+
+    @cached_property
+    def met(self) -> Mask:
+        """Which harmonics a mode of the linkage may meet, ``(harmonics, modes)``."""
+        omega, beside = self.modes.omega, NEAR + TWICE * np.minimum(self.off, MOST_OFF)
+        least, most = (1 - beside) * omega.min(axis=0), (1 + beside) * omega.max(axis=0)
+        return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
+
+    @property
+    def by_mesh(self) -> Mask:
+        """Those that the mesh may hide."""
+        return self.met & (self.off > COARSE)
+
+    def by_steps(self, tableau: Tableau, better: Tableau, step: float) -> Mask:
+        """Those that steps of such a duration (s) may hide, or better ones that tell their error."""
+        change, beside = (points.change(self.harmonics * step)[:, None] for points in (tableau, better))
+        return self.met & ((change > STEPS * self.width / 2) | (beside > BETTER * self.width / 2))
+
+    def vibration(self, hidden: Mask) -> tuple[Array, Array]:
+        """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest hidden vibration.
+
+        It is the static answer to the load over the width of the resonance.
+        """
+        omega, count = self.modes.omega.mean(axis=0), len(self.load)
+        largest = -1j * np.where(hidden, np.fft.rfft(self.load, axis=0), 0.0) / (omega**2 * self.width)
+        rates = 1j * self.harmonics[:, None] * largest
+        return np.fft.irfft(largest, count, axis=0), np.fft.irfft(rates, count, axis=0)
+
+
+def hidden_motion(equation: Equation, resonances: Resonances, hidden: Mask) -> tuple[Array, Array]:
+    """Give q and q', ``(angles, coordinates)`` each, of the largest hidden vibration.
+
+    The modes are those of the links' mass and stiffness alone. Under all that acts on the equation, what balances their
+    inertia has other shares along stiff coordinates.
+    """
+    modes = resonances.modes
+    if not hidden.any():
+        return 2 * (np.zeros((len(modes.theta), equation.system.size)),)
+    momenta = equation.system.mass_times(modes.shapes)
+    inertia = [np.einsum("kmi,km->ki", momenta, modes.omega**2 * part) for part in resonances.vibration(hidden)]
+    q, rate = np.moveaxis(np.linalg.solve(equation.linear.stiffness, np.stack(inertia, axis=-1)), -1, 0)
+    return q, rate
+
+
+def frequency_error(system: System, modes: Modes) -> Array:
+    """Give by which share about elements have natural frequencies wrong, ``(modes,)``.
+
+    In bending that is ``omega^2 rho A h^4 / (1440 EI)`` and along the axis ``omega^2 rho A h^2 / (24 EA)``, weighted
+    with the elements' kinetic energy.
+
+    Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978), for the axis; in bending
+    by the same expansion of the cubic element with consistent mass.
+    """
+    beams, count = system.beams, modes.omega.shape[1]
+    h, density = beams.mesh.cell_length, beams.line_density
+    per_square = density * (h**4 / (1440 * beams.bending_rigidity) + h**2 / (24 * beams.axial_rigidity))
+    if beams.reduction is not None:
+        per_square *= beams.reduction.fineness**-4.0
+    share = np.zeros(count)
+    at = np.unique(np.linspace(0, len(modes.theta), POSITIONS, endpoint=False).astype(int))
+    for k in at:
+        values = np.repeat(system.values[k : k + 1], count, axis=0)
+        v = in_member_axes(beams.mesh, system.on_nodes(system.transformation.forward(values, modes.shapes[k])))
+        energy = np.einsum("mei,eij,mej->me", v, beams.element_mass, v, optimize=True)
+        share += modes.omega[k] ** 2 * (energy @ per_square) / len(at)
+    return share

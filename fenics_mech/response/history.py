@@ -111,6 +111,8 @@ class Better:
         Loads that act beside.
     unheld
         Whether next to a resonance that hardly anything damps the error may be more.
+    hidden
+        A motion with some of the vibration that the source may hide, and how much of it; see `dispersion`.
     """
 
     history: History
@@ -118,6 +120,7 @@ class Better:
     safety: float = 1.0
     loads: Terms = NOTHING
     unheld: bool = False
+    hidden: tuple[History, float] | None = None
 
 
 def history_of(equation: Equation, q: Array, rate: Array, load: Array | None = None) -> History:

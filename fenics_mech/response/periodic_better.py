@@ -18,6 +18,7 @@ from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
+from fenics_mech.response.dispersion import Resonances, frequency_error
 from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.history import Better, History
 from fenics_mech.response.periodic import JOINED, SubIntervals, solve_periodic, superposed
@@ -64,8 +65,19 @@ class Neighbours:
         return {
             "time": Better(self._moved(*self._halved()), ORDERS["time"], SAFETY),
             "modes": Better(self._with_modes(lack, static, inertia), ORDERS["modes"], SAFETY),
-            "mesh": of_mesh(self.system, *self._without_mesh(lack_of)),
+            "mesh": replace(of_mesh(self.system, *self._without_mesh(lack_of)), hidden=self._hidden()),
         }
+
+    def _hidden(self) -> tuple[History, float] | None:
+        """Give the motion with the vibration that the mesh may hide."""
+        modes, off = self.modes, frequency_error(self.system, self.modes)
+        loss = 2 * damping_ratios(self.scene, modes.omega).mean(axis=0)
+        resonances = Resonances(modes, 2 * np.pi / self.scene.period, self.load, loss, off)
+        if not resonances.by_mesh.any():
+            return None
+        y, _ = resonances.vibration(resonances.by_mesh)
+        inertia = self.system.to_links(superposed(modes, -(modes.omega**2) * y))
+        return self._moved(superposed(modes, y), inertia), 1.0
 
     def _without_mesh(self, lack_of: Callable[[System, History], Terms]) -> tuple[History, Terms, bool]:
         """Give the motion under what the mesh neglects of it; see `under_neglected`."""

@@ -146,20 +146,32 @@ def test_a_resonance_that_only_a_finer_mesh_meets_is_in_the_estimate(solver, ele
     found, finer = (analyse(scene.changed(mesh__elements=count)).data for count in (elements, 8))
     error = np.abs(found["strain"] - finer["strain"]).max()
     assert error > 0.03 * np.abs(found["strain"]).max()
-    told = found["strain_error"].sel(source="mesh").max() / error
-    assert told < 2.5
-    assert told > 0.7 or (told > 0.2 and "next to a resonance" in found.attrs["not_estimated"])
+    assert 0.7 < found["strain_error"].sel(source="mesh").max() / error < 2.6
 
 
-def test_a_resonance_that_only_better_steps_meet_is_in_the_estimate():
-    """Two Radau points damp it more than its own 0.1 %, by 6 steps in a swing: first order tells 0.13 of the error."""
+@pytest.mark.parametrize(
+    ("scheme", "stages", "count", "ratio"),
+    [
+        ("radau", 2, 80, 1e-3),
+        ("radau", 2, 60, 1e-4),
+        ("gauss", 2, 60, 1e-4),
+        ("radau", 1, 80, 1e-4),
+        ("gauss", 1, 80, 1e-4),
+        ("radau", 3, 60, 1e-5),
+    ],
+)
+def test_a_resonance_that_only_better_steps_meet_is_in_the_estimate(scheme, stages, count, ratio):
+    """With 5 or 6 steps a swing they do more to it than its damping.
+
+    First order tells 0.13 of the error of the first, better steps alone 1.0, and 0.001 to 0.3 of the others.
+    """
     speed = natural(arm(1.0))[1][1] / 13
     factor = {"kind": "harmonics", "mean": 1.0, "cosine": (0,) * 11 + (0.02,)}  # harmonics 11 and 13 of the arm
     load = {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}
-    scene = case("collocation", speed, damping={"ratio": 1e-3}, loads={"tip": load})
-    coarse = scene.changed(analysis__scheme="radau", analysis__stages=2, analysis__sub_intervals=80)
-    fine = coarse.changed(analysis__sub_intervals=240, analysis__stages=4)
+    scene = case("collocation", speed, damping={"ratio": ratio}, loads={"tip": load})
+    coarse = scene.changed(analysis__scheme=scheme, analysis__stages=stages, analysis__sub_intervals=count)
+    fine = coarse.changed(analysis__sub_intervals=240, analysis__stages=4, analysis__scheme="gauss")
     found, finer = (analyse(one).data for one in (coarse, fine))
-    error = np.abs(found["strain"] - finer["strain"][::3].to_numpy()).max()
-    assert error > 0.5 * np.abs(found["strain"]).max()
-    assert 0.7 < found["strain_error"].sel(source="time").max() / error < 2
+    error = np.abs(found["strain"] - finer["strain"][:: 240 // count].to_numpy()).max()
+    assert error > 0.3 * np.abs(found["strain"]).max()
+    assert 0.7 < found["strain_error"].sel(source="time").max() / error < 3.5
