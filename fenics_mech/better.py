@@ -15,7 +15,7 @@ from fenics_mech.modes import Modes
 from fenics_mech.recovery.mesh_error import neglected, order_of
 from fenics_mech.response import History
 from fenics_mech.response.collocation import corrected
-from fenics_mech.response.dispersion import Mask, Resonances, hidden_motion
+from fenics_mech.response.dispersion import Mask, Resonances, enough_modes, hidden_motion
 from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.history import Better, history_of
@@ -70,7 +70,7 @@ def collocation_better(
         "time": Better(history_of(equation, *right), order, OF_STEPS),
         "mesh": mesh_better(scene, equation, motion, (orbit.start, orbit.start_velocity), flow, steps.regular),
     }
-    resonances = Resonances.of(equation, modes.elastic, abs(scene.cycle_rate))
+    resonances = resonances_of(scene, equation, modes)
     by_steps = resonances.by_steps(flow.tableau, finer.tableau, float(steps.duration.max()))
     hidden = {"time": by_steps, "mesh": resonances.by_mesh}
     return {name: with_hidden(better, equation, motion, resonances, hidden[name]) for name, better in found.items()}
@@ -119,6 +119,13 @@ def mesh_better(
 
     lack, unit = lack_of(system, history_of(equation, *motion)), np.pad(flow.unit[:size], (0, size))
     return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, equation.linear.loss))
+
+
+def resonances_of(scene: Scene, equation: Equation, modes: Modes) -> Resonances:
+    """Give the resonances that the loads of a scene's equation may have, with the modes given or more."""
+    rate, linear = abs(scene.cycle_rate), equation.linear
+    modes = enough_modes(equation.system, modes, linear.load, rate, linear.loss, scene.petsc)
+    return Resonances.of(equation, modes, rate)
 
 
 def with_hidden(

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.better import collocation_better, mesh_better, with_hidden
+from fenics_mech.better import collocation_better, mesh_better, resonances_of, with_hidden
 from fenics_mech.building import rough_tension, settle, system_at, with_tension
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
@@ -21,7 +21,6 @@ from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History
 from fenics_mech.response.collocation import between, refined, solve_collocation
 from fenics_mech.response.damping import modal_damping
-from fenics_mech.response.dispersion import Resonances
 from fenics_mech.response.equilibrium import naming_buckled
 from fenics_mech.response.floquet import Stability, floquet
 from fenics_mech.response.flow import Flow
@@ -280,7 +279,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
     q, rate = series.at(np.abs(system.motion.theta))
     flow = cycle.flow("gauss", analysis.stages, motion)
     mesh = mesh_better(scene, cycle.start, (q, rate), (q, rate), flow, cycle.steps.regular)
-    resonances = Resonances.of(cycle.start, modes.elastic, abs(scene.cycle_rate))
+    resonances = resonances_of(scene, cycle.start, modes)
     better = {
         "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow)), HARMONIC_ORDER),
         "mesh": with_hidden(mesh, cycle.start, (q, rate), resonances, resonances.by_mesh),

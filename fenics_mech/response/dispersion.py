@@ -8,8 +8,10 @@ load and its damping do.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +19,19 @@ from numpy.typing import NDArray
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.modes import Modes
+from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.feedback import LEAST_LOSS
+from fenics_mech.response.quasi_static import displacement_under
 from fenics_mech.response.tableau import Tableau
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 NEAR = 0.02  # of a natural frequency, up to which a harmonic beside it is on it
-MOST_OFF, TWICE = 0.1, 2  # of a natural frequency by the mesh, and by which that is raised: with one element it is 1.6
+MOST_OFF, TWICE = {"consistent": 0.1, "lumped": 0.2}, 2  # of a frequency by the mesh; with one element it is 1.6 of it
 STEPS, BETTER = 1.0, 0.3  # times the damping ratio: change by the steps, and by better ones, from which they hide it
 COARSE = 0.05  # of a natural frequency by the mesh, from which its first order tells too little
+FELT = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
+FARTHEST = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
 UNDAMPED = 1e-6  # loss factor, below which `LEAST_LOSS` is taken
 POSITIONS = 8  # of the cycle, at which modes are looked at
 
@@ -77,7 +82,7 @@ class Resonances:
     @cached_property
     def met(self) -> Mask:
         """Which harmonics a mode of the linkage may meet, ``(harmonics, modes)``."""
-        omega, beside = self.modes.omega, NEAR + TWICE * np.minimum(self.off, MOST_OFF)
+        omega, beside = self.modes.omega, NEAR + TWICE * self.off
         least, most = (1 - beside) * omega.min(axis=0), (1 + beside) * omega.max(axis=0)
         return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
 
@@ -117,25 +122,74 @@ def hidden_motion(equation: Equation, resonances: Resonances, hidden: Mask) -> t
     return q, rate
 
 
-def frequency_error(system: System, modes: Modes) -> Array:
-    """Give by which share about elements have natural frequencies wrong, ``(modes,)``.
+def enough_modes(
+    system: System, modes: Modes, load: Array, rate: float, loss: float, options: Mapping[str, Any]
+) -> Modes:
+    """Give the elastic modes, with more where a harmonic of a load would be felt on one that is faster.
 
-    In bending that is ``omega^2 rho A h^4 / (1440 EI)`` and along the axis ``omega^2 rho A h^2 / (24 EA)``, weighted
-    with the elements' kinetic energy.
+    Parameters
+    ----------
+    system, modes
+        The mechanism, and modes of it.
+    load
+        The load, ``(angles, coordinates)``.
+    rate
+        Circular frequency of the cycle (rad/s).
+    loss
+        Least loss factor.
+    options
+        PETSc options for statics and eigenproblems.
+    """
+    static = displacement_under(system, load, options)
+    whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
+    fastest = FARTHEST * rate * highest_felt(load, static, loss if loss > UNDAMPED else LEAST_LOSS, FELT * whole)
+    modes = modes.elastic
+    while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:
+        modes = solve_modes(system, min(2 * modes.omega.shape[1] + 2, system.size), options).elastic
+    return modes
+
+
+def highest_felt(load: Array, static: Array, loss: float, enough: float) -> int:
+    """Give the number of the highest harmonic of a load that would be felt on a mode; 0 where none would.
+
+    Parameters
+    ----------
+    load, static
+        The load and its static answer at equal steps of time, ``(angles, coordinates)`` each.
+    loss
+        Loss factor of the mode.
+    enough
+        Square root of an elastic energy, twice of it, that is felt.
+    """
+    spectrum = np.fft.rfft(np.stack([load, static]), axis=1) * (2 / len(load))
+    harmonics = np.sqrt(np.abs(np.einsum("hi,hi->h", spectrum[0], spectrum[1].conj())))
+    least = loss * enough + np.finfo(float).tiny
+    return int(np.flatnonzero(harmonics > least).max(initial=0))
+
+
+def frequency_error(system: System, modes: Modes) -> Array:
+    """Give by which share about elements have natural frequencies wrong, ``(modes,)``, up to `MOST_OFF`.
+
+    In bending that is ``x^2/1440`` with ``x = omega h^2 sqrt(rho A/EI)``, and along the axis ``omega^2 rho A h^2 / (24
+    EA)``, weighted with the elements' kinetic energy. With lumped mass it is ``x/8`` and less, as measured.
 
     Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978), for the axis; in bending
     by the same expansion of the cubic element with consistent mass.
     """
-    beams, count = system.beams, modes.omega.shape[1]
-    h, density = beams.mesh.cell_length, beams.line_density
-    per_square = density * (h**4 / (1440 * beams.bending_rigidity) + h**2 / (24 * beams.axial_rigidity))
-    if beams.reduction is not None:
-        per_square *= beams.reduction.fineness**-4.0
+    beams, lumped = system.beams.spread or system.beams, system.beams.spread is not None
+    h, count = beams.mesh.cell_length, modes.omega.shape[1]
+    bending, axial = (
+        beams.line_density * h**4 / beams.bending_rigidity,
+        beams.line_density * h**2 / beams.axial_rigidity,
+    )
+    if (reduction := system.beams.reduction) is not None:
+        bending, axial = (part * reduction.fineness**-4.0 for part in (bending, axial))
     share = np.zeros(count)
     at = np.unique(np.linspace(0, len(modes.theta), POSITIONS, endpoint=False).astype(int))
     for k in at:
-        values = np.repeat(system.values[k : k + 1], count, axis=0)
+        values, omega = np.repeat(system.values[k : k + 1], count, axis=0), modes.omega[k, :, None]
         v = in_member_axes(beams.mesh, system.on_nodes(system.transformation.forward(values, modes.shapes[k])))
         energy = np.einsum("mei,eij,mej->me", v, beams.element_mass, v, optimize=True)
-        share += modes.omega[k] ** 2 * (energy @ per_square) / len(at)
-    return share
+        of_bending = omega * np.sqrt(bending) / 8 if lumped else omega**2 * bending / 1440
+        share += np.sum(energy * (of_bending + omega**2 * axial / 24), axis=1) / len(at)
+    return np.minimum(share, MOST_OFF["lumped" if lumped else "consistent"])

@@ -18,7 +18,7 @@ from fenics_mech.effects import Terms
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.damping import damping_ratios
-from fenics_mech.response.dispersion import Resonances, frequency_error
+from fenics_mech.response.dispersion import Resonances, enough_modes, frequency_error, highest_felt
 from fenics_mech.response.feedback import under_neglected
 from fenics_mech.response.history import Better, History
 from fenics_mech.response.periodic import JOINED, SubIntervals, solve_periodic, superposed
@@ -70,9 +70,11 @@ class Neighbours:
 
     def _hidden(self) -> tuple[History, float] | None:
         """Give the motion with the vibration that the mesh may hide."""
-        modes, off = self.modes, frequency_error(self.system, self.modes)
-        loss = 2 * damping_ratios(self.scene, modes.omega).mean(axis=0)
-        resonances = Resonances(modes, 2 * np.pi / self.scene.period, self.load, loss, off)
+        rate, loss = 2 * np.pi / self.scene.period, 2 * float(damping_ratios(self.scene, self.modes.omega).min())
+        modes = enough_modes(self.system, self.modes, self.system.load, rate, loss, self.scene.petsc)
+        load = np.einsum("kmi,ki->km", modes.shapes, self.system.load)
+        losses, off = 2 * damping_ratios(self.scene, modes.omega).mean(axis=0), frequency_error(self.system, modes)
+        resonances = Resonances(modes, rate, load, losses, off)
         if not resonances.by_mesh.any():
             return None
         y, _ = resonances.vibration(resonances.by_mesh)
@@ -166,11 +168,9 @@ class Neighbours:
         """
         energy = np.sum(self.modes.omega**2 * np.einsum("kmi,ki->km", self.momenta, self.history.displacement) ** 2, 1)
         left_out = np.abs(np.einsum("ki,ki->k", lack, static)).max()
-        enough = max(np.sqrt(left_out), LEAST_MET * np.sqrt(energy.max()), np.finfo(float).tiny)
-        spectrum = np.fft.rfft(np.stack([lack, static]), axis=1) * (2 / len(lack))
-        harmonics = np.sqrt(np.abs(np.einsum("hi,hi->h", spectrum[0], spectrum[1].conj())))
+        enough = float(max(np.sqrt(left_out), LEAST_MET * np.sqrt(energy.max())))
         ratio = max(float(damping_ratios(self.scene, self.modes.omega).min()), LEAST_RATIO)
-        highest = np.flatnonzero(harmonics / (2 * ratio) > enough).max(initial=0) / self.scene.period
+        highest = highest_felt(lack, static, 2 * ratio, enough) / self.scene.period
         return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
     def _under(self, load: Array) -> tuple[Array, Array]:
