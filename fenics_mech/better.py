@@ -118,7 +118,8 @@ def mesh_better(
         return neglected(there, history, step)
 
     lack, unit = lack_of(system, history_of(equation, *motion)), np.pad(flow.unit[:size], (0, size))
-    return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, equation.linear.loss))
+    held = equation.linear.loss, float(np.linalg.norm(motion[0] * unit[:size]))
+    return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, held))
 
 
 def resonances_of(scene: Scene, equation: Equation, modes: Modes) -> Resonances:

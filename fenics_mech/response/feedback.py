@@ -25,6 +25,7 @@ FELT = 1e-3  # of a motion, from which a part of it is followed: less would have
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
 TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
 HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
+LINEAR = 1e-3  # of a motion, that a change of it is taken as linear
 LEAST_LOSS = 1e-3  # loss factor that is taken where there is less
 
 
@@ -82,7 +83,7 @@ def under_neglected(
     change_by: Callable[[Terms], Array],
     moved: Callable[[Array, Terms], History],
     unit: Array,
-    loss: float,
+    held: tuple[float, float],
 ) -> tuple[History, Terms, bool]:
     """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
 
@@ -102,10 +103,11 @@ def under_neglected(
         Gives the motion with such a change, under such loads.
     unit
         What the change's numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
-    loss
-        As of `fed_back`.
+    held
+        The loss as of `fed_back`, and the norm of the motion's numbers times their unit: only changes that are little
+        beside it are linear.
     """
-    size = len(unit)
+    size, (loss, whole) = len(unit), held
 
     def under(loads: Terms) -> Array:
         return np.concatenate([change_by(loads), loads.columns()], axis=1)
@@ -114,9 +116,11 @@ def under_neglected(
         return error[:, :size], lack.of_columns(error[:, size:])
 
     def again(error: Array) -> Array:
-        change, beside = parts(error)
+        changes = float(np.linalg.norm(error[:, :size] * unit))
+        share = LINEAR * whole / changes if changes > LINEAR * whole > 0 else 1.0
+        change, beside = parts(share * error)
         there = system.with_terms(system.terms + beside)
-        return under(lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns()))
+        return under(lack.of_columns((lack_of(there, moved(change, beside)).columns() - lack.columns()) / share))
 
     first = under(lack)
     error, unheld = fed_back(first, again, np.pad(unit, (0, first.shape[1] - size)), loss)

@@ -36,7 +36,7 @@ def test_by_how_much_elements_are_too_stiff(elements):
     modes, finer = scene_modes(coarse, system), scene_modes(exact, mechanism(exact))
     error = (modes.omega / finer.omega[:, : modes.omega.shape[1]]).mean(axis=0) - 1
     told = frequency_error(system, modes)
-    near = (error > 1e-7) & (error < 0.08)  # more is told as 0.1
+    near = (error > 1e-7) & (error < 0.15)  # more is told as 0.2
     assert near.any()
     assert np.all((told / error)[near] > 1)
     assert np.all((told / error)[near] < 3.5)
@@ -44,16 +44,15 @@ def test_by_how_much_elements_are_too_stiff(elements):
 
 @pytest.mark.parametrize("elements", [3, 4, 8])
 def test_by_how_much_lumped_mass_is_too_slow(elements):
-    """Against 12 elements with mass along them. Measured 0.7 to 3: by halves of it 12 to 28 % are still told as 9."""
+    """Against 12 elements with mass along them. Measured 1.0 to 1.1."""
     coarse = arm(1.0, mesh={"elements": elements}, effects=("lumped-mass",), analysis={"modes": 4})
     exact, system = arm(1.0, mesh={"elements": 12}), mechanism(coarse)
     modes, finer = scene_modes(coarse, system), scene_modes(exact, mechanism(exact))
     error = 1 - (modes.omega / finer.omega[:, : modes.omega.shape[1]]).mean(axis=0)
     told = frequency_error(system, modes)
-    near = (error > 0) & (error < 0.3)
-    assert near[:3].all()
-    assert np.all((told / error)[near] > 0.65)
-    assert np.all((told / error)[near] < 3.5)
+    near = (error > 0) & (error < 0.15)  # more is told as 0.2
+    assert near.any()
+    assert (told / error)[near] == pytest.approx(1.05, abs=0.1)
 
 
 def test_modes_are_enough_for_the_harmonics_of_a_load():
