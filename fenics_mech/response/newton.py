@@ -77,7 +77,7 @@ def solve_nonlinear(
             if accept is not None:
                 accept(equation.linearised(found.displacement, found.velocity, new_tension))
             orbit, tension, done = found, new_tension, factor
-        except SolverError:
+        except (SolverError, FloatingPointError):  # iterates that run away may overflow
             rise /= 2
             if rise < SMALLEST_RISE:
                 raise

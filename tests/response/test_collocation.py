@@ -8,6 +8,7 @@ from synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, p
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
+from fenics_mech.response import newton
 from fenics_mech.response.collocation import between, corrected, solve_collocation
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.steps import Steps
@@ -165,3 +166,17 @@ def test_error_after_a_blow_is_estimated():
     fine, coarse = (analyse(scene.changed(analysis__sub_intervals=n)).data for n in (1440, 240))
     error = np.abs(coarse["strain"] - fine["strain"][::6].to_numpy()).max(dim=("theta", "s", "fibre"))
     assert (coarse["strain_error"].sel(source="time") > error / 3).all()
+
+
+def test_iterates_that_overflow_take_less_load(monkeypatch):
+    shares = []
+
+    def at_load(equation, solve, guess, factor, orbit, tension):
+        shares.append(factor)
+        if factor - (shares[-2] if len(shares) > 2 else 0.0) > 0.5:
+            raise FloatingPointError("overflow encountered in multiply")
+        return "motion", tension
+
+    monkeypatch.setattr(newton, "_at_load", at_load)
+    assert newton.solve_nonlinear(None, None, np.zeros(1)) == "motion"
+    assert shares == [1.0, 0.5, 1.0]
