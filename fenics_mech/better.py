@@ -118,8 +118,9 @@ def mesh_better(
         return neglected(there, history, step)
 
     lack, unit = lack_of(system, history_of(equation, *motion)), np.pad(flow.unit[:size], (0, size))
-    held = equation.linear.loss, float(np.linalg.norm(motion[0] * unit[:size]))
-    return of_mesh(system, *under_neglected(system, lack, lack_of, change_by, moved, unit, held))
+    within = LITTLE * float(np.linalg.norm(motion[0] * unit[:size]))
+    found = under_neglected(system, lack, lack_of, change_by, moved, unit, equation.linear.loss, within)
+    return of_mesh(system, *found)
 
 
 def resonances_of(scene: Scene, equation: Equation, modes: Modes) -> Resonances:

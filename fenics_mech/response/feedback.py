@@ -25,12 +25,16 @@ FELT = 1e-3  # of a motion, from which a part of it is followed: less would have
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
 TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
 HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
-LINEAR = 1e-3  # of a motion, that a change of it is taken as linear
 LEAST_LOSS = 1e-3  # loss factor that is taken where there is less
 
 
 def fed_back(
-    first: Array, again: Callable[[Array], Array], unit: Array, loss: float, left_open: tuple[float, float] = OPEN
+    first: Array,
+    again: Callable[[Array], Array],
+    unit: Array,
+    loss: float,
+    left_open: tuple[float, float] = OPEN,
+    within: float = np.inf,
 ) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
 
@@ -41,7 +45,7 @@ def fed_back(
     first
         ``T q``, ``(angles, numbers)``.
     again
-        Gives ``T x``; it is linear.
+        Gives ``T x``; it is linear for small x.
     unit
         What numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
     loss
@@ -49,6 +53,8 @@ def fed_back(
         the most by which anything is amplified.
     left_open
         By which share, at most, T may be wrong.
+    within
+        Size up to which `again` is linear.
 
     Returns
     -------
@@ -58,9 +64,10 @@ def fed_back(
     size = float(np.linalg.norm(first * unit))
     if not size:
         return first, False
+    tried = min(size, within) or size
     basis, projected, parts, held = [first / size], np.zeros((MOST + 1, MOST)), np.ones(1), True
     for count in range(1, MOST + 1):
-        found = again(size * basis[-1]) / size  # of that size, as it may be linear for small motions only
+        found = again(tried * basis[-1]) / tried
         reach = _reach(basis[-1] * unit, found * unit)
         for i, vector in enumerate(basis):
             projected[i, count - 1] = np.sum(found * vector * unit**2)
@@ -83,7 +90,8 @@ def under_neglected(
     change_by: Callable[[Terms], Array],
     moved: Callable[[Array, Terms], History],
     unit: Array,
-    held: tuple[float, float],
+    loss: float,
+    within: float = np.inf,
 ) -> tuple[History, Terms, bool]:
     """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
 
@@ -103,11 +111,10 @@ def under_neglected(
         Gives the motion with such a change, under such loads.
     unit
         What the change's numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
-    held
-        The loss as of `fed_back`, and the norm of the motion's numbers times their unit: only changes that are little
-        beside it are linear.
+    loss, within
+        As of `fed_back`.
     """
-    size, (loss, whole) = len(unit), held
+    size = len(unit)
 
     def under(loads: Terms) -> Array:
         return np.concatenate([change_by(loads), loads.columns()], axis=1)
@@ -116,14 +123,12 @@ def under_neglected(
         return error[:, :size], lack.of_columns(error[:, size:])
 
     def again(error: Array) -> Array:
-        changes = float(np.linalg.norm(error[:, :size] * unit))
-        share = LINEAR * whole / changes if changes > LINEAR * whole > 0 else 1.0
-        change, beside = parts(share * error)
+        change, beside = parts(error)
         there = system.with_terms(system.terms + beside)
-        return under(lack.of_columns((lack_of(there, moved(change, beside)).columns() - lack.columns()) / share))
+        return under(lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns()))
 
     first = under(lack)
-    error, unheld = fed_back(first, again, np.pad(unit, (0, first.shape[1] - size)), loss)
+    error, unheld = fed_back(first, again, np.pad(unit, (0, first.shape[1] - size)), loss, within=within)
     change, beside = parts(error)
     return moved(change, beside), beside, unheld
 

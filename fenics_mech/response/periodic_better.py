@@ -95,8 +95,8 @@ class Neighbours:
             return np.concatenate(self._under(self._load_of(lack)), axis=1)
 
         lack, unit = lack_of(system, self.history.elastic), np.pad(np.ones(count), (0, system.size))
-        held = 2 * float(damping_ratios(self.scene, omega).min()), np.inf  # it is linear
-        return under_neglected(system, lack, lack_of, change_by, moved, unit, held)
+        loss = 2 * float(damping_ratios(self.scene, omega).min())
+        return under_neglected(system, lack, lack_of, change_by, moved, unit, loss)
 
     def _load_of(self, lack: Terms) -> Array:
         return self.system.on_coordinates(self.system.applied_by(lack))

@@ -71,3 +71,14 @@ def test_no_error():
 def test_a_resonance_that_nothing_holds_is_told(real, imaginary, told):
     matrix = operator(real, imaginary)
     assert fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.ones(2), 0.0)[1] is told
+
+
+def test_an_operator_that_is_linear_for_little_only():
+    matrix = operator(0.5, 0.1)
+
+    def again(motion):
+        return applied(matrix, motion) + 100 * motion**2
+
+    exact, _ = fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.ones(2), 0.0)
+    found, _ = fed_back(along(FIRST), again, np.ones(2), 0.0, within=1e-4)
+    assert found == pytest.approx(exact, rel=0.02, abs=0.02)
