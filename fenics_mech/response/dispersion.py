@@ -140,7 +140,8 @@ def enough_modes(
     options
         PETSc options for statics and eigenproblems.
     """
-    static = displacement_under(system, load, options)
+    slack = system.with_terms(replace(system.terms, tension=None, element_stiffness=None))
+    static = displacement_under(slack, load, options)  # rough, and also where it buckles for a moment
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
     fastest = FARTHEST * rate * highest_felt(load, static, loss if loss > UNDAMPED else LEAST_LOSS, FELT * whole)
     modes = modes.elastic
