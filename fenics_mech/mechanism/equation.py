@@ -24,7 +24,7 @@ from fenics_mech.mechanism.system import System
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-DENSE = 40  # matrices of a position that a solver holds at a time: measured, 35
+DENSE = 44  # matrices of a position that a solver holds at a time: measured, 43 with the factors of its cycle
 RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
 MOST_COORDINATES = 1500  # beyond it the dense matrices of a cycle take more memory than a workstation has
 
