@@ -31,11 +31,17 @@ def pin_places(scene: Scene, motion: Motion, path: Array) -> Array:
         for index, (link, member) in enumerate(scene.members().values())
         for end, station in zip(member.ends, (0, -1))
     }
-    places = []
+    places: list[Array] = []
+    moved: dict[str, Array] = {}  # by deflection, of links' pins
     for joint in scene.joints.values():
-        points = joint.connect[1:] if isinstance(joint, Slot | Prismatic) else joint.connect
+        points = _held(joint)
         drawn = [path[:, *ends[point]] for point in points if point in ends]
         places.append(drawn[0] if drawn else motion.of_point(*scene.point(points[0]))[0])
+        if drawn:
+            moved |= {point.split(".")[0]: drawn[0] - motion.of_point(*scene.point(point))[0] for point in points}
+    for i, joint in enumerate(scene.joints.values()):
+        if isinstance(joint, Prismatic) and joint.connect[1] not in ends:  # a rigid block goes where its pin goes
+            places[i] = places[i] + moved.get(joint.connect[1].split(".")[0], 0.0)
     return np.stack(places, axis=1) if places else np.zeros((len(motion.theta), 0, 2))
 
 

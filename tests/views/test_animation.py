@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fenics_mech import analyse
 from fenics_mech.errors import ViewError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
@@ -16,6 +17,7 @@ from fenics_mech.views import animate, rendering
 from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
 from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.stage import ribbon
+from tests.demos.machines import piston
 
 SMALL = (240, 180)
 
@@ -157,3 +159,11 @@ def test_the_users_choice_of_window_is_kept(monkeypatch, fresh_probe):
     assert os.environ[rendering.VARIABLE] == "vtkOSOpenGLRenderWindow"  # the second that is tried
     rendering.prepare_rendering()
     assert asked == ["vtkXOpenGLRenderWindow", "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"]  # each asked once
+
+
+def test_a_rigid_block_goes_where_its_pin_goes():
+    found = analyse(piston().changed(analysis={"method": "quasi-static", "sub_intervals": 24}))
+    pins, undeformed = (frames_at(found, cycle(found, 5), magnify).pins for magnify in (1000.0, 0.0))
+    moved = pins - undeformed
+    assert np.abs(moved[:, 2]).max() > 1e-3  # the pin B
+    assert moved[:, 3] == pytest.approx(moved[:, 2])  # the guide's place G
