@@ -196,16 +196,17 @@ def _between_positions(result: Result) -> Result:
 
 
 def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
-    """Say by how much peaks are uncertain where they lie between few positions, from every second one of these."""
+    """Say by how much peaks are uncertain where they lie between few positions, from either half of these."""
     count = result.data.sizes["theta"]
     if closer is result or count % 2 or count < 4:
         return []
-    every_second = _between_positions(Result(result.data[list(closer.data)].isel(theta=slice(None, None, 2))))
+    curves = result.data[list(closer.data)]
+    every_second = [_between_positions(Result(curves.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
     doubts = []
     for name, along in (("strain", "member"), ("joint_force", "joint")):
-        both = (abs(found.data[name]) for found in (closer, every_second))
-        peaks, halved = (size.max([dim for dim in size.dims if dim != along]) for size in both)
-        doubts.append(float((abs(peaks - halved) / peaks.max()).max()))
+        sizes = (abs(found.data[name]) for found in (closer, *every_second))
+        peaks, *halved = (size.max([dim for dim in size.dims if dim != along]) for size in sizes)
+        doubts.append(max(float((abs(peaks - half) / peaks.max()).max()) for half in halved))
     if max(doubts) < DOUBTFUL:
         return []
     text = (
