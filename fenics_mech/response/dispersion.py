@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 NEAR = 0.02  # of a natural frequency, up to which a harmonic beside it is on it
 MOST_OFF, TWICE = 0.2, 2  # of a natural frequency by the mesh, and by which that is raised: with one element it is 1.6
-STEPS, BETTER = 1.0, 0.3  # times the damping ratio: change by the steps, and by better ones, from which they hide it
+STEPS, BETTER = 1.0, 0.3  # times the damping ratio: change by steps, and by better ones or a mesh, that hides it
 COARSE = 0.05  # of a natural frequency by the mesh, from which its first order tells too little
 FELT = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
 FARTHEST = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
@@ -81,10 +81,19 @@ class Resonances:
 
     @cached_property
     def met(self) -> Mask:
-        """Which harmonics a mode of the linkage may meet, ``(harmonics, modes)``."""
+        """Which harmonics a mode of the linkage may meet, ``(harmonics, modes)``.
+
+        Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
+        """
         omega, beside = self.modes.omega, NEAR + TWICE * self.off
         least, most = (1 - beside) * omega.min(axis=0), (1 + beside) * omega.max(axis=0)
+        most = np.where(self.off > COARSE, np.maximum(most, np.append(least[1:], np.inf)), most)
         return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
+
+    @property
+    def shifted(self) -> Mask:
+        """Which modes the mesh shifts by a share of their width, or more, ``(modes,)``."""
+        return self.off > BETTER * self.width / 2
 
     @property
     def by_mesh(self) -> Mask:

@@ -75,9 +75,11 @@ class Neighbours:
         load = np.einsum("kmi,ki->km", modes.shapes, self.system.load)
         losses, off = 2 * damping_ratios(self.scene, modes.omega).mean(axis=0), frequency_error(self.system, modes)
         resonances = Resonances(modes, rate, load, losses, off)
-        if not resonances.by_mesh.any():
+        left_out = np.arange(len(off)) >= self.modes.omega.shape[1]  # `_with_modes` has them at the mesh's frequencies
+        hidden = resonances.by_mesh | (resonances.met & left_out & resonances.shifted)
+        if not hidden.any():
             return None
-        y, _ = resonances.vibration(resonances.by_mesh)
+        y, _ = resonances.vibration(hidden)
         inertia = self.system.to_links(superposed(modes, -(modes.omega**2) * y))
         return self._moved(superposed(modes, y), inertia), 1.0
 

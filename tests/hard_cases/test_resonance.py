@@ -149,6 +149,31 @@ def test_a_resonance_that_only_a_finer_mesh_meets_is_in_the_estimate(solver, ele
     assert 0.7 < found["strain_error"].sel(source="mesh").max() / error < 2.6
 
 
+@pytest.mark.parametrize(("elements", "mode", "most"), [(1, 1, 8), (1, 2, 20), (2, 3, 30)])
+def test_a_resonance_of_a_mode_that_the_mesh_has_not_is_in_the_estimate(elements, mode, most):
+    """Mode 2 of one element is 58 % too fast, and it has no mode 3: nothing of the error was told."""
+    speed = natural(arm(1.0, mesh={"elements": 8}))[1][mode] / 25
+    factor = {"kind": "harmonics", "mean": 1.0, "cosine": (0,) * 23 + (0.02,)}  # harmonics 23 and 25 of the arm
+    load = {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}
+    scene = case("collocation", speed, damping={"ratio": 1e-3}, loads={"tip": load}).changed(analysis__modes=1)
+    found, finer = (analyse(scene.changed(mesh__elements=count)).data for count in (elements, 8))
+    error = np.abs(found["strain"] - finer["strain"]).max()
+    assert error > 0.003 * np.abs(found["strain"]).max()
+    assert 0.7 < found["strain_error"].sel(source="mesh").max() / error < most
+
+
+def test_a_mode_left_out_that_only_a_finer_mesh_has_at_a_harmonic_is_in_the_estimate():
+    """Chapter 5 with two modes, of three elements, that have the third 1 % too fast: 0.07 of the error was told."""
+    speed = natural(arm(1.0, mesh={"elements": 8}))[1][2] / 13
+    factor = {"kind": "harmonics", "mean": 1.0, "cosine": (0,) * 11 + (0.02,)}
+    load = {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}
+    analysis = {"solver": "sub-intervals", "sub_intervals": 240, "allow_coarse": True, "modes": 2}
+    scene = arm(speed, damping={"ratio": 2e-4}, loads={"tip": load}, mesh={"elements": 3}, analysis=analysis)
+    found, finer = (analyse(one).data for one in (scene, scene.changed(mesh__elements=8, analysis__modes="all")))
+    error = np.abs(found["strain"] - finer["strain"]).max()
+    assert 0.7 < found["strain_error"].sel(source=["modes", "mesh"]).sum("source").max() / error < 4
+
+
 @pytest.mark.parametrize(
     ("scheme", "stages", "count", "ratio"),
     [
