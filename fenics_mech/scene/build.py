@@ -99,7 +99,7 @@ def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
     message, hint = _sentence(first), ""
     if first["type"] == "extra_forbidden":
         missing = [str(other["loc"][-1]) for other in _missing_beside(first, found)]
-        near = difflib.get_close_matches(place[-1], missing, n=1)
+        near = difflib.get_close_matches(place[-1], missing, n=1) or _known_key(place[-1])
         advice = "Remove it or correct its name; `fenics-mech schema` lists all keys"
         message, hint = f"unknown key {shortened(place[-1])}", f"Did you mean {near[0]!r}?" if near else advice
     elif first["type"] == "missing":
@@ -119,6 +119,13 @@ def _misspelled(found: list[Any]) -> Any | None:
         if error["type"] == "extra_forbidden" and difflib.get_close_matches(str(error["loc"][-1]), missing, n=1):
             return error
     return None
+
+
+def _known_key(name: str) -> list[str]:
+    """Give the key of any table that a name, which is none, is nearly."""
+    schema = Scene.model_json_schema()
+    known = {key for table in (schema, *schema["$defs"].values()) for key in table.get("properties", {})}
+    return [] if name in known else difflib.get_close_matches(name, known, n=1, cutoff=0.8)
 
 
 def _missing_beside(error: Any, found: list[Any]) -> list[Any]:

@@ -102,6 +102,8 @@ CASES = {
         after(SPRINGS + 's = { betwen = ["a.A", "b.B"], stiffness = 1 }'),
         "Did you mean 'between'?",
     ),
+    "misspelled gravity": (before("gravitty = [0, 1]"), "Did you mean 'gravity'?"),
+    "key of another table": (instead("[analysis]", "[analysis]\nspeed = 1"), "unknown key 'speed'. Remove it or"),
     "spring nowhere": (after(SPRINGS + "s = { stiffness = 1 }"), "neither `between`, two points, nor `joint`"),
     "shape that is a number": (instead("[sections.strip]", "[sections.strip]\nshape = 3"), "no such shape of section"),
     "section that is a number": (before("sections = 3\n[x]"), ""),
