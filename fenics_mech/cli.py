@@ -36,7 +36,7 @@ def main() -> None:
     except MechanismError as error:
         _fail(str(error))
     except MemoryError as error:
-        _fail(f"there is not enough memory: {error or 'take fewer sub_intervals, stations or elements'}")
+        _fail(f"not enough memory: take fewer sub_intervals, stations or elements, or a reduction. {error}".rstrip())
     except OSError as error:
         _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
 

@@ -180,3 +180,15 @@ def test_effects_of_a_tolerance(call):
     code, _, err = call("effects", DEMO, "--tol", "tight")
     assert code == 1
     assert "tolerance: cannot read 'tight'" in err
+
+
+@pytest.mark.parametrize("words", ["", "Unable to allocate 313. MiB"])
+def test_no_memory_is_told_with_what_to_do(call, monkeypatch, words):
+    def full():
+        raise MemoryError(words)
+
+    monkeypatch.setattr(cli, "app", full)
+    code, _, message = call("run", DEMO)
+    assert code == 1
+    assert message.startswith("error: not enough memory: take fewer sub_intervals")
+    assert message.rstrip().endswith(words)
