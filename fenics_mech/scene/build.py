@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from functools import cache
 from typing import Any
 
 from pydantic import ValidationError
@@ -123,9 +124,15 @@ def _misspelled(found: list[Any]) -> Any | None:
 
 def _known_key(name: str) -> list[str]:
     """Give the key of any table that a name, which is none, is nearly."""
-    schema = Scene.model_json_schema()
-    known = {key for table in (schema, *schema["$defs"].values()) for key in table.get("properties", {})}
+    known = _keys()
     return [] if name in known else difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+
+
+@cache
+def _keys() -> frozenset[str]:
+    """All keys of all tables."""
+    schema = Scene.model_json_schema()
+    return frozenset(key for table in (schema, *schema["$defs"].values()) for key in table.get("properties", {}))
 
 
 def _missing_beside(error: Any, found: list[Any]) -> list[Any]:
