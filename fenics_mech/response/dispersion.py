@@ -47,7 +47,7 @@ class Resonances:
     rate
         Circular frequency of the cycle (rad/s).
     load
-        Modal loads, ``(angles, modes)``.
+        Load on the coordinates, ``(angles, coordinates)``: where modes cross, modal loads may have corners.
     loss
         Loss factors, twice the damping ratios, ``(modes,)``.
     off
@@ -62,11 +62,11 @@ class Resonances:
 
     @classmethod
     def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
-        """Take loads and losses from an equation at the modes' angles."""
+        """Take load and losses from an equation at the modes' angles."""
         shapes, matrices = modes.shapes, equation.linear
         work = np.einsum("kmi,kij,kmj->km", shapes, matrices.damping, shapes, optimize=True)
-        load = np.einsum("kmi,ki->km", shapes, matrices.load)
-        return cls(modes, rate, load, (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes))
+        loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
+        return cls(modes, rate, matrices.load, loss, off)
 
     @cached_property
     def harmonics(self) -> Array:
@@ -110,10 +110,13 @@ class Resonances:
 
         It is the static answer to the load over the width of the resonance.
         """
-        omega, count = self.modes.omega.mean(axis=0), len(self.load)
-        largest = -1j * np.where(hidden, np.fft.rfft(self.load, axis=0), 0.0) / (omega**2 * self.width)
-        rates = 1j * self.harmonics[:, None] * largest
-        return np.fft.irfft(largest, count, axis=0), np.fft.irfft(rates, count, axis=0)
+        modes, spectrum = self.modes, -1j * np.fft.rfft(self.load, axis=0)
+        y, y_rate = np.zeros((2, *modes.omega.shape))
+        for m in np.flatnonzero(hidden.any(axis=0)):
+            largest = np.where(hidden[:, m, None], spectrum, 0.0) / (modes.omega[:, m].mean() ** 2 * self.width[m])
+            for found, part in ((y, largest), (y_rate, 1j * self.harmonics[:, None] * largest)):
+                found[:, m] = np.sum(modes.shapes[:, m] * np.fft.irfft(part, len(self.load), axis=0), axis=1)
+        return y, y_rate
 
 
 def hidden_motion(equation: Equation, resonances: Resonances, hidden: Mask) -> tuple[Array, Array]:

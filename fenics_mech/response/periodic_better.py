@@ -72,9 +72,8 @@ class Neighbours:
         """Give the motion with the vibration that the mesh may hide."""
         rate, loss = 2 * np.pi / self.scene.period, 2 * float(damping_ratios(self.scene, self.modes.omega).min())
         modes = enough_modes(self.system, self.modes, self.system.load, rate, loss, self.scene.petsc)
-        load = np.einsum("kmi,ki->km", modes.shapes, self.system.load)
         losses, off = 2 * damping_ratios(self.scene, modes.omega).mean(axis=0), frequency_error(self.system, modes)
-        resonances = Resonances(modes, rate, load, losses, off)
+        resonances = Resonances(modes, rate, self.system.load, losses, off)
         left_out = np.arange(len(off)) >= self.modes.omega.shape[1]  # `_with_modes` has them at the mesh's frequencies
         hidden = resonances.by_mesh | (resonances.met & left_out & resonances.shifted)
         if not hidden.any():
