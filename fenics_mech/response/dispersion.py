@@ -33,6 +33,7 @@ COARSE = 0.05  # of a natural frequency by the mesh, from which its first order 
 FELT = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
 FARTHEST = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
 UNDAMPED = 1e-6  # loss factor, below which `LEAST_LOSS` is taken
+LASTS = 4  # logarithm of what a cycle leaves of a vibration, up to which it lasts
 POSITIONS = 8  # of the cycle, at which modes are looked at
 
 
@@ -74,10 +75,16 @@ class Resonances:
         return self.rate * np.arange(len(self.load) // 2 + 1)
 
     @cached_property
+    def remember(self) -> Mask:
+        """Which modes' vibration lasts much of the cycle, so that it goes by their mean frequency, ``(modes,)``."""
+        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.loss < LASTS
+
+    @cached_property
     def width(self) -> Array:
-        """Loss factor, with the share by which the frequency varies over the cycle, ``(modes,)``."""
+        """Loss factor, and of other modes the share by which the frequency varies over the cycle, ``(modes,)``."""
         omega = self.modes.omega
-        return np.where(self.loss > UNDAMPED, self.loss, LEAST_LOSS) + np.ptp(omega, axis=0) / omega.mean(axis=0)
+        varies = np.where(self.remember, 0.0, np.ptp(omega, axis=0) / omega.mean(axis=0))
+        return np.where(self.loss > UNDAMPED, self.loss, LEAST_LOSS) + varies
 
     @cached_property
     def met(self) -> Mask:
@@ -86,7 +93,8 @@ class Resonances:
         Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
         """
         omega, beside = self.modes.omega, NEAR + TWICE * self.off
-        least, most = (1 - beside) * omega.min(axis=0), (1 + beside) * omega.max(axis=0)
+        lowest, highest = (np.where(self.remember, omega.mean(axis=0), edge) for edge in (omega.min(0), omega.max(0)))
+        least, most = (1 - beside) * lowest, (1 + beside) * highest
         most = np.where(self.off > COARSE, np.maximum(most, np.append(least[1:], np.inf)), most)
         return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
 
@@ -108,14 +116,20 @@ class Resonances:
     def vibration(self, hidden: Mask) -> tuple[Array, Array]:
         """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest hidden vibration.
 
-        It is the static answer to the load over the width of the resonance.
+        It is the static answer to the load over the width of the resonance, of the harmonic with the largest one. Where
+        a frequency varies slowly, harmonics are those over the phase of the mode's own vibration (WKB).
         """
-        modes, spectrum = self.modes, -1j * np.fft.rfft(self.load, axis=0)
+        modes, turned = self.modes, 2 * np.pi * np.arange(len(self.load)) / len(self.load)
         y, y_rate = np.zeros((2, *modes.omega.shape))
         for m in np.flatnonzero(hidden.any(axis=0)):
-            largest = np.where(hidden[:, m, None], spectrum, 0.0) / (modes.omega[:, m].mean() ** 2 * self.width[m])
-            for found, part in ((y, largest), (y_rate, 1j * self.harmonics[:, None] * largest)):
-                found[:, m] = np.sum(modes.shapes[:, m] * np.fft.irfft(part, len(self.load), axis=0), axis=1)
+            pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones_like(turned)
+            phase = turned if not self.remember[m] else np.cumsum(pace) * turned[1]
+            numbers = np.flatnonzero(hidden[:, m])
+            turns = np.exp(1j * phase[:, None] * numbers)
+            loads = modes.shapes[:, m] @ (self.load.T @ turns.conj()) * (2 / len(turned))
+            worst = int(np.abs(loads).max(axis=0).argmax())
+            found = -1j * loads[:, worst] * turns[:, worst] / (modes.omega[:, m].mean() ** 2 * self.width[m])
+            y[:, m], y_rate[:, m] = found.real, (1j * numbers[worst] * found).real * self.rate * pace
         return y, y_rate
 
 

@@ -123,7 +123,10 @@ def test_condition_of_a_damped_machine_is_small():
 @pytest.mark.parametrize("kept", [1, 2])
 @pytest.mark.parametrize("damping", [0.05, 0.002])
 def test_a_mode_left_out_that_a_load_meets_is_in_the_estimate(damping, kept, met, critical):
-    """Against all modes: the difference with a safety of 2. Taken as static, a mode was off 4 to 200 times as much."""
+    """Against all modes: the difference with a safety of 2. Taken as static, a mode was off 4 to 200 times as much.
+
+    On a mode that hardly anything damps, 4 % beside it, the mesh may put it there.
+    """
     factor = {"kind": "harmonics", "mean": 1.0, "cosine": (0,) * 11 + (1.0,)}  # harmonics 11 and 13 of the arm
     load = {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}
     analysis = {"solver": "sub-intervals", "sub_intervals": 240, "allow_coarse": True, "modes": kept}
@@ -131,7 +134,7 @@ def test_a_mode_left_out_that_a_load_meets_is_in_the_estimate(damping, kept, met
     found, exact = (analyse(scene.changed(analysis__modes=modes)).data for modes in (kept, "all"))
     error = np.abs(found["strain"] - exact["strain"]).max()
     assert found["strain_error"].sel(source="modes").max() / error == pytest.approx(2, rel=0.1)
-    with pytest.raises(UnresolvedError, match=r"the modes kept are too few: .* modes"):
+    with pytest.raises(UnresolvedError, match=r"the (modes kept are too few: .* modes|elements are too long)"):
         analyse(scene.changed(analysis__allow_coarse=False))
 
 

@@ -93,11 +93,12 @@ def test_a_harmonic_is_met_as_far_as_the_mesh_is_off(omega, off, met):
     assert np.flatnonzero(resonances(omega, 0.01, off).met).tolist() == list(met)
 
 
-def test_a_frequency_that_varies_is_a_wide_resonance():
-    """Of 10 % more and less about 7, a twentieth of the response remains."""
-    still, varies = (resonances(7 * (1 + share * np.cos(ANGLE)), 0.01, 0.06) for share in (0.0, 0.1))
-    small, large = (np.abs(found.vibration(found.met)[0]).max() for found in (varies, still))
-    assert small == pytest.approx(large / 21, rel=0.05)
+def test_a_frequency_that_varies():
+    """By 10 % about 7: what lasts takes from harmonic 7 the share J0(0.7), and what dies out is twice as wide."""
+    for loss, remains in ((0.01, 0.881), (0.2, 0.5)):
+        still, varies = (resonances(7 * (1 + share * np.cos(ANGLE)), loss, 0.06) for share in (0.0, 0.1))
+        small, large = (np.abs(found.vibration(found.met)[0]).max() for found in (varies, still))
+        assert small == pytest.approx(remains * large, rel=0.01)
 
 
 @pytest.mark.parametrize(("stages", "loss", "hidden"), [(3, 0.01, False), (3, 1e-4, True), (1, 0.01, True)])
