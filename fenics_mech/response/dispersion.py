@@ -119,14 +119,13 @@ class Resonances:
         It is the static answer to the load over the width of the resonance, of the harmonic with the largest one. Where
         a frequency varies slowly, harmonics are those over the phase of the mode's own vibration (WKB).
         """
-        modes, turned = self.modes, 2 * np.pi * np.arange(len(self.load)) / len(self.load)
+        modes, count = self.modes, len(self.load)
         y, y_rate = np.zeros((2, *modes.omega.shape))
         for m in np.flatnonzero(hidden.any(axis=0)):
-            pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones_like(turned)
-            phase = turned if not self.remember[m] else np.cumsum(pace) * turned[1]
+            pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones(count)
             numbers = np.flatnonzero(hidden[:, m])
-            turns = np.exp(1j * phase[:, None] * numbers)
-            loads = modes.shapes[:, m] @ (self.load.T @ turns.conj()) * (2 / len(turned))
+            turns = np.exp(2j * np.pi / count * np.cumsum(pace)[:, None] * numbers)
+            loads = modes.shapes[:, m] @ (self.load.T @ turns.conj()) * (2 / count)
             worst = int(np.abs(loads).max(axis=0).argmax())
             found = -1j * loads[:, worst] * turns[:, worst] / (modes.omega[:, m].mean() ** 2 * self.width[m])
             y[:, m], y_rate[:, m] = found.real, (1j * numbers[worst] * found).real * self.rate * pace
