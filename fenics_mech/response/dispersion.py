@@ -217,7 +217,6 @@ def frequency_error(system: System, modes: Modes) -> Array:
         share += modes.omega[k] ** 2 * (energy @ per_square) / len(at)
     if system.beams.spread is not None:
         along = replace(system, beams=replace(beams, reduction=reduction))
-        share += np.abs(np.sqrt(np.einsum("kmi,kmi->km", modes.shapes, along.mass_times(modes.shapes))) - 1).mean(
-            axis=0
-        )
+        of_both = np.einsum("kmi,kmi->km", modes.shapes, along.mass_times(modes.shapes))
+        share += np.abs(np.sqrt(of_both) - 1).mean(axis=0)
     return np.minimum(share, MOST_OFF)
