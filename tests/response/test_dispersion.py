@@ -111,13 +111,14 @@ def test_steps_hide_what_they_change_more_than_damping(stages, loss, hidden):
 
 
 def test_a_large_hidden_vibration_is_told_as_linear():
-    """The seed with one element: its law made 400 times the strain of a vibration as large as the motion itself."""
+    """The seed with one element, measured 0.4 to 2.7: its law made 12 of a vibration as large as the motion itself."""
     scene = seed_four_bar(
         effects=("coupling", "moderate-rotations"),
         mesh={"elements": 1},
+        damping={"ratio": 0.02},
         analysis={"sub_intervals": 120, "solver": "collocation", "allow_coarse": True, "allow_large": True},
     )
     found = analyse(scene).data
     told = found["strain_error"].sel(source="mesh") / np.abs(found["strain"]).max(("theta", "s", "fibre"))
     assert (told > 0.2).all()
-    assert (told < 15).all()
+    assert (told < 6).all()
