@@ -75,16 +75,21 @@ class Resonances:
         return self.rate * np.arange(len(self.load) // 2 + 1)
 
     @cached_property
+    def least_loss(self) -> Array:
+        """Loss factors; of modes that the mesh is too coarse for the least, as they stand for others above them."""
+        return np.where(self.off > COARSE, np.minimum.accumulate(self.loss[::-1])[::-1], self.loss)
+
+    @cached_property
     def remember(self) -> Mask:
         """Which modes' vibration lasts much of the cycle, so that it goes by their mean frequency, ``(modes,)``."""
-        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.loss < LASTS
+        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.least_loss < LASTS
 
     @cached_property
     def width(self) -> Array:
         """Loss factor, and of other modes the share by which the frequency varies over the cycle, ``(modes,)``."""
         omega = self.modes.omega
         varies = np.where(self.remember, 0.0, np.ptp(omega, axis=0) / omega.mean(axis=0))
-        return np.where(self.loss > UNDAMPED, self.loss, LEAST_LOSS) + varies
+        return np.where(self.least_loss > UNDAMPED, self.least_loss, LEAST_LOSS) + varies
 
     @cached_property
     def met(self) -> Mask:

@@ -1,5 +1,7 @@
 """Frequencies that meshes and steps have wrong, and the vibration that they hide by it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from synthetic import arm
@@ -91,6 +93,15 @@ def test_hidden_vibration_is_that_of_an_oscillator_in_resonance():
 )
 def test_a_harmonic_is_met_as_far_as_the_mesh_is_off(omega, off, met):
     assert np.flatnonzero(resonances(omega, 0.01, off).met).tolist() == list(met)
+
+
+def test_a_coarse_mode_stands_for_those_above_it():
+    """With the damping that is the least of theirs; a mode that the mesh has right keeps its own."""
+    one = resonances(7.0, 0.01, 0.06)
+    two = replace(one.modes, omega=np.tile([7.0, 20.0], (len(ANGLE), 1)))
+    for off, loss in (([0.06, 0.2], 0.001), ([0.01, 0.2], 0.01)):
+        found = Resonances(two, 1.0, one.load, np.array([0.01, 0.001]), np.array(off))
+        assert found.width == pytest.approx([loss, 0.001])
 
 
 def test_a_frequency_that_varies():
