@@ -52,6 +52,11 @@ class System:
         there.__dict__.update({name: value for name, value in vars(self).items() if name in KEPT})
         return there
 
+    @property
+    def slack(self) -> System:
+        """The mechanism without axial forces on its bending."""
+        return self.with_terms(replace(self.terms, tension=None, element_stiffness=None))
+
     @cached_property
     def applied(self) -> Array:
         """Loads on the nodal dofs in link axes (N, N m), ``(angles, nodal dofs)``."""

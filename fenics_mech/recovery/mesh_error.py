@@ -202,7 +202,7 @@ def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
 
     That is by statics without axial forces; see `Group.apart`.
     """
-    slack = system.with_terms(replace(system.terms, tension=None, element_stiffness=None))
+    slack = system.slack
     apart = system.transformation.apart(system.motion, gaps)
     q = yielding_to(slack, -_held(slack, apart, system.on_nodes(apart)))
     return apart + system.transformation.forward(system.values, q)

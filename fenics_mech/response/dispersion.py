@@ -144,8 +144,6 @@ def hidden_motion(equation: Equation, resonances: Resonances, hidden: Mask) -> t
     inertia has other shares along stiff coordinates.
     """
     modes = resonances.modes
-    if not hidden.any():
-        return 2 * (np.zeros((len(modes.theta), equation.system.size)),)
     momenta = equation.system.mass_times(modes.shapes)
     inertia = [np.einsum("kmi,km->ki", momenta, modes.omega**2 * part) for part in resonances.vibration(hidden)]
     q, rate = np.moveaxis(np.linalg.solve(equation.linear.stiffness, np.stack(inertia, axis=-1)), -1, 0)
@@ -170,8 +168,7 @@ def enough_modes(
     options
         PETSc options for statics and eigenproblems.
     """
-    slack = system.with_terms(replace(system.terms, tension=None, element_stiffness=None))
-    static = displacement_under(slack, load, options)  # rough, and also where it buckles for a moment
+    static = displacement_under(system.slack, load, options)  # rough, and also where it buckles for a moment
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
     fastest = FARTHEST * rate * highest_felt(load, static, loss if loss > UNDAMPED else LEAST_LOSS, FELT * whole)
     modes = modes.elastic

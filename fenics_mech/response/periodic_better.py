@@ -70,8 +70,8 @@ class Neighbours:
 
     def _hidden(self) -> tuple[History, float] | None:
         """Give the motion with the vibration that the mesh may hide."""
-        rate, loss = 2 * np.pi / self.scene.period, 2 * float(damping_ratios(self.scene, self.modes.omega).min())
-        modes = enough_modes(self.system, self.modes, self.system.load, rate, loss, self.scene.petsc)
+        rate = 2 * np.pi / self.scene.period
+        modes = enough_modes(self.system, self.modes, self.system.load, rate, self.loss, self.scene.petsc)
         losses, off = 2 * damping_ratios(self.scene, modes.omega).mean(axis=0), frequency_error(self.system, modes)
         resonances = Resonances(modes, rate, self.system.load, losses, off)
         left_out = np.arange(len(off)) >= self.modes.omega.shape[1]  # `_with_modes` has them at the mesh's frequencies
@@ -96,8 +96,7 @@ class Neighbours:
             return np.concatenate(self._under(self._load_of(lack)), axis=1)
 
         lack, unit = lack_of(system, self.history.elastic), np.pad(np.ones(count), (0, system.size))
-        loss = 2 * float(damping_ratios(self.scene, omega).min())
-        return under_neglected(system, lack, lack_of, change_by, moved, unit, loss)
+        return under_neglected(system, lack, lack_of, change_by, moved, unit, self.loss)
 
     def _load_of(self, lack: Terms) -> Array:
         return self.system.on_coordinates(self.system.applied_by(lack))
@@ -106,6 +105,11 @@ class Neighbours:
     def step(self) -> float:
         """Duration of the sub-intervals (s)."""
         return self.scene.period / len(self.modes.theta)
+
+    @property
+    def loss(self) -> float:
+        """Least loss factor of the modes kept, twice a damping ratio."""
+        return 2 * float(damping_ratios(self.scene, self.modes.omega).min())
 
     @cached_property
     def joined(self) -> SubIntervals:
@@ -170,9 +174,8 @@ class Neighbours:
         energy = np.sum(self.modes.omega**2 * np.einsum("kmi,ki->km", self.momenta, self.history.displacement) ** 2, 1)
         left_out = np.abs(np.einsum("ki,ki->k", lack, static)).max()
         enough = float(max(np.sqrt(left_out), LEAST_MET * np.sqrt(energy.max())))
-        ratio = max(float(damping_ratios(self.scene, self.modes.omega).min()), LEAST_RATIO)
-        highest = highest_felt(lack, static, 2 * ratio, enough) / self.scene.period
-        return float(highest) if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
+        highest = highest_felt(lack, static, max(self.loss, 2 * LEAST_RATIO), enough) / self.scene.period
+        return highest if highest > STATIC * self.modes.frequency.min(axis=0).max() else 0.0
 
     def _under(self, load: Array) -> tuple[Array, Array]:
         """Change of the modes' ``omega y``, and of q, under a load."""
