@@ -31,7 +31,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.mesh_error import neglected
 from fenics_mech.response import History, solve_periodic
-from fenics_mech.response.periodic import require_joined
+from fenics_mech.response.periodic import SubIntervals, require_joined
 from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
 from fenics_mech.steady import by_collocation, by_harmonic_balance
@@ -141,8 +141,9 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 
 def _by_sub_intervals(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
     at_starts = boundary_load(scene, system)
-    history = solve_periodic(scene, system, modes, at_starts)
-    neighbours = Neighbours(scene, system, modes, history, at_starts)
+    joined = SubIntervals.of(scene, modes)
+    history = solve_periodic(scene, system, modes, joined, at_starts)
+    neighbours = Neighbours(scene, system, modes, joined, history, at_starts)
     step = scene.period / len(modes.theta)
     found = neighbours.better(lambda there, motion: neglected(there, motion, step), of_mesh)
     return system, replace(history, better=found)

@@ -20,7 +20,8 @@ from fenics_mech.errors import SolverError
 Array = NDArray[np.float64]
 ITERATIVE = {"ksp_rtol": 1e-12, "ksp_max_it": 1000, "ksp_gmres_restart": 200}
 LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
-MOST_BLOCKS = 24  # that PETSc gets: beyond it, two steps of the cycle are made one, in products of whole arrays
+MOST_BLOCKS = 24  # that PETSc gets where states grow; else it gets one: products of whole arrays make two steps one
+GROWTH = 10.0  # of the largest coefficient in two steps, beyond which rounding would grow in such products
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ class BlockCyclic:
         """
         if right.ndim == 2:
             return self.solve(right[..., None])[..., 0]
-        if self._march is not None or len(right) <= MOST_BLOCKS:
+        if self._march is not None or len(right) == 1 or (len(right) <= MOST_BLOCKS and self._grows):
             return self._solved(right)
         first, second = slice(0, len(right) - 1, 2), slice(1, None, 2)
         over_pairs = right[second] + self.transitions[second] @ right[first]
@@ -80,6 +81,11 @@ class BlockCyclic:
         parts = self.transitions
         pairs = parts[1::2] @ parts[: len(parts) - 1 : 2]
         return BlockCyclic(np.append(pairs, parts[-1:], axis=0) if len(parts) % 2 else pairs, self.options)
+
+    @cached_property
+    def _grows(self) -> bool:
+        """Whether the states of two steps grow too much for them to be made one."""
+        return bool(np.abs(self._of_pairs.transitions).max() > GROWTH * np.abs(self.transitions).max())
 
     @cached_property
     def _ksp(self) -> PETSc.KSP:

@@ -31,22 +31,26 @@ from fenics_mech.response.resonance import blaming, magnification, of_modes, ref
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-JOINED = 28  # matrices over the modes of a sub-interval that are held at a time: measured
+JOINED = 24  # matrices over the modes of a sub-interval that are held at a time: measured
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
 MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
 
 
-def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Array | None = None) -> History:
+def solve_periodic(
+    scene: Scene, system: System, modes: Modes, joined: SubIntervals, boundary_load: Array | None = None
+) -> History:
     """Solve for the steady state of the truncated equation (5.1) with modal damping.
 
     Parameters
     ----------
     scene
-        States damping, join, load and static correction.
+        States damping, load and static correction.
     system
         The mechanism at the middles theta_k of the sub-intervals.
     modes
         The modes at the middles.
+    joined
+        The same, joined to a cycle.
     boundary_load
         Load at the sub-intervals' starts, ``(angles, coordinates)``, when the modal load is to be linear in them.
 
@@ -57,7 +61,6 @@ def solve_periodic(scene: Scene, system: System, modes: Modes, boundary_load: Ar
         when modes ring that the sub-intervals are too long for.
     """
     step = scene.period / len(modes.theta)
-    joined = SubIntervals.of(scene, modes, np.full(len(modes.theta), step))
     load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
     slope = np.zeros_like(load)
     if boundary_load is not None:
@@ -85,27 +88,49 @@ class SubIntervals:
         The modes, ``(sub-intervals, modes)``.
     duration
         Of the sub-intervals (s), ``(sub-intervals, 1)``.
-    carry
-        From the states at the end of each to those at the start of the next, see `_carry_over`.
+    join, lost
+        From y and y' at the end of each to those at the start of the next, ``(sub-intervals, modes, modes)``: y goes by
+        the first, y' by both. See `_joins`.
     options
         PETSc options with the prefix "periodic_".
     """
 
     oscillators: Oscillators
     duration: Array
-    carry: Array
+    join: Array
+    lost: Array | None
     options: Mapping[str, Any]
 
     @classmethod
-    def of(cls, scene: Scene, modes: Modes, duration: Array) -> SubIntervals:
-        """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s)."""
+    def of(cls, scene: Scene, modes: Modes, duration: Array | None = None) -> SubIntervals:
+        """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s), or equally long."""
+        if duration is None:
+            duration = np.full(len(modes.theta), scene.period / len(modes.theta))
         oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
-        return cls(oscillators, duration[:, None], _carry_over(scene, modes, duration[:, None, None]), scene.petsc)
+        return cls(oscillators, duration[:, None], *_joins(scene, modes, duration[:, None, None]), scene.petsc)
 
     @cached_property
     def transitions(self) -> Array:
         """From the states at the start of each sub-interval to those at the start of the next."""
-        return self.carry @ _block_diagonal(self.oscillators.transition(self.duration))
+        count, m = self.oscillators.omega.shape
+        free, omega = self.oscillators.transition(self.duration)[:, None], self.oscillators.omega
+        transitions = np.empty((count, 2, m, 2, m))
+        ahead = self.join * omega[:, None, :]
+        for part in (0, 1):  # of y, and of y' over omega, at the start
+            transitions[:, 0, :, part] = self.join * free[..., 0, part]
+            transitions[:, 1, :, part] = ahead * free[..., 1, part]
+            if self.lost is not None:
+                transitions[:, 1, :, part] += self.lost * free[..., 0, part]
+        transitions[:, 1] /= np.roll(omega, -1, axis=0)[:, :, None, None]
+        return transitions.reshape(count, 2 * m, 2 * m)
+
+    def _carried(self, states: Array) -> Array:
+        """From states ``(sub-intervals, modes, 2)`` at the ends to those at the next starts, flat."""
+        y, rate = states[..., 0], states[..., 1] * self.oscillators.omega
+        ahead = times(self.join, rate)
+        if self.lost is not None:
+            ahead += times(self.lost, y)
+        return np.concatenate([times(self.join, y), ahead / np.roll(self.oscillators.omega, -1, axis=0)], axis=1)
 
     @cached_property
     def cycle(self) -> BlockCyclic:
@@ -115,7 +140,7 @@ class SubIntervals:
     def starts(self, load: Array, slope: Array) -> Array:
         """Give the states at the starts, ``(sub-intervals, 2 modes)``, under modal loads and their slopes in time."""
         forced = self.oscillators.forced(load - slope * self.duration / 2, slope, self.duration)
-        return self.cycle.solve(times(self.carry, _flat(forced)))
+        return self.cycle.solve(self._carried(forced))
 
     def answer(self, load: Array, slope: Array) -> Array:
         """Give the states at the middles under modal loads and their slopes in time."""
@@ -217,41 +242,22 @@ def superposed(modes: Modes, values: Array) -> Array:
     return np.einsum("kmi,km->ki", modes.shapes, values)
 
 
-def _carry_over(scene: Scene, modes: Modes, step: Array) -> Array:
-    """From the states at the end of each sub-interval to those at the start of the next, ``(angles, 2m, 2m)``.
+def _joins(scene: Scene, modes: Modes, step: Array) -> tuple[Array, Array | None]:
+    """Matrices J and L of the joins, ``(angles, modes, modes)``: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k + L y_k``.
 
-    Projected join: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. The modes kept
-    turn with the drive, and at a join they lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. As that happens
-    over a step h, its momentum as the old modes see it, ``Phi_k^T M_k l/h``, would be lost too. The physical join gives
-    it back: ``y'_{k+1} = J (y'_k + (1 - B J) y_k/h)`` with ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero.
+    Projected join: ``J = Phi_{k+1}^T M_{k+1} Phi_k``, and no L. The modes kept turn with the drive, and at a join they
+    lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. As that happens over a step h, its momentum as the old
+    modes see it, ``Phi_k^T M_k l/h``, would be lost too. The physical join gives it back: ``L = J (1 - B J)/h`` with
+    ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero.
     """
-    count, m = modes.omega.shape
-    join, lost = modes.transfer, np.zeros_like(modes.transfer)
+    m = modes.omega.shape[1]
     if scene.analysis.join == "modal":  # (5.14): each modal coordinate goes on by itself
-        join = np.broadcast_to(np.eye(m), join.shape).copy()
+        join = np.broadcast_to(np.eye(m), modes.transfer.shape).copy()
         join[-1] = modes.closing
-    elif scene.analysis.join == "physical":
-        lost = join @ (np.eye(m) - modes.back @ join) / step
-    carry = np.zeros((count, 2 * m, 2 * m))
-    per_next = 1 / np.roll(modes.omega, -1, axis=0)[:, :, None]  # velocities are carried over omega
-    carry[:, :m, :m] = join
-    carry[:, m:, :m] = lost * per_next
-    carry[:, m:, m:] = join * modes.omega[:, None, :] * per_next
-    return carry
-
-
-def _block_diagonal(transition: Array) -> Array:
-    """Put the modes' 2 x 2 matrices into one of all displacements, then all velocities; ``(angles, 2m, 2m)``."""
-    count, m = transition.shape[:2]
-    matrix = np.zeros((count, 2, m, 2, m))
-    i = np.arange(m)
-    matrix[:, :, i, :, i] = transition.transpose(1, 0, 2, 3)
-    return matrix.reshape(count, 2 * m, 2 * m)
-
-
-def _flat(states: Array) -> Array:
-    """``(angles, modes, 2)`` to ``(angles, 2 modes)``: all displacements, then all velocities."""
-    return states.transpose(0, 2, 1).reshape(len(states), -1)
+        return join, None
+    if scene.analysis.join == "physical":
+        return modes.transfer, modes.transfer @ (np.eye(m) - modes.back @ modes.transfer) / step
+    return modes.transfer, None
 
 
 def _unflat(states: Array) -> Array:

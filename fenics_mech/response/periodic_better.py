@@ -41,7 +41,7 @@ class Neighbours:
 
     Parameters
     ----------
-    scene, system, modes, history
+    scene, system, modes, joined, history
         As of `solve_periodic`, and its answer.
     boundary_load
         As of `solve_periodic`.
@@ -50,6 +50,7 @@ class Neighbours:
     scene: Scene
     system: System
     modes: Modes
+    joined: SubIntervals
     history: History
     boundary_load: Array | None = None
 
@@ -112,11 +113,6 @@ class Neighbours:
         return 2 * float(damping_ratios(self.scene, self.modes.omega).min())
 
     @cached_property
-    def joined(self) -> SubIntervals:
-        """The sub-intervals."""
-        return SubIntervals.of(self.scene, self.modes, np.full(len(self.modes.theta), self.step))
-
-    @cached_property
     def momenta(self) -> Array:
         """``M Phi``, ``(angles, modes, coordinates)``."""
         return self.system.mass_times(self.modes.shapes)
@@ -160,8 +156,9 @@ class Neighbours:
             return self._moved(static, inertia)
         scene = self.scene.changed(analysis__static_correction=True, analysis__allow_ringing=True)
         modes = modes.only(slow | kept)
-        history = solve_periodic(scene, self.system, modes, self.boundary_load)
-        more = Neighbours(scene, self.system, modes, history)
+        joined = SubIntervals.of(scene, modes)
+        history = solve_periodic(scene, self.system, modes, joined, self.boundary_load)
+        more = Neighbours(scene, self.system, modes, joined, history)
         lack, inertia = more._left_out()
         return more._moved(displacement_under(self.system, lack, self.scene.petsc), inertia)
 

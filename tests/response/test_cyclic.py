@@ -49,6 +49,13 @@ def test_an_iteration_that_ends_too_early_is_refused():
         BlockCyclic(transitions, options).solve(right)
 
 
+def test_states_that_grow_too_much_are_refused():
+    """Where all steps are made one, the last equation holds, and rounding shows in the states at 1e-5 of them."""
+    transitions, right = system([1e12, 0.5, 0.1])
+    with pytest.raises(SolverError, match="no reliable answer"):
+        BlockCyclic(transitions, {}).solve(right)
+
+
 def test_options_that_petsc_reads_as_it_factorises_are_heard():
     blocks = {"periodic_ksp_type": "gmres", "periodic_pc_type": "bjacobi", "periodic_sub_pc_type": "nonsense"}
     transitions, right = system([0.9, 0.5, 0.1], 10)
