@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -42,6 +42,16 @@ def progress_bar(total: int) -> Iterator:
                 err.print(name, highlight=False, markup=False, soft_wrap=True)
 
         yield step
+
+
+def tell(line: str) -> None:
+    """Print a line as it is: no colours, no markup in names, cut by nothing but the terminal."""
+    out.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def tell_written(paths: Iterable[Path], folder: Path) -> None:
+    """Tell which files are in the folder now."""
+    tell(f"Wrote {', '.join(path.name for path in paths)} to {folder}")
 
 
 def make_folder(folder: Path) -> None:

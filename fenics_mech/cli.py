@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar
+from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar, tell, tell_written
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 
@@ -93,7 +93,7 @@ def run(
             rigid = studies.rigid_body_strains(loaded) if loaded.analysis.method == "periodic" else {}
             written += views.plot_all(result, folder, rigid=rigid)
     out.print(views.summary(result))
-    out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
+    tell_written(written, folder)
 
 
 @app.command()
@@ -104,6 +104,7 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0)
     from fenics_mech.choice import choose  # noqa: PLC0415
     from fenics_mech.mechanism import RigidModes  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
+    from fenics_mech.response.dispersion import frequency_error  # noqa: PLC0415
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
     loaded, _ = choose(refined(load(scene), refine))
@@ -116,10 +117,10 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0)
         supported = {label: float(f[0]) for label, f in simply_supported_frequencies(loaded).items()}
         table = views.write_frequencies(found.theta, found.frequency, folder / "frequencies.csv")
         plot = views.plot_frequencies(found.frequency, found.theta, folder / "frequencies.png", supported)
-    out.print(views.frequency_table(found.frequency, found.assurance, supported))
+    out.print(views.frequency_table(found.frequency, found.assurance, frequency_error(system, found), supported))
     for freedom in names_of(loaded, system, RigidModes.of(system)):
-        out.print(f"Rigid body: {freedom}", highlight=False, markup=False, soft_wrap=True)
-    out.print(f"Wrote {table.name}, {plot.name} to {folder}", highlight=False, soft_wrap=True)
+        tell(f"Rigid body: {freedom}")
+    tell_written((table, plot), folder)
 
 
 @app.command()
@@ -168,12 +169,12 @@ def effects(
     out.print(views.effects_table(choices, loaded.neglected))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
-    out.print(f"effects = 'auto' means effects = [{names}]{enough}", highlight=False, markup=False, soft_wrap=True)
+    tell(f"effects = 'auto' means effects = [{names}]{enough}")
     if compare:
         make_folder(folder)
         runs = added_one_by_one(loaded)
         out.print(views.runs_table(runs))
-        out.print(f"Wrote {views.plot_effects(runs, folder / 'effects.png').name} to {folder}", highlight=False)
+        tell_written([views.plot_effects(runs, folder / "effects.png")], folder)
 
 
 @app.command()
@@ -224,9 +225,9 @@ def sweep(
             progress=lambda done, points: step(f"point {done + 1} of {points}"),
         )
     if first:
-        written = ["sweep.nc", "timings.csv", *(path.name for path in plot_sweep(found, folder, member))]
+        plots = plot_sweep(found, folder, member)
         out.print(sweep_summary(found))
-        out.print(f"Wrote {', '.join(written)} to {folder}", highlight=False, soft_wrap=True)
+        tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)
 
 
 @app.command()
@@ -268,7 +269,7 @@ def follow(
         )
     written = [found.save(folder / "branch.nc"), *plot_branch(found, folder)]
     out.print(branch_summary(found))
-    out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
+    tell_written(written, folder)
 
 
 @app.command()
@@ -300,7 +301,7 @@ def cost(
     for name, each in found.items():
         written = write_cost(each, folder, name)
         out.print(cost_summary(each))
-        out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
+        tell_written(written, folder)
 
 
 @app.command()
@@ -321,7 +322,7 @@ def scaling(
         found = measure_scaling(asked, step)
     written = write_scaling(found, folder)
     out.print(scaling_summary(found))
-    out.print(f"Wrote {', '.join(path.name for path in written)} to {folder}", highlight=False, soft_wrap=True)
+    tell_written(written, folder)
 
 
 @app.command()
@@ -349,7 +350,7 @@ def animate(
             result = analyse(loaded, step)
     with progress_bar(frames) as step:
         views.animate(result, file, magnify=magnify, frames=frames, progress=lambda i, n: step(f"frame {i + 1} of {n}"))
-    out.print(f"Wrote {file}", highlight=False, soft_wrap=True)
+    tell(f"Wrote {file}")
 
 
 @app.command()
@@ -369,12 +370,8 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) 
     plane = plane_mesh(loaded, beams, solve_motion(loaded, np.zeros(1)))
     for ending in FORMATS:
         write_whole(folder / f"mesh{ending}", lambda temporary: write_mesh(plane, temporary))
-    out.print(
-        f"{len(beams.cell)} elements, {len(beams.node_name)} nodes, {len(beams.members)} members: "
-        f"wrote mesh.msh, mesh.vtu, mesh.xdmf to {folder}",
-        highlight=False,
-        soft_wrap=True,
-    )
+    tell(f"{len(beams.cell)} elements, {len(beams.node_name)} nodes, {len(beams.members)} members")
+    tell_written((Path(f"mesh{ending}") for ending in FORMATS), folder)
 
 
 @app.command()

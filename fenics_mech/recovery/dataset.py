@@ -26,6 +26,7 @@ from fenics_mech.recovery.unseen import unseen
 from fenics_mech.recovery.validity import bow, euler_ratio, refuse_far, rotation
 from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
+from fenics_mech.response.dispersion import frequency_error
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
 from fenics_mech.scene import Scene
@@ -51,6 +52,7 @@ ATTRIBUTES = {
     "spring_force": ("N", "tension of each spring, or the moment with which it turns its second body back (N m)"),
     "damper_force": ("N", "tension of each damper, or the moment with which it turns its second body back (N m)"),
     "frequency": ("Hz", "natural frequency"),
+    "frequency_error": ("1", "share by which the mesh has the natural frequency wrong, by estimate; 0.2: that or more"),
     "euler_ratio": ("1", "largest axial force over the Euler load of the member on two pins"),
     "bow": ("1", "largest distance of the member's axis from its chord, over its length"),
     "rotation": ("rad", "largest rotation of the member's axis from its rigid position"),
@@ -113,7 +115,7 @@ def collect(
             "drive_rate": (("theta",), scene.cycle_rate + history.twist[1]),
         }
     data = xr.Dataset(variables, coordinates, stamp(scene) | _decisions(system, choices))
-    parts = _of_modes(modes), _of_stability(history.stability), _of_course(history.course), _of_errors(errors)
+    parts = _of_modes(system, modes), _of_stability(history.stability), _of_course(history.course), _of_errors(errors)
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(scene, system) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
@@ -169,13 +171,17 @@ def _of_errors(errors: Errors) -> xr.Dataset:
     )
 
 
-def _of_modes(modes: Modes | None) -> xr.Dataset:
-    """Natural frequencies, and how well each mode was followed."""
+def _of_modes(system: System, modes: Modes | None) -> xr.Dataset:
+    """Natural frequencies, their error, and how well each mode was followed."""
     if modes is None:
         return xr.Dataset()
     along = ("theta", "mode")
     return xr.Dataset(
-        {"frequency": (along, modes.frequency), "assurance": (along, modes.assurance)},
+        {
+            "frequency": (along, modes.frequency),
+            "frequency_error": (("mode",), frequency_error(system, modes)),
+            "assurance": (along, modes.assurance),
+        },
         {"mode": np.arange(1, modes.frequency.shape[1] + 1)},
     )
 

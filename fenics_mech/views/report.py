@@ -47,7 +47,7 @@ def summary(result: Result) -> Group:
     parts += [*_doubtful_peaks(result, closer), *_signal(result)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
-        parts.append(frequency_table(frequency, assurance))
+        parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
         if _acts(result, "moderate-rotations"):
             parts.append(Text("(of the links without their axial forces)"))
     if "stability_limit" in result.data.attrs:

@@ -17,6 +17,7 @@ from rich.text import Text
 from fenics_mech.effects.effect import Choice
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
+from fenics_mech.response.dispersion import MOST_OFF
 from fenics_mech.scene import Scene
 from fenics_mech.views.geometry import Array
 
@@ -26,8 +27,10 @@ if TYPE_CHECKING:
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
-def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, float] | None = None) -> Table:
-    """Tabulate the range of each mode's frequency over the cycle and how surely it was tracked.
+def frequency_table(
+    frequency: Array, assurance: Array, off: Array, supported: Mapping[str, float] | None = None
+) -> Table:
+    """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
 
     Parameters
     ----------
@@ -35,17 +38,22 @@ def frequency_table(frequency: Array, assurance: Array, supported: Mapping[str, 
         Natural frequencies (Hz), ``(angles, modes)``.
     assurance
         MAC of each mode with itself at the next position, ``(angles, modes)``.
+    off
+        Share by which the mesh has them wrong, ``(modes,)``; `MOST_OFF` means that or more.
     supported
         Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
     """
-    table = table_of("Natural frequencies over the cycle", "mode", "lowest (Hz)", "highest (Hz)", "lowest MAC")
-    for mode, (curve, mac) in enumerate(zip(frequency.T, assurance.T), 1):
-        name = str(mode) if curve.max() > 0 else f"{mode}, rigid body"
-        table.add_row(name, number(curve.min()), number(curve.max()), f"{mac.min():.3f}")
+    columns = "mode", "lowest (Hz)", "highest (Hz)", "mesh error", "lowest MAC"
+    table = table_of("Natural frequencies over the cycle", *columns)
+    for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
+        rigid = not curve.any()
+        name = f"{mode}, rigid body" if rigid else str(mode)
+        wrong = f"{MOST_OFF:.0%} or more" if share >= MOST_OFF else "" if rigid else f"{100 * share:.2g} %"
+        table.add_row(name, number(curve.min()), number(curve.max()), wrong, f"{mac.min():.3f}")
     if supported:
         table.add_section()
         for member, value in supported.items():
-            table.add_row(f"{escape(member)} simply supported", number(value), number(value), "")
+            table.add_row(f"{escape(member)} simply supported", number(value), number(value), "", "")
     return table
 
 

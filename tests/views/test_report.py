@@ -95,8 +95,12 @@ def test_a_quasi_static_result_has_no_modes():
 
 def test_frequency_table_and_csv(result, tmp_path):
     frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
-    text = printed(frequency_table(frequency, result.data["assurance"].to_numpy(), {"coupler": 47.56}))
+    assert 0 < result.data["frequency_error"][0] < result.data["frequency_error"][1] < 0.1
+    off, assurance = np.array([0.0123, 0.2]), result.data["assurance"].to_numpy()
+    text = printed(frequency_table(frequency, assurance, off, {"coupler": 47.56}))
     assert float(row(text, "1")[1]) == pytest.approx(frequency[:, 0].min(), rel=1e-3)
+    assert row(text, "1")[3:5] == ["1.2", "%"]
+    assert row(text, "2")[3:6] == ["20%", "or", "more"]
     assert row(text, "coupler")[-1] == "47.56"
     path = write_frequencies(theta, frequency, tmp_path / "frequencies.csv")
     assert path.read_text().splitlines()[0] == "theta_rad,mode_1_Hz,mode_2_Hz"
