@@ -28,7 +28,8 @@ from fenics_mech.response.tableau import Tableau
 
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 LONGEST_STEP = 1 / 40  # of a cycle
-Prepared = tuple[float, Callable[[], Any]]  # TS's time over ours, and what gives the state
+State = Callable[[], Any]  # gives z and its rate
+Prepared = tuple[float, State]  # TS's time over ours, and the state
 LARGEST_RISE = 1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
 SMALL_RISE = 0.1  # the same with PETSc's own steps: they are of order 2, and do not see what is small beside the rest
 LARGEST_MOTION = 1e6  # over the static deflection or the start: such a motion grows without bound
@@ -293,7 +294,7 @@ class _Run:
             "ts_atol": self.schedule.tolerance * self.size,
             "ts_adapt_dt_max": pace * self.longest,
             "ts_exact_final_time": "matchstep",
-            "ts_max_steps": 10_000_000,
+            "ts_max_steps": 100_000_000,
             "ts_max_snes_failures": -1,
             "snes_type": "newtonls",  # not ksponly: alpha2 takes velocities from the last evaluation of the residual
             "snes_rtol": 1e-9,
@@ -306,15 +307,16 @@ class _Run:
             self.steps += ts.getStepNumber()
             time = ts.getTime() / pace
             z, rate = state()
-        if reason not in (PETSc.TS.ConvergedReason.CONVERGED_TIME, PETSc.TS.ConvergedReason.CONVERGED_USER):
-            raise SolverError(f"the time steps failed at {time:.6g} s ({name_of(PETSc.TS.ConvergedReason, reason)})")
+        why = PETSc.TS.ConvergedReason
+        if reason not in (why.CONVERGED_TIME, why.CONVERGED_USER):
+            name = "more than transient_ts_max_steps" if reason == why.CONVERGED_ITS else name_of(why, reason)
+            raise SolverError(f"the time steps failed at {time:.6g} s, of {end:.6g} s ({name})")
         return z, rate
 
     def _collocation(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
         """Steps of our own."""
-        context = Collocation(
-            self.instant, self.schedule.tableau, self.schedule.tolerance, self.energy, self.longest, self.keep
-        )
+        schedule = self.schedule
+        context = Collocation(self.instant, schedule.tableau, schedule.tolerance, self.energy, self.longest, self.keep)
         ts.setPythonContext(context)
         y = PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF)
         ts.setSolution(y)
@@ -381,9 +383,7 @@ class _Run:
         ts.setPostStep(self._kept(start, z, rate, 1.0, state))
         return 1.0, state
 
-    def _kept(
-        self, start: float, z: Array, rate: Array, pace: float, state: Callable[[], Any]
-    ) -> Callable[[Any], None]:
+    def _kept(self, start: float, z: Array, rate: Array, pace: float, state: State) -> Callable[[Any], None]:
         """Keep steps, with cubic polynomials: accelerations of stiff modes are too rough for a higher degree."""
         latest = start, (z, rate)
 
