@@ -16,7 +16,7 @@ from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.ends import element_tension
-from fenics_mech.recovery.joints import joint_forces, nodal_forces, reactions
+from fenics_mech.recovery.joints import joint_forces, joint_names, nodal_forces, reactions
 from fenics_mech.recovery.members import recover_members, section_forces, stiffnesses
 from fenics_mech.recovery.mesh_error import OF_SLIDERS
 from fenics_mech.recovery.passing import ringing, unloaded
@@ -25,11 +25,11 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 STATIONS = 5  # of each member at which strains are compared
-LARGEST_BY_TIME = 0.02  # of the largest strain
-LARGEST_ERROR = 0.05  # by all numerical sources
+LARGEST_ERROR = 0.05  # of the largest strain, by all numerical sources
 LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
 STEPS = ("time", "harmonics")
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
+LIMITS = ("strain", STEPS, 0.02), ("strain", NUMERICAL, LARGEST_ERROR), ("force", NUMERICAL, 0.5)
 FAULTS = {
     "time": "the sub-intervals are too long",
     "mesh": "the elements are too long",
@@ -52,19 +52,25 @@ class Errors:
     order
         With which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
         it does not.
-    largest
-        The largest strain of each member, ``(members,)``.
+    largest, forces
+        The largest strain of each member, ``(members,)``, and the largest force in each joint (N), ``(joints,)``.
     """
 
     strain: Mapping[str, Array]
     force: Mapping[str, Array]
     order: Mapping[str, float]
     largest: Array
+    forces: Array
 
     @property
     def measure(self) -> Array:
         """Strain of each member that its error is relative to."""
         return np.maximum(np.maximum(self.largest, LEAST * self.largest.max()), np.finfo(float).tiny)
+
+    @property
+    def most_force(self) -> Array:
+        """Force that the error of each joint's is relative to, the largest of all (N), ``(joints,)``."""
+        return np.full_like(self.forces, max(float(self.forces.max(initial=0.0)), np.finfo(float).tiny))
 
     @property
     def relative(self) -> dict[str, float]:
@@ -80,34 +86,39 @@ class Errors:
         """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass."""
         if scene.analysis.allow_coarse:
             return
-        for sources, limit in ((STEPS, LARGEST_BY_TIME), (NUMERICAL, LARGEST_ERROR)):
-            errors = self.of(sources)
-            worst = int(errors.argmax())
-            if not errors[worst] <= limit:
-                raise self._refusal(scene, sources, worst, limit)
+        names = {"strain": list(scene.members()), "force": joint_names(scene)}
+        for what, sources, limit in LIMITS:
+            errors = self.of(sources, what)
+            if not errors.max(initial=0.0) <= limit:
+                worst = int(errors.argmax())
+                shares = {source: float(self.of([source], what)[worst]) for source in sources}
+                place = f"{'of' if what == 'strain' else 'in joint'} {names[what][worst]!r}"
+                raise _refusal(scene, f"{what} {place}", shares, self.order, limit)
 
-    def of(self, sources: Sequence[str]) -> Array:
-        """Error of each member's strain by some sources together, relative to its largest strain, ``(members,)``."""
-        found = [self.strain[source] for source in sources if source in self.strain]
-        return np.sum(found, axis=0) / self.measure if found else np.zeros_like(self.largest)
+    def of(self, sources: Sequence[str], what: str = "strain") -> Array:
+        """Error by some sources together, relative to its measure, of members' strains or joints' forces."""
+        errors, size = (self.strain, self.measure) if what == "strain" else (self.force, self.most_force)
+        found = [errors[source] for source in sources if source in errors]
+        return np.sum(found, axis=0) / size if found else np.zeros_like(size)
 
     @property
     def too_large(self) -> bool:
         """Whether they are larger than `judge` lets pass."""
-        return bool(self.of(STEPS).max() > LARGEST_BY_TIME or self.of(NUMERICAL).max() > LARGEST_ERROR)
+        return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in LIMITS)
 
-    def _refusal(self, scene: Scene, sources: Sequence[str], worst: int, limit: float) -> UnresolvedError:
-        """Say which source has the largest part in the error of a member, and what to do about it."""
-        total = self.of(sources)[worst]
-        shares = {source: float(self.of([source])[worst]) for source in sources}
-        source = max(shares, key=shares.__getitem__)
-        room = max(limit - (total - shares[source]), limit / 2)
-        return UnresolvedError(
-            f"{FAULTS[source]}: the strain of {list(scene.members())[worst]!r} is uncertain by "
-            f"{total:.2g} of its largest value, by estimate, {shares[source]:.2g} of it by the {source}. "
-            f"{_advice(scene, source, (shares[source] / room) ** (1 / self.order[source]))}; "
-            "analysis.allow_coarse lets it pass"
-        )
+
+def _refusal(
+    scene: Scene, what: str, shares: Mapping[str, float], order: Mapping[str, float], limit: float
+) -> UnresolvedError:
+    """Say which source has the largest part in the error of a strain or force, and what to do about it."""
+    total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
+    room = max(limit - (total - shares[source]), limit / 2)
+    return UnresolvedError(
+        f"{FAULTS[source]}: the {what} is uncertain by {total:.2g} of its largest value, by estimate, "
+        f"{shares[source]:.2g} of it by the {source}. "
+        f"{_advice(scene, source, (shares[source] / room) ** (1 / order[source]))}; "
+        "analysis.allow_coarse lets it pass"
+    )
 
 
 def estimated(
@@ -162,7 +173,7 @@ def estimated(
     add("stations", between_stations(strain), nothing[1], 2.0)
     if (left := left_out(choices)) is not None:
         add("effects", left * largest, left * forces, 0.0)
-    return Errors(strains, by_joint, order, largest)
+    return Errors(strains, by_joint, order, largest, forces)
 
 
 def _change(recovered: Sequence[Array], base: Sequence[Array]) -> tuple[Array, Array]:

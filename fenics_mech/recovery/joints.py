@@ -106,18 +106,23 @@ def joint_forces(scene: Scene, found: dict[tuple[str, str, int], Array]) -> dict
     Returns
     -------
     dict
-        By joint: the force of its first body on its second. A pin through more than two bodies has one entry
-        "joint:body" for every body after the first: the force of the pin on it.
+        By name, see `joint_names`: the force of a joint's first body on its second, or of its pin on a body.
     """
-    forces: dict[str, Array] = {}
+    forces: list[Array] = []
     for name, joint in scene.joints.items():
         bodies = [point.split(".")[0] for point in joint.connect]
         held = {body: found[name, body, 2] for body in bodies if (name, body, 2) in found}
         for body in bodies:  # a body that has no equation takes what the others leave
             if body not in held:
                 held[body] = -np.sum(list(held.values()), axis=0)
-        forces |= {name if len(bodies) == 2 else f"{name}:{body}": held[body] for body in bodies[1:]}
-    return forces
+        forces += [held[body] for body in bodies[1:]]
+    return dict(zip(joint_names(scene), forces))
+
+
+def joint_names(scene: Scene) -> list[str]:
+    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first."""
+    bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in scene.joints.items()}
+    return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
 
 
 def drive_efforts(scene: Scene, motion: Motion, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:

@@ -67,8 +67,8 @@ class Analysis(Part):
     allow_ringing
         Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
     allow_coarse
-        Accept sub-intervals so long that collocation is uncertain by more than 2 % of the largest strain, or that
-        miss a corner of the rigid motion.
+        Accept an estimated error of more than 2 % of a member's largest strain by the steps, or 5 % by steps, mesh
+        and modes, or half of the largest joint force; and positions that miss a corner of the rigid motion.
     allow_large
         Accept axes of members that turn by more than 1 rad, or ends that move by more than the member's length, against
         the rigid motion: far beyond small deflections.

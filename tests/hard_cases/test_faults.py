@@ -7,6 +7,7 @@ no traceback, no file that is not whole, and a next run that works.
 import fcntl
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -196,9 +197,8 @@ def test_full_disk_leaves_whole_files_only(tmp_path, quick, size, command, whole
     code, _, err = ended(started(size, command[0], quick, "-o", folder, *command[1:], program=LIMITED))
     if command != ["mesh"]:
         assert code == 1
-        assert err.startswith("error: ")
-        assert "cannot be written: File too large" in err
-        assert err.count("\n") == 1
+        assert "Traceback" not in err
+        assert re.fullmatch("error: .*cannot be written: File too large.*", err.splitlines()[-1])
     assert {path.name for path in folder.iterdir()} == whole
     for name in whole & {"result.nc"}:
         assert np.isfinite(Result.load(folder / name).data["strain"]).all()
@@ -210,8 +210,9 @@ def test_film_on_a_full_disk_is_an_error(tmp_path, saved):
     film = tmp_path / "out" / "motion.mp4"
     command = ["animate", tmp_path / "result.nc", "-o", film, "--frames", 8]
     code, _, err = ended(started(4_000, *command, program=LIMITED))
-    assert (code, err.count("\n")) == (1, 1)
-    assert "ffmpeg" in err
+    assert code == 1
+    assert "Traceback" not in err
+    assert re.fullmatch("error: .*ffmpeg.*", err.splitlines()[-1])  # a busy machine tells its progress before
     assert not list(film.parent.iterdir())
 
 

@@ -1,5 +1,6 @@
 """Estimates of errors by each source against the true ones, from runs without that source."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,9 @@ from fenics_mech import analyse, load
 from fenics_mech.better import TAPERED
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import SolverError
-from fenics_mech.recovery.accuracy import between_stations, left_out
+from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.recovery.accuracy import Errors, between_stations, left_out
+from fenics_mech.recovery.joints import joint_names
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from tests.demos.machines import crane, scene
@@ -392,6 +394,20 @@ def test_too_coarse_a_mesh_is_refused_with_what_to_do():
     scene = seed_four_bar(mesh={"elements": 1}, effects=("coupling",), analysis={"sub_intervals": 180})
     with pytest.raises(SolverError, match=r"elements are too long: .* by the mesh\. Take \S+ times as many elements"):
         analyse(scene)
+
+
+def test_forces_are_refused_where_strains_are_not():
+    """Named by joint, and by body where a pin holds more than two."""
+    machine = load(DEMOS / "jansen.toml")
+    names = joint_names(machine)
+    strain, force = np.zeros(len(machine.members())), 60.0 * (np.array(names) == "BL:left_c")
+    errors = Errors({"mesh": strain}, {"mesh": force}, {"mesh": 4.0}, np.ones_like(strain), np.full(len(names), 100.0))
+    with pytest.raises(
+        UnresolvedError, match=r"the elements are too long: the force in joint 'BL:left_c' is .* by 0\.6 "
+    ):
+        errors.judge(machine)
+    assert errors.too_large
+    assert not replace(errors, forces=2 * errors.forces).too_large
 
 
 def test_strain_between_stations():
