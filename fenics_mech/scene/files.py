@@ -11,7 +11,7 @@ from typing import Any
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.build import build
-from fenics_mech.scene.models import Scene
+from fenics_mech.scene.models import LONGEST_NAME, Scene
 
 LARGEST_FILE = 5_000_000  # bytes; a scene file is a few kB
 DEEPEST = 30  # parts of a dotted key: the time that tomllib takes grows with their square
@@ -43,7 +43,10 @@ def load(path: str | Path) -> Scene:
 
 
 def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
-    """Make a scene from the text of a scene file; `file` is named in errors, a drawing is looked for in `folder`."""
+    """Make a scene from the text of a scene file.
+
+    `file` is named in errors, and gives the scene a name if it has none; a drawing is looked for in `folder`.
+    """
     try:
         if deep := DEEP_KEY.search(text):
             raise ValueError(f"the key {shortened(deep[0])} has more than {DEEPEST} parts")
@@ -55,7 +58,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
             from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (gmsh and meshio take their time)
 
             data = completed(data, folder)
-        return build(data)
+        return build({"name": Path(file).stem[:LONGEST_NAME]} | data)
     except SceneError as error:
         line = line_of(text, error.place.split("."))
         raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None

@@ -62,6 +62,7 @@ class Material(Part):
 
 
 DEFAULT_NEGLECTED = 0.01  # of the strains, by effects that are left out
+LONGEST_NAME = 200  # characters
 MOST_LINKS = 500  # the loops are solved with dense matrices
 MOST_ELEMENTS = 20_000  # in a member
 
@@ -244,7 +245,7 @@ class Scene(Part):
     reduction than it takes.
     """
 
-    name: Annotated[str, Field(max_length=200)] = "scene"
+    name: Annotated[str, Field(max_length=LONGEST_NAME)] = "scene"
     materials: dict[Name, Material]
     sections: dict[Name, AnySection]
     ground: Ground = Field(default_factory=lambda: Ground(points={}))

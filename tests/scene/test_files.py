@@ -29,6 +29,14 @@ def test_units_are_converted_and_numbers_are_si(demo_text):
     assert scene.drive.speed == pytest.approx(31.41592653589793, rel=1e-14)
 
 
+def test_a_scene_without_a_name_has_that_of_its_file(tmp_path, demo_text):
+    """Cut to the length that a name may have."""
+    nameless = "\n".join(line for line in demo_text.splitlines() if not line.startswith("name = "))
+    for stem in ("press", "p" * 220):
+        (tmp_path / f"{stem}.toml").write_text(nameless)
+        assert load(tmp_path / f"{stem}.toml").name == stem[:200]
+
+
 def test_scene_is_frozen(seed):
     with pytest.raises(Exception, match="frozen"):
         seed.name = "other"
