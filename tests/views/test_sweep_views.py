@@ -121,3 +121,10 @@ def test_orders_of_a_campbell_diagram_go_on_where_points_failed(made):
     assert {f"{order}\N{MULTIPLICATION SIGN}" for order in range(1, len(lines) + 1)} == {
         text.get_text() for text in campbell_figure(sweep).axes[0].texts
     }
+
+
+def test_a_campbell_diagram_of_one_point_that_did_not_fail_has_its_rate_there(made):
+    sweep = made(SPEEDS)
+    sweep.data["drive_rate"][np.arange(11) != 4] = np.nan
+    lines = [line for line in campbell_figure(sweep).axes[0].get_lines() if line.get_linestyle() == "--"]
+    assert lines[2].get_ydata()[4] == pytest.approx(3 * 300 / 60)
