@@ -128,7 +128,7 @@ def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any
     q, rate = states[:, :n], states[:, n:] / flow.pace
     limit = LONGEST_STEP * len(flow.tableau.points) / float(np.max(flow.step))
     judged, turned = _followed(flow.transitions, states, start, limit * flow.pace)
-    if flow.matrices.weakest is not None:  # what grows so fast without turning is a divergence, and no vibration
+    if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
         judged |= (values.real > 1 + TOLERANCE) & (np.abs(values.imag) < TOLERANCE * np.abs(values))
     kept = _leading(values, np.flatnonzero(judged))
     period = float(np.sum(flow.duration))

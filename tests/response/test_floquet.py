@@ -145,6 +145,18 @@ def test_what_diverges_faster_than_the_steps_follow_is_not_left_out():
         found.refuse_unstable()
 
 
+def test_what_strong_damping_hides_from_the_steps_is_no_divergence():
+    """Damping in the links' turning axes takes the stiffness' symmetric part below 0, but nothing diverges by it."""
+    scene = seed_four_bar(
+        effects=("coupling",),
+        damping={"material": 2e-3},
+        analysis={"sub_intervals": 60, "solver": "collocation", "allow_coarse": True},
+    )
+    odd, even = (analyse(scene.changed(analysis__sub_intervals=count)).data["multiplier"] for count in (61, 60))
+    assert np.hypot(*even[0]) < 1e-6
+    assert even[0].to_numpy() == pytest.approx(odd[0].to_numpy(), rel=1e-2)
+
+
 def test_resonance_is_found_among_many_undamped_modes():
     """A multiplier of 1 is of the same magnitude as all the others."""
     omega = np.array([2.0, 4.1, 7.3, 4 * 2 * np.pi / PERIOD, 14.2, 15.1])
