@@ -276,12 +276,13 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
     cycle.refuse_magnified(modes, series.condition, None if cycle.linear else motion)
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
-    q, rate = series.at(np.abs(system.motion.theta))
-    flow = cycle.flow("gauss", analysis.stages, motion)
-    mesh = mesh_better(scene, cycle.start, (q, rate), (q, rate), flow, cycle.steps.regular)
+    flow, regular, starts = cycle.flow("gauss", analysis.stages, motion), cycle.steps.regular, motion(np.zeros(1))
+    q, rate = (part[regular] for part in starts)
+    mesh = mesh_better(scene, cycle.start, (q, rate), starts, flow, regular)
     resonances = resonances_of(scene, cycle.start, modes)
+    turned = (part[regular] for part in refined(*starts, flow))
     better = {
-        "harmonics": Better(history_of(cycle.start, *refined(q, rate, flow)), HARMONIC_ORDER),
+        "harmonics": Better(history_of(cycle.start, *turned), HARMONIC_ORDER),
         "mesh": with_hidden(mesh, cycle.start, (q, rate), resonances, resonances.by_mesh),
     }
     return system, replace(

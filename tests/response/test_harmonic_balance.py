@@ -106,3 +106,16 @@ def test_quick_return_by_collocation_and_by_harmonics():
     """
     scene = load(DEMOS / "quick_return.toml").changed(effects=("coupling",))
     assert same(scene, stages=5, count=240, harmonics=85, angles=360) < 2e-4
+
+
+def test_what_a_load_does_between_the_sub_intervals_is_told():
+    """The series does not see a pulse narrower than a sub-interval; the steps that tell its error are cut there."""
+    pulse = {"kind": "pulse", "start": 1.0, "end": 1.01}
+    scene = load(DEMOS / "slider_crank.toml").changed(
+        effects=("coupling",),
+        loads={"tap": {"at": "rod@0.5", "force": (-1.0, 0.6), "factor": pulse}},
+        analysis={"sub_intervals": 80, "harmonics": 16, "allow_coarse": True},
+    )
+    series, steps = (analyse(scene.changed(analysis__solver=one)).data for one in ("harmonic-balance", "collocation"))
+    error = np.abs(series["strain"] - steps["strain"]).max(["theta", "s", "fibre"]) / series["largest_strain"]
+    assert 0.01 < error.max() < series.attrs["error_estimate"] < 2 * error.max()
