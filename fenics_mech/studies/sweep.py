@@ -25,12 +25,11 @@ from fenics_mech.recovery.result import Saved, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
-from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, compute_point, point_file, read_point
+from fenics_mech.studies.sweep_points import KEPT, TEXTS, Array, Gauge, Record, compute_point, point_file, read_point
 
 Found = TypeVar("Found")
 RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation between the points may miss
 FINEST = 64  # parts that refinement may cut a step of the range into
-TEXTS = {"error": "kind of error that the point ended with", "message": "what it said", "effects": "effects that acted"}
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class Sweep(Saved):
     ----------
     data
         One dimension per swept field, named by its path, in SI; then members, joints, modes, harmonics. Variables as in
-        `sweep_points.KEPT`, NaN where a point has none, and the texts "error", "message" and "effects". Units in
+        `sweep_points.KEPT`, NaN where a point has none, and the texts `sweep_points.TEXTS`. Units in
         ``attrs["units"]``.
     """
 

@@ -43,6 +43,12 @@ KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions
     "rotation": (("member",), "rad", "largest rotation of the member's axis by deflection"),
     "error_estimate": ((), "1", "estimated error of the strains by all sources, relative to the largest"),
 }
+TEXTS = {
+    "error": "kind of error that the point ended with",
+    "message": "what it said",
+    "effects": "effects that acted",
+    "not_estimated": "what its error estimate lacks",
+}
 
 
 @dataclass(frozen=True)
@@ -80,7 +86,8 @@ def read_point(path: Path) -> Record | None:
         record = json.loads(path.read_text())
     except (OSError, ValueError):
         return None
-    return record if isinstance(record, dict) and not record.get("again", True) else None
+    whole = isinstance(record, dict) and record.keys() >= {*TEXTS, "seconds", "again"}
+    return record if whole and not record["again"] else None
 
 
 def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
@@ -96,7 +103,7 @@ def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
         When the computer lacks something, such as memory.
     """
     start = time.perf_counter()
-    record: Record = {"error": "", "message": "", "effects": "", "again": False}
+    record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
         record |= reduced(analyse(build(data)), gauge)
     except (OSError, MemoryError) as error:  # of the computer, not of the point
@@ -129,6 +136,7 @@ def reduced(result: Result, gauge: Gauge) -> Record:
         values["error_estimate"] = np.array(data.attrs["error_estimate"])
     return {
         "effects": ", ".join(acting),
+        "not_estimated": data.attrs.get("not_estimated", ""),
         "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},
     }

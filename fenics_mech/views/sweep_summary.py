@@ -41,7 +41,12 @@ def sweep_summary(sweep: Sweep) -> Group:
         at = _where(data, paths, np.argwhere(beyond))
         text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY, expect wrong strains there: {at}."
         parts.append(Text(f"{text} `run` tells why.", style="bold red"))
-    errors, messages = (data[name].transpose(*paths).to_numpy().astype(str) for name in ("error", "message"))
+    errors, messages, lacks = (
+        data[name].transpose(*paths).to_numpy().astype(str) for name in ("error", "message", "not_estimated")
+    )
+    for lack in np.unique(lacks[lacks != ""]):
+        at = _where(data, paths, np.argwhere(lacks == lack))
+        parts.append(Text(f"NOT in the error estimates at {at}: {lack}"))
     if (errors != "").any():
         parts.append(Text(f"{(errors != '').sum()} of {errors.size} points failed:"))
     for kind in np.unique(errors[errors != ""]):

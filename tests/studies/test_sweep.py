@@ -168,7 +168,9 @@ def test_a_killed_process_leaves_whole_points_behind(tmp_path, arm):
 def test_a_torn_point_is_computed_again(arm, tmp_path):
     swept(arm, tmp_path / "out", RANGE)
     before = (tmp_path / "out" / "sweep.nc").read_bytes()
-    for path, text in zip(sorted((tmp_path / "out" / "points").iterdir()), ("", '{"error": ""', "[]")):
+    for path, text in zip(
+        sorted((tmp_path / "out" / "points").iterdir()), ("", '{"error": ""', "[]", '{"again": false}')
+    ):
         path.write_text(text)
     swept(arm, tmp_path / "out", RANGE)
     assert (tmp_path / "out" / "sweep.nc").read_bytes() == before
@@ -220,6 +222,17 @@ def test_points_that_fail_are_recorded_and_do_not_end_the_sweep(tmp_path, seed):
     assert peaks[-1] == np.abs(alone).max()
     assert len(plot_sweep(sweep, tmp_path)) == 3
     assert any("1 of 4 points failed" in str(part) for part in sweep_summary(sweep).renderables)
+
+
+def test_what_error_estimates_lack_is_told(arm, tmp_path):
+    pulse = {"kind": "pulse", "start": 1.0, "end": 1.01}  # between two of the 72 positions
+    loads = {"tap": {"at": "arm.P", "force": (0.0, 1e-3), "factor": pulse}}
+    struck = arm.changed(loads=loads, analysis__solver="collocation", analysis__allow_coarse=True)
+    sweep = swept(struck, tmp_path, "loads.tap.factor.end=1.01:2:2")
+    alone = [analyse(struck.changed(loads__tap__factor__end=end)).data.attrs["not_estimated"] for end in (1.01, 2.0)]
+    assert "do not see it" in alone[0]
+    assert sweep.data["not_estimated"].to_numpy().tolist() == alone
+    assert any(str(part).endswith(f"factor.end = 1.01 rad: {alone[0]}") for part in sweep_summary(sweep).renderables)
 
 
 def test_a_sweep_in_which_all_points_fail_is_a_sweep(tmp_path, seed):

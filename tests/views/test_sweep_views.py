@@ -10,6 +10,7 @@ from rich.console import Console
 
 from fenics_mech.studies.sweep import Sweep
 from fenics_mech.studies.sweep_axes import parse_axes
+from fenics_mech.studies.sweep_points import TEXTS
 from fenics_mech.views.sweep import campbell_figure, response_figure, waterfall_figure
 from fenics_mech.views.sweep_maps import strain_map
 from fenics_mech.views.sweep_summary import sweep_summary
@@ -29,7 +30,7 @@ def made(seed):
         for axis in axes:
             units = dict(zip(("written_units", "written_factor"), axis.written))
             data = data.assign_coords({axis.path: (axis.path, list(axis.values), {"units": axis.unit} | units)})
-        for name in ("error", "message", "effects"):
+        for name in TEXTS:
             data[name] = (paths, np.full(shape, "", dtype=object))
         growing = np.arange(1.0, 1 + np.prod(shape)).reshape(*shape, 1)
         for name in ("peak_strain", "peak_deflection", "peak_strain_s", "euler_ratio", "bow", "rotation"):
