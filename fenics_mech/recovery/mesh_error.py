@@ -115,8 +115,13 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         if not system.terms.coupled:
             line += _of_joints(system, history.displacement, step, closed)
     force = None if tension is None else _by_tension(system, tension, z.imag)
-    if reduction is not None and step is not None:
-        force = _sum(force, _by_modes_left_out(system, left_to_statics(system, history), step, closed))
+    if reduction is not None and (step is not None or tension is not None):
+        left = left_to_statics(system, history)
+        if step is not None:
+            force = _sum(force, _by_modes_left_out(system, left, step, closed))
+        if tension is not None:
+            pulled = _pulled(system, left, tension[..., None] * WEIGHTS)
+            force = _sum(force, system.assembled_from_members(pulled))
     ends = _by_varying(system, history, element, xi) if varies else None
     if tension is not None:
         axial = forces_inside(system, history, element, xi, pins)[0]

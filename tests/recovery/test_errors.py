@@ -264,6 +264,23 @@ def test_inertia_of_the_shortening_inside_reduced_members():
 IN_TIME = {"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 120, "allow_coarse": True}
 
 
+@pytest.mark.parametrize("effect", ["geometric-stiffness", "moderate-rotations"])
+def test_axial_force_on_the_deflection_that_reduced_members_leave_to_statics(effect):
+    """Two loads bend a strut under half of Euler's load in the shape of mode 2, which the cutoff leaves out.
+
+    Measured 1.2, the strains 5 % off; 0.002 without it.
+    """
+    press = {"dead": {"at": "column.head", "force": (0, -54.0)}}
+    pair = {name: {"at": f"column@{s}", "force": (f, 0.0)} for name, s, f in (("a", 0.25, 5.0), ("b", 0.75, -5.0))}
+    whole = load(DEMOS / "pulsating_column.toml").changed(
+        effects=("coupling", effect), loads=press | pair, mesh__elements=8, analysis=WHOLE | {"sub_intervals": 6}
+    )
+    reduced = whole.changed(mesh__elements=4, analysis__reduction="craig-bampton", analysis__cutoff=50.0)
+    found, exact = (analyse(strut).data for strut in (reduced, whole))
+    assert distance(found, exact) > 0.04 * exact["largest_strain"]
+    assert ratio(found, exact, "mesh") == pytest.approx(1.2, abs=0.1)
+
+
 @pytest.mark.parametrize(("petsc", "tolerance"), [({}, 1e-4), ({}, 0.02), ({"transient_ts_type": "alpha2"}, 1e-4)])
 def test_steps_in_time(petsc, tolerance):
     """Against steps of a much smaller tolerance. Measured 1.3 to 8: half of the difference to ten times as large.
