@@ -114,7 +114,7 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
         if not system.terms.coupled:
             line += _of_joints(system, history.displacement, step, closed)
-    force = None if tension is None else _by_tension(system, tension, z.imag)
+    force: Array | None = None if tension is None else _by_tension(system, tension, z.imag)
     if reduction is not None and (step is not None or tension is not None):
         left = left_to_statics(system, history)
         if step is not None:
