@@ -114,14 +114,14 @@ def neglected(system: System, history: History, step: float | None, closed: bool
         line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
         if not system.terms.coupled:
             line += _of_joints(system, history.displacement, step, closed)
-    force: Array | None = None if tension is None else _by_tension(system, tension, z.imag)
+    force = None if tension is None else _by_tension(system, tension, z.imag)
     if reduction is not None and (step is not None or tension is not None):
         left = left_to_statics(system, history)
         if step is not None:
             force = _sum(force, _by_modes_left_out(system, left, step, closed))
         if tension is not None:
-            pulled = _pulled(system, left, tension[..., None] * WEIGHTS)
-            force = _sum(force, system.assembled_from_members(pulled))
+            of_left = _pulled(system, left, tension[..., None] * WEIGHTS)
+            force = _sum(force, system.assembled_from_members(of_left))
     ends = _by_varying(system, history, element, xi) if varies else None
     if tension is not None:
         axial = forces_inside(system, history, element, xi, pins)[0]
