@@ -29,6 +29,7 @@ SMALLEST_STEP = 1e-12
 FARTHEST_FROM_GUESS = np.pi / 2  # of an assembled link: beyond it the branch is not the one that was meant
 LARGEST_CORRECTION = 0.05  # rad, of a predicted link angle: beyond it the step may have left the branch
 LARGEST_TURN = 0.1  # of a predicted link's rate, of the largest: beyond it the step may have jumped over a corner
+AT_REST = 1e-9  # rate of a link's angle by the drive coordinate that counts as none: in a dwell rates are rounding
 
 
 class DriveLaw:
@@ -196,7 +197,7 @@ def _stepped(
         return None
     new_rate, new_curvature = _derivatives_at(loops, law, found[0], here + ahead)
     turn = np.abs((new_rate - rate - curvature * ahead)[2::3]).max()
-    if turn > LARGEST_TURN * max(np.abs(part[2::3]).max() for part in (rate, new_rate)):
+    if turn > LARGEST_TURN * max(AT_REST, *(np.abs(part[2::3]).max() for part in (rate, new_rate))):
         return None
     return found[0], new_rate, new_curvature
 

@@ -111,3 +111,13 @@ def test_branch_far_from_the_rough_angles_is_refused():
     scene = seed_four_bar(links__coupler__angle=-1.6, links__follower__angle=1.0)
     with pytest.raises(AssemblyError, match="far from its rough angle"):
         solve_motion(scene, THETA)
+
+
+def test_a_drive_may_dwell():
+    """Where it rests rates are rounding, which no step along the branch resolves."""
+    law = {"kind": "expression", "formula": "0.3*tanh(30*sin(theta))"}
+    scene = seed_four_bar().changed(drive={"joint": "O", "law": law, "period": 0.2})
+    motion = solve_motion(scene, THETA)
+    assert motion.angle[:, 0] == pytest.approx(0.3 * np.tanh(30 * np.sin(THETA)), abs=1e-12)
+    coupler, _ = closed_form(0.10795, 0.2794, 0.27051, 0.254, motion.angle[:, 0], 1)
+    assert motion.angle[:, 1] == pytest.approx(coupler, abs=1e-12)
