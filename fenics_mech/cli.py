@@ -228,6 +228,8 @@ def sweep(
         plots = plot_sweep(found, folder, member)
         out.print(sweep_summary(found))
         tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)
+        if (found.data["error"] != "").all():
+            raise MechanismError("no point of the sweep has an answer; sweep.nc and the lines above tell why")
 
 
 @app.command()

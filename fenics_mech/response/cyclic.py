@@ -126,10 +126,12 @@ class BlockCyclic:
         found = min(reasons, key=np.sign)
         residual = float((np.linalg.norm(lack, axis=(0, 1)) / sizes).max())
         if found <= 0 or not residual < LARGEST_RESIDUAL:
+            why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
+            if len(right) > 1 and self._grows:
+                why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"
             raise SolverError(
                 f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, found)}, "
-                f"relative residual {residual:.1e}). Without damping the drive may be at resonance: give a damping "
-                "ratio, or other solver options"
+                f"relative residual {residual:.1e}). {why}"
             )
         return states
 

@@ -165,6 +165,8 @@ class _Run:
         try:
             self.points.mkdir(parents=True, exist_ok=True)
             before = json.loads(path.read_text()) if path.exists() else plan
+            if not (isinstance(before, dict) and before.keys() == plan.keys() and isinstance(before["values"], dict)):
+                raise ValueError("its sweep.json is not that of a sweep")
         except (OSError, ValueError) as error:
             raise ResultError(f"{self.folder}: cannot be used for a sweep: {error}") from error
         refuse_other(before, plan, self.folder)

@@ -16,6 +16,7 @@ from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene.build import build
@@ -25,6 +26,7 @@ Record = dict[str, Any]
 
 KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions, unit, meaning
     "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, also between stations"),
+    "peak_doubt": ((), "1", "share by which peaks between few positions are uncertain, of strains or joint forces"),
     "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain at a station"),
     "peak_strain_s": (("member",), "1", "station of the largest strain"),
     "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
@@ -118,11 +120,13 @@ def reduced(result: Result, gauge: Gauge) -> Record:
     """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints."""
     data = result.data
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
-    values = _strains(result, gauge)
-    values["peak_deflection"] = _peak(_length(data["deflection"]), "member")
-    values["peak_joint_force"] = _peak(_length(data["joint_force"]), "joint")
+    closer = between_positions(result)
+    values = _strains(result, closer, gauge)
+    values["peak_doubt"] = np.array(max(doubt(result, closer, name) for name in PEAKS))
+    values["peak_deflection"] = _peak(_length(closer.data["deflection"]), "member")
+    values["peak_joint_force"] = _peak(_length(closer.data["joint_force"]), "joint")
     if "input_torque" in data:
-        values["peak_input_torque"] = np.abs(data["input_torque"].to_numpy()).max()
+        values["peak_input_torque"] = np.abs(closer.data["input_torque"].to_numpy()).max()
         values["drive_rate"] = np.array(result.scene.cycle_rate)
     if "frequency" in data:
         frequency = data["frequency"].transpose("theta", "mode").to_numpy()
@@ -142,20 +146,21 @@ def reduced(result: Result, gauge: Gauge) -> Record:
     }
 
 
-def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
+def _strains(result: Result, closer: Result, gauge: Gauge) -> dict[str, Array]:
     """Give the peak of every member's strain, where it is, and the harmonics of the strain at the gauge."""
-    strain = result.data["strain"].transpose("member", "theta", "s", "fibre")
-    size = np.abs(strain.to_numpy())
-    theta, s, fibre = np.unravel_index(size.reshape(len(size), -1).argmax(axis=1), size.shape[1:])
+    strain = closer.data["strain"].transpose("member", "theta", "s", "fibre")
+    size = np.abs(strain.to_numpy()).reshape(strain.sizes["member"], -1)
+    theta, s, fibre = np.unravel_index(size.argmax(axis=1), strain.shape[1:])
     found = {
-        "peak_strain": result.data["largest_strain"].to_numpy(),
+        "peak_strain": np.maximum(result.data["largest_strain"].to_numpy(), size.max(axis=1)),
         "peak_strain_theta": strain["theta"].to_numpy()[theta],
         "peak_strain_s": strain["s"].to_numpy()[s],
         "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
     }
     if (cycle := last_cycle(result.scene, result.data)) is not None:
-        wave = strain.sel(fibre=gauge.fibre).interp(s=gauge.s).isel(theta=cycle).to_numpy().T
-        found["strain_harmonic"] = np.abs(harmonics(wave)).T[:, : 1 + gauge.harmonics]
+        wave = result.data["strain"].sel(fibre=gauge.fibre).interp(s=gauge.s).isel(theta=cycle)
+        along = harmonics(wave.transpose("theta", "member").to_numpy())
+        found["strain_harmonic"] = np.abs(along).T[:, : 1 + gauge.harmonics]
     return found
 
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-import math
 
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
-from scipy.interpolate import Akima1DInterpolator
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import LARGEST_ERROR, NUMERICAL
+from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
@@ -25,10 +24,6 @@ from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
 LARGEST_HARMONICS = 4  # that the summary names
-DOUBTFUL = 0.01  # difference of peaks that is told
-NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
-FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
-CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
 TINY = float(np.finfo(float).tiny)
 MINUS = "\N{MINUS SIGN}"
 
@@ -40,7 +35,7 @@ def summary(result: Result) -> Group:
     and deflection per member, force per joint, input torque, and the range of each mode's frequency.
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
-    closer = _between_positions(result)
+    closer = between_positions(result)
     parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
         parts.append(_joints(closer))
@@ -175,43 +170,14 @@ def _effects(result: Result) -> str:
     return (", ".join(acting) or "none") + (chosen if estimated else "")
 
 
-def _between_positions(result: Result) -> Result:
-    """Give smooth curves of a cycle at more positions, where there are few: a peak lies between two as a rule.
-
-    The curves are Akima's: they do not swing beyond the positions at corners, as Fourier series and splines do.
-    """
-    scene, data = result.scene, result.data
-    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
-    if scene.analysis.method != "periodic" or not smooth or (count := data.sizes["theta"]) >= FEW:
-        return result
-    curves = data[[name for name in CURVES if name in data]]
-    theta = scene.drive_angles(count * math.ceil(CLOSE / count))
-    around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)
-    places = np.arange(len(theta)) * count / len(theta)
-    finer = {
-        name: (curve.dims, Akima1DInterpolator(around, curve.to_numpy()[around % count])(places))
-        for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
-    }
-    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
-
-
 def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
-    """Say by how much peaks are uncertain where they lie between few positions, from either half of these."""
-    count = result.data.sizes["theta"]
-    if closer is result or count % 2 or count < 4:
-        return []
-    curves = result.data[list(closer.data)]
-    every_second = [_between_positions(Result(curves.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
-    doubts = []
-    for name, along in (("strain", "member"), ("joint_force", "joint")):
-        sizes = (abs(found.data[name]) for found in (closer, *every_second))
-        peaks, *halved = (size.max([dim for dim in size.dims if dim != along]) for size in sizes)
-        doubts.append(max(float((abs(peaks - half) / peaks.max()).max()) for half in halved))
-    if max(doubts) < DOUBTFUL:
+    """Say by how much peaks are uncertain where they lie between few positions."""
+    by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
+    if max(by_strain, by_force) < DOUBTFUL:
         return []
     text = (
-        f"Peaks between the {count} positions are uncertain by {doubts[0]:.1%} of the largest strain and "
-        f"{doubts[1]:.1%} of the largest joint force, as every second position tells: take more sub_intervals"
+        f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
+        f"strain and {by_force:.1%} of the largest joint force, as every second position tells: take more sub_intervals"
     )
     return [Text(text)]
 

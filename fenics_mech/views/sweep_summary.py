@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech.recovery.peaks import DOUBTFUL
 from fenics_mech.views.plots import MICRO
 from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
 from fenics_mech.views.tables import number, table_of
@@ -25,7 +26,7 @@ KINDS = {  # of errors, in words
     "SceneError": "the scene is not valid there",
     "TooLargeError": "too large for memory or a solver",
     "AssemblyError": "the links cannot be put together",
-    "SolverError": "no accurate answer is found",
+    "SolverError": "no accurate answer, or no stable motion, is found",
     "UnresolvedError": "steps, modes or elements are too coarse",
 }
 
@@ -44,6 +45,12 @@ def sweep_summary(sweep: Sweep) -> Group:
     errors, messages, lacks = (
         data[name].transpose(*paths).to_numpy().astype(str) for name in ("error", "message", "not_estimated")
     )
+    doubts = data["peak_doubt"].transpose(*paths).to_numpy() if "peak_doubt" in data else np.zeros(1)
+    if (doubtful := doubts > DOUBTFUL).any():
+        at = _where(data, paths, np.argwhere(doubtful))
+        parts.append(
+            Text(f"Peaks lie between few positions, and are uncertain by up to {np.nanmax(doubts):.1%} at {at}")
+        )
     for lack in np.unique(lacks[lacks != ""]):
         at = _where(data, paths, np.argwhere(lacks == lack))
         parts.append(Text(f"NOT in the error estimates at {at}: {lack}"))

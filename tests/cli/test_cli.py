@@ -192,3 +192,11 @@ def test_no_memory_is_told_with_what_to_do(call, monkeypatch, words):
     assert code == 1
     assert message.startswith("error: not enough memory: take fewer sub_intervals")
     assert message.rstrip().endswith(words)
+
+
+def test_a_sweep_without_an_answer_fails_and_tells_why(call, tmp_path):
+    code, out, err = call("sweep", DEMO, "--over", "links.coupler.points.B.0=0.01:0.02:2", "-o", tmp_path / "out")
+    assert code == 1
+    assert "2 of 2 points failed" in out
+    assert err == "error: no point of the sweep has an answer; sweep.nc and the lines above tell why\n"
+    assert (tmp_path / "out" / "sweep.nc").exists()

@@ -52,7 +52,7 @@ def test_an_iteration_that_ends_too_early_is_refused():
 def test_states_that_grow_too_much_are_refused():
     """Where all steps are made one, the last equation holds, and rounding shows in the states at 1e-5 of them."""
     transitions, right = system([1e12, 0.5, 0.1])
-    with pytest.raises(SolverError, match="no reliable answer"):
+    with pytest.raises(SolverError, match=r"no reliable answer .* Some motion grows too fast: a member buckles"):
         BlockCyclic(transitions, {}).solve(right)
 
 

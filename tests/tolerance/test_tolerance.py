@@ -13,11 +13,11 @@ from fenics_mech import analyse, load
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError
 from fenics_mech.kinematics import missed_corner, solve_motion
 from fenics_mech.knobs import Knobs, Trial
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from fenics_mech.tolerance import _next, within
-from fenics_mech.views.report import _between_positions
 
 DEMOS = Path(__file__).parents[2] / "demos"
 TAPERED = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": "8e-12*(1 - 0.5*s)**3", "fibre": "8e-4"}
@@ -87,7 +87,7 @@ def test_peaks_are_sought_between_few_positions():
     scene = load(DEMOS / "slider_crank.toml")
     few, many = (analyse(scene.changed(tolerance=1e-2)), analyse(scene.changed(mesh__elements=6)))
     assert few.data.sizes["theta"] < 100
-    found, best = (_between_positions(r).data["strain"].sel(member="crank") for r in (few, many))
+    found, best = (between_positions(r).data["strain"].sel(member="crank") for r in (few, many))
     assert float(np.abs(found).max()) == pytest.approx(float(np.abs(best).max()), rel=1e-2)
     assert float(np.abs(few.data["strain"].sel(member="crank")).max()) < 0.98 * float(np.abs(best).max())
 

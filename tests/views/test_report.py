@@ -11,6 +11,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
@@ -24,7 +25,6 @@ from fenics_mech.views import (
     summary,
     write_frequencies,
 )
-from fenics_mech.views.report import _between_positions
 
 
 def printed(renderable, width=80):
@@ -44,7 +44,7 @@ def row(text, name):
 
 def test_peaks_of_the_members(result):
     text = printed(summary(result))
-    result = _between_positions(result)  # of which there are 24
+    result = between_positions(result)  # of which there are 24
     strain = result.data["strain"].sel(member="follower")
     place = np.unravel_index(np.abs(strain).to_numpy().argmax(), strain.shape)
     cells = row(text, "follower")
@@ -73,7 +73,7 @@ def test_harmonics_and_vibration_of_the_members():
 
 def test_joints_torque_frequencies_and_decisions(result):
     text = printed(summary(result))
-    close = _between_positions(result).data
+    close = between_positions(result).data
     force = np.linalg.norm(close["joint_force"].sel(joint="O"), axis=-1)
     assert float(row(text, "O")[1]) == pytest.approx(force.max(), rel=1e-3)
     assert row(text, "O")[3] == f"{0.5 * force.argmax():g}\N{DEGREE SIGN}"
@@ -162,7 +162,7 @@ def test_peaks_between_positions_do_not_swing_beyond_corners():
     assert "Peaks between the 36 positions are uncertain by" in printed(summary(few))
     assert "are uncertain by" not in printed(summary(many))
     for name in ("strain", "joint_force", "deflection"):
-        told, exact = (abs(found.data[name]).max() for found in (_between_positions(few), many))
+        told, exact = (abs(found.data[name]).max() for found in (between_positions(few), many))
         assert told < 1.01 * exact
 
 

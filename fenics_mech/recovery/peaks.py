@@ -1,0 +1,52 @@
+"""Peaks between the positions of a cycle, where these are few."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.interpolate import Akima1DInterpolator
+
+from fenics_mech.recovery.result import Result
+
+NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
+FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
+PEAKS = {"strain": "member", "joint_force": "joint"}  # that may be doubted, and along what each has its own
+DOUBTFUL = 0.01  # share of the largest peak by which others are uncertain, that is told
+CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
+
+
+def between_positions(result: Result) -> Result:
+    """Give smooth curves of a cycle at more positions, where there are few: a peak lies between two as a rule.
+
+    The curves are Akima's: they do not swing beyond the positions at corners, as Fourier series and splines do. Where
+    positions are enough, or something jumps, the result is given as it is.
+    """
+    scene, data = result.scene, result.data
+    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
+    if scene.analysis.method != "periodic" or not smooth or (count := data.sizes["theta"]) >= FEW:
+        return result
+    curves = data[[name for name in CURVES if name in data]]
+    theta = scene.drive_angles(count * math.ceil(CLOSE / count))
+    around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)
+    places = np.arange(len(theta)) * count / len(theta)
+    finer = {
+        name: (curve.dims, Akima1DInterpolator(around, curve.to_numpy()[around % count])(places))
+        for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
+    }
+    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
+
+
+def doubt(result: Result, closer: Result, name: str) -> float:
+    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions tells.
+
+    `closer` is what `between_positions` gives for the result; where it is the same, nothing is in doubt.
+    """
+    count = result.data.sizes["theta"]
+    if closer is result or count % 2 or count < 4:
+        return 0.0
+    few = result.data[list(closer.data)]
+    halved = [between_positions(Result(few.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
+    curves = (abs(found.data[name]).transpose(PEAKS[name], ...).to_numpy() for found in (closer, *halved))
+    peaks, *others = (curve.reshape(len(curve), -1).max(axis=1) for curve in curves)
+    return float(np.abs(peaks - others).max() / max(peaks.max(), np.finfo(float).tiny))
