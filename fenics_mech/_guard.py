@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import resource
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +16,7 @@ ADVICE = (
     "Look for numbers in the scene that lie too far apart, such as a spring or damper that is as good as rigid (a weld "
     "or an inextensible member is rigid), a mass of nearly nothing, or a wrong unit"
 )
+OF_CONTAINER = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
 
 
 @contextmanager
@@ -32,8 +35,13 @@ def guarded() -> Iterator[None]:
 
 
 def memory() -> int:
-    """Give the machine's memory (bytes)."""
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    """Give the memory that there is for this process (bytes): the machine's, or what its limits or container allow."""
+    found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
+    found += [limit for limit in resource.getrlimit(resource.RLIMIT_AS) if limit != resource.RLIM_INFINITY]
+    for path in OF_CONTAINER:
+        with suppress(OSError, ValueError):  # there is none, or it says "max"
+            found.append(int(path.read_text()))
+    return min(found)
 
 
 def require_memory(numbers: float, what: str, hint: str) -> None:
@@ -56,6 +64,6 @@ def require_memory(numbers: float, what: str, hint: str) -> None:
     there = memory()
     if 8 * numbers > there:
         raise TooLargeError(
-            f"{what} need about {8 * numbers / 1e9:.3g} GB of memory, and the machine has {there / 1e9:.3g} GB",
+            f"{what} need about {8 * numbers / 1e9:.3g} GB of memory, and there is {there / 1e9:.3g} GB for it",
             hint=hint,
         )

@@ -164,7 +164,7 @@ def test_what_is_no_scene_file_is_refused_at_once(tmp_path, demo_text, kind):
 def test_cycle_that_does_not_fit_into_memory_is_refused(seed):
     from fenics_mech import analyse
 
-    with pytest.raises(SceneError, match="GB of memory, and the machine has"):
+    with pytest.raises(SceneError, match="GB of memory, and there is"):
         analyse(seed.changed(analysis__sub_intervals=10**6, analysis__stations=10_001))
 
 

@@ -11,7 +11,8 @@ from hard import arm, by_modes, natural
 import fenics_mech.analysis
 import fenics_mech.mechanism.equation
 import fenics_mech.response.periodic
-from fenics_mech import analyse
+from fenics_mech import _guard, analyse
+from fenics_mech._guard import memory
 from fenics_mech.errors import SolverError, TooLargeError
 from fenics_mech.scene.factories import seed_four_bar
 
@@ -92,3 +93,15 @@ def test_memory_is_judged_before_every_position_is_solved(monkeypatch, module, n
     monkeypatch.setattr(module, name, 1e9)
     with pytest.raises(TooLargeError, match=needed):
         analyse(seed_four_bar(effects=effects, analysis__sub_intervals=60, analysis__modes=20))
+
+
+def test_memory_of_a_container_is_the_bound(monkeypatch, tmp_path):
+    """One that says "max" has none, and a machine has most that it can have."""
+    for name, says in (("max", "max\n"), ("little", "1000000\n")):
+        (tmp_path / name).write_text(says)
+    whole = memory()
+    monkeypatch.setattr(_guard, "OF_CONTAINER", (tmp_path / "none", tmp_path / "max"))
+    assert memory() >= whole
+    monkeypatch.setattr(_guard, "OF_CONTAINER", (tmp_path / "max", tmp_path / "little"))
+    with pytest.raises(TooLargeError, match=r"need about .* GB of memory, and there is 0.001 GB for it"):
+        analyse(seed_four_bar())
