@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,12 +13,14 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
+from scipy.integrate import trapezoid
 
 from fenics_mech.effects.effect import Choice
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.response.dispersion import MOST_OFF
 from fenics_mech.scene import Scene
+from fenics_mech.scene.loads import LineLoad
 from fenics_mech.views.geometry import Array
 
 if TYPE_CHECKING:
@@ -114,7 +116,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
             "Nothing drives it" + (", and joints leave it free: " + "; ".join(reach.free) if reach.free else "") + "."
         )
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
-    lines.append(Text(turns))
+    lines += [_in_si(scene), *(Text(line) for line in _acting(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
             lines.append(Text(f"{critical.kind} at {_degrees(critical.theta)} ({', '.join(critical.links)})"))
@@ -127,6 +129,40 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
         text = f"transmission angle at joint {pair.joint} ({', '.join(pair.links)})"
         lines.append(Text(f"{text}: {'at worst ' * (pair.angle < BEST)}{_degrees(pair.angle)} {at}"))
     return Group(*lines)
+
+
+def _in_si(scene: Scene) -> Table:
+    """Tabulate mass and stiffness of the members, in which a wrong unit shows."""
+    columns = "member", "mass (kg)", "EA (N)", "EI (N m^2)", "radius of\ngyration (mm)"
+    table, s = table_of("The same in SI, at mid-span where they vary", *columns), np.linspace(0, 1, 101)
+    for label in scene.members():
+        rigidity = scene.rigidity(label, s)
+        mass = float(trapezoid(rigidity.line_density, s)) * math.dist(*scene.member_ends(label))
+        ea, ei = float(rigidity.axial[50]), float(rigidity.bending[50])
+        table.add_row(escape(label), number(mass), number(ea), number(ei), number(1e3 * math.sqrt(ei / ea)))
+    return table
+
+
+def _acting(scene: Scene) -> Iterator[str]:
+    """Say which masses there are, and which loads act, in SI."""
+    for name, mass in scene.masses.items():
+        turning = f" and {number(mass.inertia)} kg m^2" if mass.inertia else ""
+        yield f"mass {name}: {number(mass.mass)} kg{turning} at {mass.at}"
+    for name, load in scene.loads.items():
+        if isinstance(load, LineLoad):
+            ends = " to ".join(_pair(end) for end in (load.line, load.line_end) if end is not None)
+            what, where = f"{ends} N/m", f"along {load.member}"
+        else:
+            parts = [f"{_pair(load.force)} N"] * any(load.force) + [f"{number(load.moment)} N m"] * bool(load.moment)
+            what, where = " and ".join(parts) or "nothing", f"at {load.at}"
+        factor = load.factor_at(np.linspace(0, 2 * np.pi, 721))
+        low, high = number(factor.min()), number(factor.max())
+        varies = "" if load.factor is None else f", times a factor from {low} to {high} ({load.factor.kind})"
+        yield f"load {name}: {what} {where}{varies}"
+
+
+def _pair(values: tuple[float, float]) -> str:
+    return f"({number(values[0])}, {number(values[1])})"
 
 
 def _degrees(angle: float) -> str:
