@@ -17,6 +17,7 @@ from fenics_mech.branch import check, family_of, first_motion, result_at
 from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Saved
 from fenics_mech.response.continuation import Point, continued
 from fenics_mech.response.floquet import TOLERANCE
@@ -182,7 +183,8 @@ def follow(
 def _record(result: Result, point: Point, gauge: Gauge) -> Record:
     """Keep of a point what a sweep keeps, and what `OWN` lists."""
     record, data = reduced(result, gauge), result.data
-    strain, multiplier = data["strain"], np.zeros((0, 2))  # no vibration is slow enough for the steps
+    strain = between_positions(result).data["strain"]
+    multiplier = np.zeros((0, 2))  # no vibration is slow enough for the steps
     if "multiplier" in data:
         multiplier = data["multiplier"].transpose(..., "part").to_numpy()
     over = [name for name in strain.dims if name != "member"]
