@@ -35,6 +35,9 @@ FARTHEST = 1.25  # times its frequency, up to which the mesh may put a mode that
 UNDAMPED = 1e-6  # loss factor, below which `LEAST_LOSS` is taken
 LASTS = 4  # logarithm of what a cycle leaves of a vibration, up to which it lasts
 POSITIONS = 8  # of the cycle, at which modes are looked at
+LOOKED_AT = 360  # the same, for the harmonic with the largest vibration
+EVEN = 1e-6  # difference of steps of a phase, relative to them, that counts as none
+AT_A_TIME = 4_000_000  # numbers: positions times harmonics
 
 
 @dataclass(frozen=True)
@@ -128,13 +131,22 @@ class Resonances:
         y, y_rate = np.zeros((2, *modes.omega.shape))
         for m in np.flatnonzero(hidden.any(axis=0)):
             pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones(count)
-            numbers = np.flatnonzero(hidden[:, m])
-            turns = np.exp(2j * np.pi / count * np.cumsum(pace)[:, None] * numbers)
-            loads = modes.shapes[:, m] @ (self.load.T @ turns.conj()) * (2 / count)
-            worst = int(np.abs(loads).max(axis=0).argmax())
-            found = -1j * loads[:, worst] * turns[:, worst] / (modes.omega[:, m].mean() ** 2 * self.width[m])
+            numbers, phase = np.flatnonzero(hidden[:, m]), 2 * np.pi / count * np.cumsum(pace)
+            loads = self._harmonics_of_load(phase, numbers)
+            worst = int(np.abs(modes.shapes[:: max(1, count // LOOKED_AT), m] @ loads).max(axis=0).argmax())
+            found = -1j * (modes.shapes[:, m] @ loads[:, worst]) * np.exp(1j * numbers[worst] * phase)
+            found /= modes.omega[:, m].mean() ** 2 * self.width[m]
             y[:, m], y_rate[:, m] = found.real, (1j * numbers[worst] * found).real * self.rate * pace
         return y, y_rate
+
+    def _harmonics_of_load(self, phase: Array, numbers: NDArray[np.int64]) -> NDArray[np.complex128]:
+        """Give harmonics of the load over a phase that grows by a turn in the cycle, ``(coordinates, numbers)``."""
+        count = len(phase)
+        if np.ptp(np.diff(phase, prepend=0.0)) < EVEN / count:
+            return (np.fft.rfft(self.load, axis=0)[numbers] * np.exp(-1j * numbers * phase[0])[:, None]).T * (2 / count)
+        parts = np.array_split(numbers, -(-count * len(numbers) // AT_A_TIME))
+        turns = (np.exp(-1j * phase[:, None] * part) for part in parts)
+        return np.concatenate([self.load.T @ turn for turn in turns], axis=1) * (2 / count)
 
 
 def hidden_motion(equation: Equation, resonances: Resonances, hidden: Mask) -> tuple[Array, Array]:

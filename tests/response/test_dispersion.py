@@ -1,5 +1,6 @@
 """Frequencies that meshes and steps have wrong, and the vibration that they hide by it."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from synthetic import arm
 from fenics_mech import analyse
 from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.modes import Modes
+from fenics_mech.response import dispersion
 from fenics_mech.response.dispersion import Resonances, enough_modes, frequency_error
 from fenics_mech.response.tableau import Tableau
 from fenics_mech.scene.factories import seed_four_bar
@@ -86,6 +88,30 @@ def test_hidden_vibration_is_that_of_an_oscillator_in_resonance():
     assert y[:, 0] == pytest.approx(exact, abs=1e-12)
     assert rate[:, 0] == pytest.approx(0.7 / (49 * 0.01) * np.sin(7 * ANGLE), abs=1e-12)
     assert not np.any(found.vibration(np.zeros_like(found.by_mesh)))
+
+
+@pytest.mark.parametrize("uneven", [0.0, 0.3])
+def test_harmonics_of_a_load_over_a_phase(uneven, monkeypatch):
+    """By FFT where the phase grows evenly, and by parts where it does not."""
+    load = np.random.default_rng(1).normal(size=48)
+    found, numbers = replace(resonances(5.0, 0.01, 0.0), load=load[:, None]), np.array([0, 3, 7, 20])
+    phase = np.cumsum(2 * np.pi / 48 * (1 + uneven * np.sin(ANGLE)))
+    exact = [load @ np.exp(-1j * number * phase) / 24 for number in numbers]
+    monkeypatch.setattr(dispersion, "AT_A_TIME", 100)
+    assert found._harmonics_of_load(phase, numbers)[0] == pytest.approx(np.array(exact), abs=1e-12)
+
+
+def test_many_positions_take_memory_in_proportion():
+    """A table of all harmonics at all positions took 15 GB where 100,000 positions show a coarse mode 10,000."""
+    count = 4000
+    many = np.ones((count, 1, 1))
+    modes = Modes(np.zeros(count), 5 * many[..., 0], many, many, many, many[..., 0])
+    found = Resonances(modes, 1.0, np.cos(np.arange(count))[:, None], np.array([0.01]), np.array([0.1]))
+    tracemalloc.start()
+    found.vibration(np.ones((count // 2 + 1, 1), dtype=bool))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 30e6  # 18 MB; that table has 128
 
 
 @pytest.mark.parametrize(
