@@ -210,16 +210,19 @@ def highest_felt(load: Array, static: Array, loss: float, enough: float) -> int:
 def frequency_error(system: System, modes: Modes) -> Array:
     """Give by which share about elements have natural frequencies wrong, ``(modes,)``, up to `MOST_OFF`.
 
-    In bending that is ``omega^2 rho A h^4 / (1440 EI)`` and along the axis ``omega^2 rho A h^2 / (24 EA)``, weighted
-    with the elements' kinetic energy. What lumps of mass add is told by Rayleigh's quotient with the mass along the
-    elements.
+    In bending that is ``omega^2 rho A h^4 / (1440 EI)``, along the axis ``omega^2 rho A h^2 / (24 EA)`` and in shear
+    ``omega^2 rho A h^2 / (24 G A_s)``, weighted with the elements' kinetic energy. What lumps of mass add is told by
+    Rayleigh's quotient with the mass along the elements.
 
     Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978), for the axis; in bending
     by the same expansion of the cubic element with consistent mass.
     """
     beams, count = system.beams.spread or system.beams, modes.omega.shape[1]
     h = beams.mesh.cell_length
-    per_square = beams.line_density * (h**4 / (1440 * beams.bending_rigidity) + h**2 / (24 * beams.axial_rigidity))
+    flexibility = h**4 / (1440 * beams.bending_rigidity) + h**2 / (24 * beams.axial_rigidity)
+    if beams.shear_rigidity is not None:
+        flexibility += h**2 / (24 * beams.shear_rigidity)
+    per_square = beams.line_density * flexibility
     if (reduction := system.beams.reduction) is not None:
         per_square *= reduction.fineness**-4.0
     share = np.zeros(count)
