@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from fenics_mech._guard import guarded
 from fenics_mech.building import mechanism, scene_modes, system_at
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics import missed_corner, solve_motion
 from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.recovery.members import recover_members
 from fenics_mech.recovery.validity import bow
@@ -38,13 +39,14 @@ def examine(scene: Scene) -> Survey:
 
     There are enough of them for harmonics of the load up to twice the frequency of the second mode.
     """
-    plain = scene.changed(effects=(), analysis__sub_intervals=POSITIONS, analysis__modes=MODES)
+    positions = _positions(scene)
+    plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=MODES)
     system = mechanism(plain)
     modes = scene_modes(plain, system).elastic
     if scene.drives:
-        wanted = int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate))
-        if wanted > POSITIONS:
-            plain = plain.changed(analysis__sub_intervals=min(wanted, MOST_POSITIONS))
+        wanted = min(int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate)), MOST_POSITIONS)
+        if wanted > positions:
+            plain = plain.changed(analysis__sub_intervals=wanted)
             motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals))
             system = system_at(plain, system.beams, motion)
             modes = scene_modes(plain, system)
@@ -52,6 +54,17 @@ def examine(scene: Scene) -> Survey:
     state = recover_members(system, still, np.linspace(0, 1, 11))
     tension = mean_tension(system, still)
     return survey(plain, system, modes, still.displacement, tension, bow(plain, state))
+
+
+def _positions(scene: Scene) -> int:
+    """Give the positions of a survey: more where few miss a corner of the motion, but no more than the run has."""
+    analysis = scene.analysis
+    if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
+        return POSITIONS
+    positions, most = POSITIONS, math.inf if scene.tolerance is not None else analysis.sub_intervals
+    while positions < most and (corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(positions)))):
+        positions = int(min(max(2 * positions, corner.enough), most))
+    return positions
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:

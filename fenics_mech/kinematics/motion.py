@@ -152,8 +152,9 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
     if peak < SHARP * rate:
         return None
     missed = peak > LARGEST_BETWEEN * np.abs(motion.alpha).max() / scene.cycle_rate**2
-    enough = int(np.ceil(2 * np.pi * peak / rate))
-    missed = missed or (scene.analysis.method == "periodic" and len(motion.theta) < enough)
+    enough, count = int(np.ceil(2 * np.pi * peak / rate)), len(motion.theta)
+    missed = missed or (scene.analysis.method == "periodic" and count < enough)
+    enough = 2 * count if count >= enough else enough  # as many may lie on both sides of it
     return Corner(motion.links[link], float(theta[place]), peak, enough) if missed else None
 
 

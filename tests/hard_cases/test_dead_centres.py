@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
+from fenics_mech.choice import choose, examine
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.scene.build import build
@@ -239,3 +240,17 @@ def test_quasi_static_positions_that_miss_the_corner_are_refused():
     with pytest.raises(SceneError, match="link follower has a corner"):
         analyse(missing(1e-6, analysis=analysis))
     assert analyse(missing(1e-6, analysis=analysis | {"allow_coarse": True})).data["strain"].notnull().all()
+
+
+def test_effects_are_chosen_where_the_positions_of_the_run_see_the_corner():
+    """The survey begins with 48 positions, which miss it, and is no reason to refuse the run."""
+    scene = missing(1e-6, effects="auto", damping={"ratio": 0.02}, analysis={"sub_intervals": 960})
+    assert examine(scene).scene.analysis.sub_intervals == 476
+    with pytest.raises(SceneError, match="which 300 positions miss"):
+        choose(scene.changed(analysis__sub_intervals=300))
+
+
+def test_twice_as_many_are_asked_for_of_positions_on_both_sides_of_a_corner():
+    analysis = {"sub_intervals": 87, "stability": False}
+    with pytest.raises(SceneError, match=r"which 87 positions miss.* Take at least 174"):
+        analyse(missing(3e-5, damping={"ratio": 0.02}, analysis=analysis))
