@@ -42,6 +42,8 @@ def sweep_summary(sweep: Sweep) -> Group:
         at = _where(data, paths, np.argwhere(beyond))
         text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY, expect wrong strains there: {at}."
         parts.append(Text(f"{text} `run` tells why.", style="bold red"))
+    if told := _changing_effects(data, paths):
+        parts.append(Text(told))
     errors, messages, lacks = (
         data[name].transpose(*paths).to_numpy().astype(str) for name in ("error", "message", "not_estimated")
     )
@@ -62,6 +64,17 @@ def sweep_summary(sweep: Sweep) -> Group:
         at, message = _where(data, paths, places), messages[tuple(places[0])]
         parts.append(Text(f"  {len(places)} at {at}: {why}. The first says: {message}"))
     return Group(*parts)
+
+
+def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:
+    """Say which effects act at some points of a sweep only, as "auto" chooses anew at each: curves have steps there."""
+    chosen, errors = (data[name].transpose(*paths).to_numpy().astype(str) for name in ("effects", "error"))
+    acting = {place: set(names.split(", ")) - {""} for place, names in np.ndenumerate(chosen) if not errors[place]}
+    if not acting or not (some := sorted(set.union(*acting.values()) - set.intersection(*acting.values()))):
+        return ""
+    places = {name: np.array([place for place, names in acting.items() if name in names]) for name in some}
+    told = "; ".join(f"{name} at {_where(data, paths, at)}" for name, at in places.items())
+    return f"Some effects act at some points only: {told}. Name effects in the scene for one equation throughout."
 
 
 def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:

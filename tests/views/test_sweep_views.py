@@ -53,6 +53,17 @@ def said(sweep):
     return console.export_text()
 
 
+def test_effects_that_come_and_go_are_told(made):
+    sweep = made(SPEEDS)
+    sweep.data["effects"][:] = "coupling, vibration"
+    sweep.data["effects"][10], sweep.data["error"][10] = "", "SolverError"
+    assert "at some points only" not in said(sweep)
+    sweep.data["effects"][3:5] = "coupling, shear, vibration"
+    assert "at some points only: shear at drive.speed = 250 to 300 rpm. Name effects" in said(sweep)
+    sweep.data["effects"][0] = ""  # quasi-static
+    assert "vibration at drive.speed = 150 to 550 rpm" in said(sweep)
+
+
 def test_points_that_failed_are_told_by_ranges_in_the_unit_written(made):
     sweep = made(SPEEDS)
     assert "failed" not in said(sweep)
