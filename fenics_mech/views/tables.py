@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
+MEANING = (
+    "mesh error: share by which the elements have a frequency wrong, by estimate; "
+    "MAC: likeness of a mode to itself one position on, 1 where its shape hardly changes"
+)
+
+
 def frequency_table(
     frequency: Array, assurance: Array, off: Array, supported: Mapping[str, float] | None = None
 ) -> Table:
@@ -56,6 +62,7 @@ def frequency_table(
         table.add_section()
         for member, value in supported.items():
             table.add_row(f"{escape(member)} simply supported", number(value), number(value), "", "")
+        table.caption, table.caption_justify = MEANING, "left"
     return table
 
 

@@ -102,6 +102,7 @@ def test_frequency_table_and_csv(result, tmp_path):
     assert row(text, "1")[3:5] == ["1.2", "%"]
     assert row(text, "2")[3:6] == ["20%", "or", "more"]
     assert row(text, "coupler")[-1] == "47.56"
+    assert "mesh error: share" in text
     path = write_frequencies(theta, frequency, tmp_path / "frequencies.csv")
     assert path.read_text().splitlines()[0] == "theta_rad,mode_1_Hz,mode_2_Hz"
     assert np.loadtxt(path, delimiter=",", skiprows=1) == pytest.approx(np.column_stack([theta, frequency]))
