@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
+from difflib import get_close_matches
 from importlib import import_module
 
 from fenics_mech.beams import Beams
@@ -35,7 +36,8 @@ def active(scene: Scene) -> tuple[Effect, ...]:
     """
     for name in scene.named_effects:
         if name not in EFFECTS:
-            raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"Known: {', '.join(EFFECTS)}")
+            near = "".join(f"Did you mean {other!r}? " for other in get_close_matches(name, EFFECTS, n=1))
+            raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"{near}Known: {', '.join(EFFECTS)}")
         if EFFECTS[name].stated_by and not EFFECTS[name].stated(scene):
             raise SceneError(
                 f"{name!r} is named here, and nothing in the scene states it",

@@ -38,6 +38,8 @@ BRANCHES = (
     "hinge",
 )  # of pydantic unions
 
+ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself
+
 SENTENCES = {  # by pydantic's type of error, where its own words speak of Python
     "union_tag_invalid": "there is no kind {tag!r} here; known are {expected_tags}",
     "union_tag_not_found": "must be a table with a `kind`",
@@ -102,6 +104,8 @@ def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
         missing = [str(other["loc"][-1]) for other in _missing_beside(first, found)]
         near = difflib.get_close_matches(place[-1], missing, n=1) or _known_key(place[-1])
         advice = "Remove it or correct its name; `fenics-mech schema` lists all keys"
+        if len(place) > 1 and place[-1] in ABOVE:
+            advice = "It belongs above the first [table] of the file"
         message, hint = f"unknown key {shortened(place[-1])}", f"Did you mean {near[0]!r}?" if near else advice
     elif first["type"] == "missing":
         message = "this key is missing" if isinstance(first["loc"][-1], str) else "an entry of the list is missing"

@@ -59,7 +59,8 @@ class FactorTable(Part):
         if len(self.angles) != len(self.values):
             raise ValueError(f"{len(self.angles)} angles and {len(self.values)} values: a table needs as many of both")
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > CYCLE * (1 + 1e-12):
-            raise ValueError("the angles must increase, over at most one cycle")
+            found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
+            raise ValueError(f"the angles must increase, over at most one cycle, {found}; without a unit they are rad")
         return self
 
     @property

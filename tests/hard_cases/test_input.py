@@ -104,6 +104,11 @@ CASES = {
     ),
     "misspelled gravity": (before("gravitty = [0, 1]"), "Did you mean 'gravity'?"),
     "key of another table": (instead("[analysis]", "[analysis]\nspeed = 1"), "unknown key 'speed'. Remove it or"),
+    "key of no table": (instead("[analysis]", "[analysis]\ntolerance = 1e-3"), "belongs above the first [table]"),
+    "angles in degrees": (
+        factor('{ kind = "table", angles = [0, 90, 300], values = [0, 1, 0] }'),
+        "found 0 to 17188.7 deg; without a unit they are rad",
+    ),
     "spring nowhere": (after(SPRINGS + "s = { stiffness = 1 }"), "neither `between`, two points, nor `joint`"),
     "shape that is a number": (instead("[sections.strip]", "[sections.strip]\nshape = 3"), "no such shape of section"),
     "section that is a number": (before("sections = 3\n[x]"), ""),
@@ -127,6 +132,11 @@ def test_effect_that_is_named_but_not_stated_is_refused(seed, name):
     """Naming "motor" would couple rigid and elastic motion, naming "springs" do nothing, both without a word."""
     with pytest.raises(SceneError, match=r"nothing in the scene states it\. It acts by"):
         active(seed.changed(effects=(name,), damping={}))
+
+
+def test_effect_that_is_misspelled_is_guessed(seed):
+    with pytest.raises(SceneError, match=r"no effect 'vibrations'. Did you mean 'vibration'\? Known"):
+        active(seed.changed(effects=("vibrations",)))
 
 
 def test_effect_that_is_named_and_stated_acts(seed):
