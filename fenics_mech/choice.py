@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from fenics_mech.response.survey import survey
 from fenics_mech.scene import Scene
 
 POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
+MOST_AT_CORNERS = 2400  # positions of it where a tolerance chooses those of the run
 
 
 @guarded()
@@ -61,7 +61,7 @@ def _positions(scene: Scene) -> int:
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
         return POSITIONS
-    positions, most = POSITIONS, math.inf if scene.tolerance is not None else analysis.sub_intervals
+    positions, most = POSITIONS, MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
     while positions < most and (corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(positions)))):
         positions = int(min(max(2 * positions, corner.enough), most))
     return positions

@@ -52,7 +52,10 @@ ATTRIBUTES = {
     "spring_force": ("N", "tension of each spring, or the moment with which it turns its second body back (N m)"),
     "damper_force": ("N", "tension of each damper, or the moment with which it turns its second body back (N m)"),
     "frequency": ("Hz", "natural frequency"),
-    "frequency_error": ("1", "share by which the mesh has the natural frequency wrong, by estimate; 0.2: that or more"),
+    "frequency_error": (
+        "1",
+        "share by which the mesh has the frequency wrong, but for pins that travel; 0.2: that or more",
+    ),
     "euler_ratio": ("1", "largest axial force over the Euler load of the member on two pins"),
     "bow": ("1", "largest distance of the member's axis from its chord, over its length"),
     "rotation": ("rad", "largest rotation of the member's axis from its rigid position"),

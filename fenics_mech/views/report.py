@@ -24,6 +24,7 @@ from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
 LARGEST_HARMONICS = 4  # that the summary names
+ROUNDING = 1e-9  # of the largest harmonic, below which others are rounding
 TINY = float(np.finfo(float).tiny)
 MINUS = "\N{MINUS SIGN}"
 
@@ -248,7 +249,8 @@ def _signal(result: Result) -> list[RenderableType]:
     )
     amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
-        largest = np.argsort(-amplitude[i])[:LARGEST_HARMONICS]
+        heard = np.flatnonzero(amplitude[i] > ROUNDING * amplitude[i].max())
+        largest = heard[np.argsort(-amplitude[i, heard])][:LARGEST_HARMONICS]
         cells = [", ".join(f"{n + 1}: {amplitude[i, n]:.3g}" for n in largest)]
         if vibrates:
             size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))

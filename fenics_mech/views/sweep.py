@@ -105,18 +105,21 @@ def force_figure(sweep: Sweep) -> Figure:
 
 
 def campbell_figure(sweep: Sweep) -> Figure:
-    """Campbell diagram: each mode's range of frequencies, and multiples of the drive's rate as lines from below."""
+    """Campbell diagram: each mode's range of frequencies, and multiples of the drive's rate as lines from below.
+
+    It ends not far above these lines, and shows the first mode.
+    """
     figure, (axes,) = empty_figure(height=5.2)
     x, data = _along(sweep), sweep.data
     low, high = data["frequency_lowest"].to_numpy(), data["frequency_highest"].to_numpy()
-    top = 1.08 * float(np.nanmax(high))
+    places, rate = _rates(x, np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi))  # Hz
+    lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
+    top = min(1.08 * float(np.nanmax(high)), 1.3 * max(float(lines.max()), float(np.nanmax(high[:, 0]))))
     for mode, (least, most) in enumerate(zip(low.T, high.T)):
         colour = COLOURS[mode % len(COLOURS)]
         axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
         axes.plot(x, least, color=colour, linewidth=1, linestyle="-")
         axes.plot(x, most, color=colour, linewidth=1, linestyle="-")
-    places, rate = _rates(x, np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi))  # Hz
-    lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
     lines = lines[lines.min(axis=1) < top]
     axes.plot(places, lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
     axes.set_ylim(0, top)

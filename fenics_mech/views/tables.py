@@ -27,10 +27,9 @@ if TYPE_CHECKING:
     from fenics_mech.studies import Finding
 
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
-
-
 MEANING = (
-    "mesh error: share by which the elements have a frequency wrong, by estimate; "
+    "mesh error: share by which the elements have a frequency wrong, by estimate (but for what a pin does that travels "
+    "along a member); "
     "MAC: likeness of a mode to itself one position on, 1 where its shape hardly changes"
 )
 
