@@ -116,6 +116,8 @@ def campbell_figure(sweep: Sweep) -> Figure:
     lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
     top = min(1.08 * float(np.nanmax(high)), 1.3 * max(float(lines.max()), float(np.nanmax(high[:, 0]))))
     for mode, (least, most) in enumerate(zip(low.T, high.T)):
+        if np.nanmin(least) > top:
+            continue
         colour = COLOURS[mode % len(COLOURS)]
         axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
         axes.plot(x, least, color=colour, linewidth=1, linestyle="-")
