@@ -90,7 +90,7 @@ def by_time(scene: Scene, system: System) -> tuple[System, History]:
         )
     course = _course(scene, system)
     rough = None if own_steps(scene) else _rougher(scene, system, course)
-    parts, roughly, better, fast, state = [], [], [], [], np.zeros((3, system.size))
+    parts, roughly, better, fast, state = [], [], [], [], np.zeros((4, system.size))
     for k in range(0, len(course.time), analysis.sub_intervals):  # a cycle at a time: the matrices are dense
         part = slice(k, k + analysis.sub_intervals)
         equation = _equation(scene, system, course.time[part])
@@ -139,7 +139,7 @@ def _without_mesh(
     step
         Of its positions (s).
     state
-        Changes of q, q' and q'' by the mesh one step before the part, ``(3, coordinates)``.
+        Changes of q, q', q'' and force, by the mesh, one step before the part, ``(4, coordinates)``.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def _without_mesh(
     lack = neglected(equation.system, history, step, closed=False)
     load = equation.system.on_coordinates(equation.system.applied_by(lack))
     change = change_in_time(load, matrices, step, state)
-    q, rate, _ = change
+    q, rate = change[:2]
     found = history_of(equation, motion[0] + q, motion[1] + rate, load)
     return found, lack, change[:, -1]
 

@@ -12,7 +12,8 @@ from fenics_mech.response.flow import Flow
 
 LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
 VIBRATES = 0.03  # square root of a mode's kinetic energy, over that of the largest energy, from which it counts
-BEHIND = 3.0  # phase (rad) by which Newmark's method may lag behind a vibration while that lasts
+BEHIND = 3.0  # phase (rad) by which steps in time may lag behind a vibration while that lasts
+LEFT = 0.8  # of what is much too fast for the steps, after each: where all is left, matrices that change feed it
 
 
 def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -40,9 +41,9 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:
-    """Give the changes that a load makes in time, by Newmark's method (average acceleration).
+    """Give the changes that a load makes in time, by the generalised alpha method.
 
-    Source: Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67.
+    Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371.
 
     Parameters
     ----------
@@ -51,22 +52,28 @@ def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) 
     step
         The step (s).
     before
-        q, q' and q'' a step before the first time, ``(3, coordinates)``.
+        q, q', q'' and the force that goes on, a step before the first time, ``(4, coordinates)``.
 
     Returns
     -------
     numpy.ndarray
-        Changes of q, q' and q'', ``(3, times, coordinates)``.
+        Changes of q, q', q'' and that force, ``(4, times, coordinates)``.
     """
-    change = np.zeros((3, *load.shape))
-    whole = np.linalg.inv(matrices.mass + step / 2 * matrices.damping + step**2 / 4 * matrices.stiffness)
-    q, rate, acceleration = before
-    for k, (mass, damping, stiffness) in enumerate(zip(whole, matrices.damping, matrices.stiffness)):
-        rate = rate + step / 2 * acceleration
-        q = q + step * rate - step**2 / 4 * acceleration
-        acceleration = mass @ (load[k] - damping @ rate - stiffness @ q)
-        q, rate = q + step**2 / 4 * acceleration, rate + step / 2 * acceleration
-        change[:, k] = q, rate, acceleration
+    change = np.zeros((4, *load.shape))
+    old, old_inertia = LEFT / (1 + LEFT), (2 * LEFT - 1) / (1 + LEFT)  # shares of the state before in the equation
+    new, new_inertia = 1 - old, 1 - old_inertia
+    of_rate, of_place = (0.5 - old_inertia + old) * step, ((1 - old_inertia + old) / 2 * step) ** 2
+    acting = new * (of_rate * matrices.damping + of_place * matrices.stiffness)
+    whole = np.linalg.inv(new_inertia * matrices.mass + acting)
+    q, rate, acceleration, lasting = before
+    for k, inverse in enumerate(whole):
+        mass, damping, stiffness = matrices.mass[k], matrices.damping[k], matrices.stiffness[k]
+        q = q + step * rate + (step**2 / 2 - of_place) * acceleration
+        rate = rate + (step - of_rate) * acceleration
+        acceleration = inverse @ (new * (load[k] - damping @ rate - stiffness @ q) + lasting)
+        q, rate = q + of_place * acceleration, rate + of_rate * acceleration
+        lasting = old * (load[k] - damping @ rate - stiffness @ q) - old_inertia * mass @ acceleration
+        change[:, k] = q, rate, acceleration, lasting
     return change
 
 
