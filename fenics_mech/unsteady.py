@@ -38,6 +38,7 @@ STAGES = 5  # of a time step by collocation, at least: order 9, for steps that a
 FINEST = 1e-12  # error of interpolated matrices
 OF_MODES = 2.0  # power of the cutoff with which the answer of the modes left out falls
 WANTED = "Give the result of a transient analysis of the same scene"
+SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
 ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
 LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
@@ -226,8 +227,17 @@ def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
             place="analysis.start",
             hint=WANTED,
         )
+    time, angle = float(data["time"][-1]), float(data["theta"][-1])
+    turned = float(scene.drives[0].coordinate(np.array([time])).value[0])
+    if abs(angle - turned) > SAME_ANGLE * max(1.0, abs(turned)):
+        raise SceneError(
+            f"{start} ends after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the scene's drive is "
+            f"at {math.degrees(turned):.6g} deg: it cannot go on from there",
+            place="analysis.start",
+            hint=WANTED,
+        )
     displacement, velocity = data["state"].transpose("derivative", "dof").to_numpy()
-    return float(data["time"][-1]), displacement, velocity
+    return time, displacement, velocity
 
 
 def _joined(parts: list[Joined]) -> Joined:

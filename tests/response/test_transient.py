@@ -270,6 +270,8 @@ def test_goes_on_from_a_file(shaft, tmp_path):
     assert np.abs(old - new).max() < 1e-6 * np.abs(old).max()  # the steps are others
     with pytest.raises(SceneError, match="degrees of freedom, and the scene has"):
         in_time(shaft.changed(mesh__elements=1), start=str(tmp_path / "first.nc"))
+    with pytest.raises(SceneError, match="at drive angle 720 deg, where the scene's drive is at 1440 deg"):
+        in_time(shaft.changed(drive__speed=2 * shaft.drive.speed), start=str(tmp_path / "first.nc"))
 
 
 def test_bad_starts_are_refused(shaft, tmp_path):
