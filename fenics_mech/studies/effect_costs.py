@@ -19,6 +19,7 @@ from fenics_mech import _fenicsx
 from fenics_mech.analysis import analyse
 from fenics_mech.choice import choose
 from fenics_mech.effects import EFFECTS
+from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 
@@ -70,7 +71,18 @@ def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geomet
 
     All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
     replaces goes when that one comes. The last run is what the others are compared with.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no periodic response: the angles of the runs would be others.
     """
+    if scene.analysis.method != "periodic":
+        raise SceneError(
+            f"effects are compared in periodic responses, and this one is {scene.analysis.method}",
+            place="analysis.method",
+            hint="Write method = 'periodic', or leave --compare out",
+        )
     scene = scene.changed(tolerance=None)
     scenes = {"vibration": scene.changed(effects=(), analysis__solver="collocation")}
     if not (scene.impulses or any(drive.motor for drive in scene.drives)):  # these are nothing without vibration

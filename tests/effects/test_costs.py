@@ -3,6 +3,7 @@
 import pytest
 
 from fenics_mech.analysis import analyse
+from fenics_mech.errors import SceneError
 from fenics_mech.studies.effect_costs import added_one_by_one, counted, try_choice
 
 EFFECTS = {"coupling": 1, "geometric-stiffness": 2, "moderate-rotations": 2}  # forms beside stiffness and mass
@@ -47,6 +48,12 @@ def test_effects_added_one_by_one_come_nearer_to_all_of_them(seed):
     assert off[2] > 0.8
     assert 0.1 < off[3] < 0.4
     assert off[4] == 0
+
+
+@pytest.mark.parametrize("method", ["transient", "static", "quasi-static"])
+def test_other_than_periodic_responses_are_not_compared(seed, method):
+    with pytest.raises(SceneError, match=f"analysis.method: effects are compared in .* this one is {method}"):
+        added_one_by_one(seed.changed(analysis__method=method))
 
 
 def test_choice_for_a_slow_machine_is_quasi_static(seed):
