@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
 from fenics_mech.effects.terms import Array, Situation, Terms, total
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.scene.springs import HingeSpring, LineSpring
 
 TURN = 2 * np.pi
+STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a torsional spring: measured
 
 
 def terms(situation: Situation) -> Terms:
@@ -23,6 +27,7 @@ def terms(situation: Situation) -> Terms:
     ``k (1 - (l0/l) (1 - n n^T))``: the spring's own stiffness along n, and across it the tension over the length.
     """
     scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
+    _refuse_too_stiff(scene)
     size = 3 * len(mesh.node_name)
     found = []
     for name, spring in scene.springs.items():
@@ -82,6 +87,40 @@ def _free_angle(scene: Scene, mesh: BeamMesh, spring: HingeSpring) -> float:
     """Rotation at which the spring is free; of all that differ by whole turns, the one nearest to that at the start."""
     start = float(_at_start(scene, mesh, spring).value[0, 0])
     return start if spring.angle is None else spring.angle + TURN * np.round((start - spring.angle) / TURN)
+
+
+def too_stiff(scene: Scene) -> dict[str, float]:
+    """Give torsional springs whose own vibration is one of the mesh, and damped by a ratio, with what they may have.
+
+    Its frequency is about the root of stiffness over the inertia of an element's end, and the drag of modal damping on
+    the rotation goes with it, whatever the slow motion is. The bound (N m/rad) is as good as rigid beside the elements.
+    """
+    if not np.any(scene.damping.ratio) or scene.analysis.method not in ("periodic", "transient"):
+        return {}
+    bounds = {name: _bound(scene, spring) for name, spring in scene.springs.items() if isinstance(spring, HingeSpring)}
+    return {name: bound for name, bound in bounds.items() if scene.springs[name].stiffness > bound}
+
+
+def _bound(scene: Scene, spring: HingeSpring) -> float:
+    """Give the largest stiffness of a torsional spring beside the elements that end at its joint (N m/rad)."""
+    ends, points = [], set(scene.joints[spring.joint].connect)
+    for label, (link, member) in scene.members().items():
+        for end in (0, 1):
+            if f"{link}.{member.ends[end]}" in points:
+                share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label))[-end]
+                h = share * math.dist(*scene.member_ends(label))
+                ends.append(4 * float(scene.rigidity(label, np.array([float(end)])).bending[0]) / h)
+    return STIFFEST * min(ends, default=math.inf)
+
+
+def _refuse_too_stiff(scene: Scene) -> None:
+    """Raise `UnresolvedError` for a torsional spring that is `too_stiff`, unless the scene lets it pass."""
+    for name, bound in ({} if scene.analysis.allow_coarse else too_stiff(scene)).items():
+        raise UnresolvedError(
+            f"springs.{name}: with damping.ratio the drag on a torsional spring so much stiffer than the elements "
+            f"beside it depends on the mesh. Take up to {bound:.2g} N m/rad, which is as good as rigid there, or "
+            "damping.material instead of the ratio; analysis.allow_coarse lets it pass"
+        )
 
 
 def _refuse_winding(scene: Scene, motion: Motion, name: str, separation: Separation) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fenics_mech.beams.varying import misfit
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.springs import too_stiff
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
@@ -113,8 +114,10 @@ def _refusal(
     """Say which source has the largest part in the error of a strain or force, and what to do about it."""
     total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
     room = max(limit - (total - shares[source]), limit / 2)
+    in_time = source == "time" and scene.analysis.method == "transient"
+    fault = "the time steps are too long" if in_time else FAULTS[source]
     return UnresolvedError(
-        f"{FAULTS[source]}: the {what} is uncertain by {total:.2g} of its largest value, by estimate, "
+        f"{fault}: the {what} is uncertain by {total:.2g} of its largest value, by estimate, "
         f"{shares[source]:.2g} of it by the {source}. "
         f"{_advice(scene, source, (shares[source] / room) ** (1 / order[source]))}; "
         "analysis.allow_coarse lets it pass"
@@ -236,6 +239,7 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
         found.append("joint forces in the first instants, where the start lets the forces of damping jump")
     if analysis.method == "periodic" and history.velocity is None and analysis.join == "modal":
         found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
+    found += [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
     count = _seen_points(scene, history)
     found += [
         f"what the factor of the load {name!r} does between positions, which do not see it"

@@ -370,6 +370,24 @@ def test_a_start_that_lets_damping_jump_is_named(damping, what):
     assert "first instants" not in other
 
 
+def test_a_torsional_spring_much_stiffer_than_the_mesh():
+    """With a ratio its drag goes with the mesh: at 1e6 N m/rad 12 % of the follower's strain, and 0.2 % were told."""
+    clamp = {"clamp": {"joint": "C", "stiffness": 1e6}}
+    plain = {"solver": "collocation", "stability": False, "sub_intervals": 120}
+    stiff = seed_four_bar(effects=("coupling",), springs=clamp, damping={"ratio": 0.02}, analysis=plain)
+    with pytest.raises(
+        UnresolvedError, match=r"springs.clamp: .* Take up to 8.2e\+02 N m/rad"
+    ):  # 30 * 4 * 0.6156/0.0902
+        analyse(stiff)
+    passed = analyse(stiff.changed(analysis__allow_coarse=True)).data
+    assert "torsional spring 'clamp'" in passed.attrs["not_estimated"]
+    softer, finer = (analyse(stiff.changed(springs__clamp__stiffness=800.0, mesh__elements=n)).data for n in (3, 6))
+    error = np.abs(softer["strain"] - finer["strain"]).max(("theta", "s", "fibre"))
+    told = softer["strain_error"].sel(source=["time", "mesh"]).sum("source")
+    assert (error < 2 * told).all()
+    assert "not_estimated" not in softer.attrs
+
+
 def test_what_modal_joins_lose_is_named():
     """17 to 59 % off, of which 2 % was told."""
     scene = seed_four_bar(analysis=CHAPTER_5)
