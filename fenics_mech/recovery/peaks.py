@@ -40,12 +40,12 @@ def between_positions(result: Result) -> Result:
 def doubt(result: Result, closer: Result, name: str) -> float:
     """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions tells.
 
-    `closer` is what `between_positions` gives for the result; where it is the same, nothing is in doubt.
+    `closer` is what `between_positions` gives for the result. Of an odd number of positions there are no halves.
     """
     count = result.data.sizes["theta"]
-    if closer is result or count % 2 or count < 4:
+    if result.scene.analysis.method != "periodic" or count >= FEW or count % 2 or count < 4:
         return 0.0
-    few = result.data[list(closer.data)]
+    few = result.data[[curve for curve in CURVES if curve in result.data]]
     halved = [between_positions(Result(few.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
     curves = (abs(found.data[name]).transpose(PEAKS[name], ...).to_numpy() for found in (closer, *halved))
     peaks, *others = (curve.reshape(len(curve), -1).max(axis=1) for curve in curves)

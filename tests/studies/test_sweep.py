@@ -13,7 +13,7 @@ from processes import ENVIRONMENT, MPIRUN, command, finished
 from fenics_mech import load
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import between_positions, doubt
 from fenics_mech.studies import sweep_points
 from fenics_mech.studies.sweep import Sweep, difference, run_sweep, stacked, unresolved
 from fenics_mech.studies.sweep_axes import parse_axes, unit_of
@@ -329,6 +329,15 @@ def test_peaks_between_few_positions(tmp_path):
     assert abs(few / many - 1) < 0.004
     assert 0.01 < data["peak_doubt"][0] < 0.02
     assert data["peak_doubt"][1] == 0
+
+
+def test_peaks_of_a_load_that_jumps_are_doubted_as_well(arm):
+    """Curves are not drawn through its jumps; a pulse between two of 72 positions may be seen by one or none."""
+    pulse = {"kind": "pulse", "start": 1.0, "end": 1.05}
+    loads = {"tap": {"at": "arm.P", "force": (0.0, 1.0), "factor": pulse}}
+    result = analyse(arm.changed(loads=loads, analysis__solver="collocation", analysis__allow_coarse=True))
+    assert between_positions(result) is result
+    assert doubt(result, result, "strain") > 0.01
 
 
 def test_a_grid_holds_the_results_of_its_points(seed, tmp_path):
