@@ -37,7 +37,9 @@ def guarded() -> Iterator[None]:
 def memory() -> int:
     """Give the memory that there is for this process (bytes): the machine's, or what its limits or container allow."""
     found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
-    found += [limit for limit in resource.getrlimit(resource.RLIMIT_AS) if limit != resource.RLIM_INFINITY]
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY:
+        found.append(limit)
     for path in OF_CONTAINER:
         with suppress(OSError, ValueError):  # there is none, or it says "max"
             found.append(int(path.read_text()))

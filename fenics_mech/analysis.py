@@ -21,6 +21,7 @@ from fenics_mech.building import (
 from fenics_mech.choice import choose
 from fenics_mech.effects import Terms, active
 from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
@@ -76,6 +77,7 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
 
 def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str], None]) -> Result:
     """Analyse a scene with the effects, the mesh and the steps that it states."""
+    refuse_too_stiff(scene)
     system = mechanism(scene, progress)
     modes, solver = None, str(scene.analysis.method)
     if scene.analysis.method == "periodic":

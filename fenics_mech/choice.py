@@ -57,7 +57,7 @@ def examine(scene: Scene) -> Survey:
 
 
 def _positions(scene: Scene) -> int:
-    """Give the positions of a survey: more where few miss a corner of the motion, but no more than the run has."""
+    """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states."""
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
         return POSITIONS

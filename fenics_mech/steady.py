@@ -276,13 +276,14 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
     cycle.refuse_magnified(modes, series.condition, None if cycle.linear else motion)
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
-    flow, regular, starts = cycle.flow("gauss", analysis.stages, motion), cycle.steps.regular, motion(np.zeros(1))
+    flow, regular = cycle.flow("gauss", analysis.stages, motion), cycle.steps.regular
+    starts = motion(np.zeros(1))
     q, rate = (part[regular] for part in starts)
     mesh = mesh_better(scene, cycle.start, (q, rate), starts, flow, regular)
     resonances = resonances_of(scene, cycle.start, modes)
-    turned = (part[regular] for part in refined(*starts, flow))
+    finer = (part[regular] for part in refined(*starts, flow))
     better = {
-        "harmonics": Better(history_of(cycle.start, *turned), HARMONIC_ORDER),
+        "harmonics": Better(history_of(cycle.start, *finer), HARMONIC_ORDER),
         "mesh": with_hidden(mesh, cycle.start, (q, rate), resonances, resonances.by_mesh),
     }
     return system, replace(

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech.building import links, pressing
 from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
 from fenics_mech.kinematics import missed_corner, refuse_unresolved, solve_motion
 from fenics_mech.knobs import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
@@ -72,6 +73,7 @@ def within(scene: Scene, analyse: Analyse) -> Result:
         if not trial.analysis.allow_unstable and _grows(result) and total <= max(LARGEST_JUDGED, enough):
             analyse(trial, choices)  # says so
         if total <= enough:
+            refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
             left = left_out(choices) or 0.0
             result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done, left)

@@ -27,7 +27,6 @@ def terms(situation: Situation) -> Terms:
     ``k (1 - (l0/l) (1 - n n^T))``: the spring's own stiffness along n, and across it the tension over the length.
     """
     scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
-    _refuse_too_stiff(scene)
     size = 3 * len(mesh.node_name)
     found = []
     for name, spring in scene.springs.items():
@@ -102,7 +101,10 @@ def too_stiff(scene: Scene) -> dict[str, float]:
 
 
 def _bound(scene: Scene, spring: HingeSpring) -> float:
-    """Give the largest stiffness of a torsional spring beside the elements that end at its joint (N m/rad)."""
+    """Give the largest stiffness of a torsional spring beside the elements that end at its joint (N m/rad).
+
+    In a reduced scene a member counts as one element, which is on the safe side.
+    """
     ends, points = [], set(scene.joints[spring.joint].connect)
     for label, (link, member) in scene.members().items():
         for end in (0, 1):
@@ -113,7 +115,7 @@ def _bound(scene: Scene, spring: HingeSpring) -> float:
     return STIFFEST * min(ends, default=math.inf)
 
 
-def _refuse_too_stiff(scene: Scene) -> None:
+def refuse_too_stiff(scene: Scene) -> None:
     """Raise `UnresolvedError` for a torsional spring that is `too_stiff`, unless the scene lets it pass."""
     for name, bound in ({} if scene.analysis.allow_coarse else too_stiff(scene)).items():
         raise UnresolvedError(

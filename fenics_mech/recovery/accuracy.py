@@ -94,7 +94,8 @@ class Errors:
                 worst = int(errors.argmax())
                 shares = {source: float(self.of([source], what)[worst]) for source in sources}
                 place = f"{'of' if what == 'strain' else 'in joint'} {names[what][worst]!r}"
-                raise _refusal(scene, f"{what} {place}", shares, self.order, limit)
+                measure = "its largest value" if what == "strain" else "the largest joint force"
+                raise _refusal(scene, f"{what} {place} is uncertain by", measure, shares, self.order, limit)
 
     def of(self, sources: Sequence[str], what: str = "strain") -> Array:
         """Error by some sources together, relative to its measure, of members' strains or joints' forces."""
@@ -109,7 +110,7 @@ class Errors:
 
 
 def _refusal(
-    scene: Scene, what: str, shares: Mapping[str, float], order: Mapping[str, float], limit: float
+    scene: Scene, what: str, measure: str, shares: Mapping[str, float], order: Mapping[str, float], limit: float
 ) -> UnresolvedError:
     """Say which source has the largest part in the error of a strain or force, and what to do about it."""
     total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
@@ -117,7 +118,7 @@ def _refusal(
     in_time = source == "time" and scene.analysis.method == "transient"
     fault = "the time steps are too long" if in_time else FAULTS[source]
     return UnresolvedError(
-        f"{fault}: the {what} is uncertain by {total:.2g} of its largest value, by estimate, "
+        f"{fault}: the {what} {total:.2g} of {measure}, by estimate, "
         f"{shares[source]:.2g} of it by the {source}. "
         f"{_advice(scene, source, (shares[source] / room) ** (1 / order[source]))}; "
         "analysis.allow_coarse lets it pass"

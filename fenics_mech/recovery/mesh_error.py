@@ -116,12 +116,7 @@ def neglected(system: System, history: History, step: float | None, closed: bool
             line += _of_joints(system, history.displacement, step, closed)
     force = None if tension is None else _by_tension(system, tension, z.imag)
     if reduction is not None and (step is not None or tension is not None):
-        left = left_to_statics(system, history)
-        if step is not None:
-            force = _sum(force, _by_modes_left_out(system, left, step, closed))
-        if tension is not None:
-            of_left = _pulled(system, left, tension[..., None] * WEIGHTS)
-            force = _sum(force, system.assembled_from_members(of_left))
+        force = _sum(force, _by_statics(system, left_to_statics(system, history), tension, step, closed))
     ends = _by_varying(system, history, element, xi) if varies else None
     if tension is not None:
         axial = forces_inside(system, history, element, xi, pins)[0]
@@ -241,9 +236,14 @@ def at_the_start(system: System) -> Terms:
     return Terms(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))
 
 
-def _by_modes_left_out(system: System, v: Array, step: float, closed: bool) -> Array:
-    """Give the forces on nodal dofs by the inertia of displacements v that have none, ``(angles, nodal dofs)``."""
-    return _by_inertia(system, *_of_nodes(system, v, step, closed))
+def _by_statics(system: System, v: Array, tension: Array | None, step: float | None, closed: bool) -> Array:
+    """Forces on nodal dofs by inertia and axial force of displacements v that have none in the reduction."""
+    force = np.zeros_like(v)
+    if step is not None:
+        force += _by_inertia(system, *_of_nodes(system, v, step, closed))
+    if tension is not None:
+        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * WEIGHTS))
+    return force
 
 
 def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:

@@ -88,9 +88,9 @@ class SubIntervals:
         The modes, ``(sub-intervals, modes)``.
     duration
         Of the sub-intervals (s), ``(sub-intervals, 1)``.
-    join, lost
+    join, restored
         From y and y' at the end of each to those at the start of the next, ``(sub-intervals, modes, modes)``: y goes by
-        the first, y' by both. See `_joins`.
+        the first; y' by the first, and from y by the second, which restores what the join loses. See `_joins`.
     options
         PETSc options with the prefix "periodic_".
     """
@@ -98,7 +98,7 @@ class SubIntervals:
     oscillators: Oscillators
     duration: Array
     join: Array
-    lost: Array | None
+    restored: Array | None
     options: Mapping[str, Any]
 
     @classmethod
@@ -119,8 +119,8 @@ class SubIntervals:
         for part in (0, 1):  # of y, and of y' over omega, at the start
             transitions[:, 0, :, part] = self.join * free[..., 0, part]
             transitions[:, 1, :, part] = ahead * free[..., 1, part]
-            if self.lost is not None:
-                transitions[:, 1, :, part] += self.lost * free[..., 0, part]
+            if self.restored is not None:
+                transitions[:, 1, :, part] += self.restored * free[..., 0, part]
         transitions[:, 1] /= np.roll(omega, -1, axis=0)[:, :, None, None]
         return transitions.reshape(count, 2 * m, 2 * m)
 
@@ -128,8 +128,8 @@ class SubIntervals:
         """From states ``(sub-intervals, modes, 2)`` at the ends to those at the next starts, flat."""
         y, rate = states[..., 0], states[..., 1] * self.oscillators.omega
         ahead = times(self.join, rate)
-        if self.lost is not None:
-            ahead += times(self.lost, y)
+        if self.restored is not None:
+            ahead += times(self.restored, y)
         return np.concatenate([times(self.join, y), ahead / np.roll(self.oscillators.omega, -1, axis=0)], axis=1)
 
     @cached_property

@@ -80,7 +80,7 @@ def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) 
 def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, duration: float) -> float | None:
     """Give the frequency (Hz) of the slowest vibration in a motion that `change_in_time` does not follow, or None.
 
-    It lags behind one of frequency w by ``(w step)^2 / 12`` of its phase, for as long as damping lets it last.
+    It lags behind one of frequency w by about ``(w step)^2 / 12`` of its phase, for as long as damping lets it last.
 
     Parameters
     ----------

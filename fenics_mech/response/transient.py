@@ -307,9 +307,9 @@ class _Run:
             self.steps += ts.getStepNumber()
             time = ts.getTime() / pace
             z, rate = state()
-        why = PETSc.TS.ConvergedReason
-        if reason not in (why.CONVERGED_TIME, why.CONVERGED_USER):
-            name = "more than transient_ts_max_steps" if reason == why.CONVERGED_ITS else name_of(why, reason)
+        reasons = PETSc.TS.ConvergedReason
+        if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
+            name = "more than transient_ts_max_steps" if reason == reasons.CONVERGED_ITS else name_of(reasons, reason)
             raise SolverError(f"the time steps failed at {time:.6g} s, of {end:.6g} s ({name})")
         return z, rate
 

@@ -15,6 +15,7 @@ from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.branch import check, family_of, first_motion, result_at
 from fenics_mech.choice import choose
+from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
@@ -147,6 +148,7 @@ def follow(
     if points < 1 or most_points < 2:
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     check(scene)
+    refuse_too_stiff(scene)
     first, choices = choose(build(placed(scene_data(scene), {path: ends[0]})))
     data = scene_data(first)
     at = lru_cache(maxsize=8)(lambda value: build(placed(data, {path: value})))
@@ -182,8 +184,8 @@ def follow(
 
 def _record(result: Result, point: Point, gauge: Gauge) -> Record:
     """Keep of a point what a sweep keeps, and what `OWN` lists."""
-    record, data = reduced(result, gauge), result.data
-    strain = between_positions(result).data["strain"]
+    closer = between_positions(result)
+    record, data, strain = reduced(result, closer, gauge), result.data, closer.data["strain"]
     multiplier = np.zeros((0, 2))  # no vibration is slow enough for the steps
     if "multiplier" in data:
         multiplier = data["multiplier"].transpose(..., "part").to_numpy()

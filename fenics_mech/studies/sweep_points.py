@@ -107,7 +107,8 @@ def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        record |= reduced(analyse(build(data)), gauge)
+        result = analyse(build(data))
+        record |= reduced(result, between_positions(result), gauge)
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
     except Exception as error:  # what a single point may end with is not known, and must not end the sweep
@@ -116,11 +117,13 @@ def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
     write_whole(path, lambda temporary: temporary.write_text(text))
 
 
-def reduced(result: Result, gauge: Gauge) -> Record:
-    """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints."""
+def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
+    """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints.
+
+    `closer` is what `between_positions` gives for it.
+    """
     data = result.data
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
-    closer = between_positions(result)
     values = _strains(result, closer, gauge)
     values["peak_doubt"] = np.array(max(doubt(result, closer, name) for name in PEAKS))
     values["peak_deflection"] = _peak(_length(closer.data["deflection"]), "member")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,6 +69,8 @@ def sweep_summary(sweep: Sweep) -> Group:
 
 def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:
     """Say which effects act at some points of a sweep only, as "auto" chooses anew at each: curves have steps there."""
+    if json.loads(data.attrs["scene"])["effects"] != "auto":
+        return ""
     chosen, errors = (data[name].transpose(*paths).to_numpy().astype(str) for name in ("effects", "error"))
     acting = {place: set(names.split(", ")) - {""} for place, names in np.ndenumerate(chosen) if not errors[place]}
     if not acting or not (some := sorted(set.union(*acting.values()) - set.intersection(*acting.values()))):

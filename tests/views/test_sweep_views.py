@@ -55,6 +55,7 @@ def said(sweep):
 
 def test_effects_that_come_and_go_are_told(made):
     sweep = made(SPEEDS)
+    sweep.data.attrs["scene"] = json.dumps({"effects": "auto"})
     sweep.data["effects"][:] = "coupling, vibration"
     sweep.data["effects"][10], sweep.data["error"][10] = "", "SolverError"
     assert "at some points only" not in said(sweep)
@@ -62,6 +63,8 @@ def test_effects_that_come_and_go_are_told(made):
     assert "at some points only: shear at drive.speed = 250 to 300 rpm. Name effects" in said(sweep)
     sweep.data["effects"][0] = ""  # quasi-static
     assert "vibration at drive.speed = 150 to 550 rpm" in said(sweep)
+    sweep.data.attrs["scene"] = json.dumps({"effects": ["coupling"]})  # damping, say, comes with its number
+    assert "at some points only" not in said(sweep)
 
 
 def test_points_that_failed_are_told_by_ranges_in_the_unit_written(made):
