@@ -116,7 +116,7 @@ def _refusal(
     total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
     room = max(limit - (total - shares[source]), limit / 2)
     in_time = source == "time" and scene.analysis.method == "transient"
-    fault = "the time steps are too long" if in_time else FAULTS[source]
+    fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
     return UnresolvedError(
         f"{fault}: the {what} {total:.2g} of {measure}, by estimate, "
         f"{shares[source]:.2g} of it by the {source}. "

@@ -69,7 +69,7 @@ def sweep_summary(sweep: Sweep) -> Group:
 
 def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:
     """Say which effects act at some points of a sweep only, as "auto" chooses anew at each: curves have steps there."""
-    if json.loads(data.attrs["scene"])["effects"] != "auto":
+    if json.loads(data.attrs.get("scene", "{}")).get("effects") != "auto":
         return ""
     chosen, errors = (data[name].transpose(*paths).to_numpy().astype(str) for name in ("effects", "error"))
     acting = {place: set(names.split(", ")) - {""} for place, names in np.ndenumerate(chosen) if not errors[place]}
