@@ -10,7 +10,7 @@ from fenics_mech._guard import guarded
 from fenics_mech.building import mechanism, scene_modes, system_at
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
-from fenics_mech.kinematics import missed_corner, solve_motion
+from fenics_mech.kinematics import positions_for_corners, solve_motion
 from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.recovery.members import recover_members
 from fenics_mech.recovery.validity import bow
@@ -61,10 +61,8 @@ def _positions(scene: Scene) -> int:
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
         return POSITIONS
-    positions, most = POSITIONS, MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
-    while positions < most and (corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(positions)))):
-        positions = int(min(max(2 * positions, corner.enough), most))
-    return positions
+    most = MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
+    return positions_for_corners(scene, POSITIONS, most)
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:

@@ -12,7 +12,7 @@ from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
-from fenics_mech.kinematics import missed_corner, refuse_unresolved, solve_motion
+from fenics_mech.kinematics import positions_for_corners, refuse_unresolved, solve_motion
 from fenics_mech.knobs import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import left_out
@@ -213,11 +213,7 @@ def _fewest_steps(scene: Scene) -> int:
     steps = analysis.sub_intervals if varying else FEWEST_STEPS
     acting = (*varying, *scene.drives)
     steps = max([steps, *(math.ceil(one.enough_angles(STAGES * steps) / STAGES) for one in acting)])
-    while not analysis.allow_coarse and (
-        corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(steps)))
-    ):
-        steps = max(2 * steps, corner.enough)
-    return steps
+    return steps if analysis.allow_coarse else positions_for_corners(scene, steps)
 
 
 def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int, left: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
@@ -156,6 +157,13 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
     missed = missed or (scene.analysis.method == "periodic" and count < enough)
     enough = 2 * count if count >= enough else enough  # as many may lie on both sides of it
     return Corner(motion.links[link], float(theta[place]), peak, enough) if missed else None
+
+
+def positions_for_corners(scene: Scene, count: int, most: float = math.inf) -> int:
+    """Give the number of equal steps of a cycle, from `count` to `most`, that miss no corner of the motion."""
+    while count < most and (corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(count)))):
+        count = int(min(max(2 * count, corner.enough), most))
+    return count
 
 
 def refuse_unresolved(scene: Scene, motion: Motion) -> None:

@@ -26,7 +26,7 @@ from fenics_mech.recovery.unseen import unseen
 from fenics_mech.recovery.validity import bow, euler_ratio, refuse_far, rotation
 from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
-from fenics_mech.response.dispersion import frequency_error
+from fenics_mech.response.dispersion import MOST_OFF, frequency_error
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
 from fenics_mech.scene import Scene
@@ -54,7 +54,7 @@ ATTRIBUTES = {
     "frequency": ("Hz", "natural frequency"),
     "frequency_error": (
         "1",
-        "share by which the mesh has the frequency wrong, but for pins that travel; 0.2: that or more",
+        f"share by which the mesh has the frequency wrong, but for pins that travel; {MOST_OFF:g}: that or more",
     ),
     "euler_ratio": ("1", "largest axial force over the Euler load of the member on two pins"),
     "bow": ("1", "largest distance of the member's axis from its chord, over its length"),
@@ -226,7 +226,7 @@ def _of_course(course: Course | None) -> xr.Dataset:
 
 def _quasi_static(scene: Scene, system: System) -> np.ndarray:
     """Quasi-static strain of the + fibre at mid-span in linear theory, ``(angles, members)``."""
-    terms = replace(system.terms, law=None, tension=None, element_stiffness=None, coupled=False)
+    terms = replace(system.slack.terms, law=None, coupled=False)
     linear = replace(system, terms=terms)
     history = solve_static(linear, scene.petsc)
     found = reactions(linear, nodal_forces(linear, history))

@@ -45,8 +45,8 @@ def doubt(result: Result, closer: Result, name: str) -> float:
     count = result.data.sizes["theta"]
     if result.scene.analysis.method != "periodic" or count >= FEW or count % 2 or count < 4:
         return 0.0
-    few = result.data[[curve for curve in CURVES if curve in result.data]]
-    halved = [between_positions(Result(few.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
+    one = result.data[[name]]
+    halved = [between_positions(Result(one.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
     curves = (abs(found.data[name]).transpose(PEAKS[name], ...).to_numpy() for found in (closer, *halved))
     peaks, *others = (curve.reshape(len(curve), -1).max(axis=1) for curve in curves)
     return float(np.abs(peaks - others).max() / max(peaks.max(), np.finfo(float).tiny))
