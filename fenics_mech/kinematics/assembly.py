@@ -27,6 +27,7 @@ COARSE_TOLERANCE = 1e-9  # the same on the coarse branch
 LARGEST_STEP = np.pi / 8  # of the drive angle, in following the branch
 SMALLEST_STEP = 1e-12
 FARTHEST_FROM_GUESS = np.pi / 2  # of an assembled link: beyond it the branch is not the one that was meant
+FARTHEST_FROM_HELD = np.pi / 4  # of a rough angle from the one at which a weld or a prismatic joint holds its link
 LARGEST_CORRECTION = 0.05  # rad, of a predicted link angle: beyond it the step may have left the branch
 LARGEST_TURN = 0.1  # of a predicted link's rate, of the largest: beyond it the step may have jumped over a corner
 AT_REST = 1e-9  # rate of a link's angle by the drive coordinate that counts as none: in a dwell rates are rounding
@@ -55,6 +56,7 @@ def assemble(scene: Scene, loops: Loops, law: DriveLaw) -> Array:
     AssemblyError
         When its loops cannot be closed.
     """
+    _refuse_contradicted(scene, loops)
     start = law(np.zeros(1)).value
     guess = _place_links(scene, loops, start[0])
     q, converged = newton(loops, guess[None], start, iterations=100, damped=True)
@@ -72,6 +74,24 @@ def assemble(scene: Scene, loops: Loops, law: DriveLaw) -> Array:
                 f"rough angle {_degrees(link.angle)}: give rough angles nearer to the position that you mean"
             )
     return q[0]
+
+
+def _refuse_contradicted(scene: Scene, loops: Loops) -> None:
+    """Raise `AssemblyError` where rough angles contradict a joint that leaves its two bodies no angle between them."""
+    driven = loops.driven_angles.body  # a drive gives the angle of these, whatever their rough ones are
+    rough = {i: link.angle for i, link in enumerate(scene.links.values()) if link.angle and i not in driven}
+    rough[GROUND] = 0.0
+    for joint, (first, second), held in zip(loops.angles.name, loops.angles.body.tolist(), loops.angles.angle):
+        if first not in rough or second not in rough:
+            continue
+        stated = rough[second] - rough[first]
+        if abs(math.remainder(stated - held, 2 * math.pi)) > FARTHEST_FROM_HELD:
+            names = [f"link {loops.links[i]}" if i != GROUND else "the ground" for i in (first, second)]
+            raise AssemblyError(
+                f"joint {joint} holds {names[1]} at {_degrees(held)} to {names[0]}, and their rough angles say "
+                f"{_degrees(math.remainder(stated, 2 * math.pi))}: give the angle that the joint demands, or leave "
+                "the rough angle out"
+            )
 
 
 @dataclass(frozen=True)

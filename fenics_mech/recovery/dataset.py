@@ -18,7 +18,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
 from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import drive_efforts, joint_forces, nodal_forces, reactions
+from fenics_mech.recovery.joints import drive_efforts, effort_units, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
@@ -30,6 +30,7 @@ from fenics_mech.response.dispersion import MOST_OFF, frequency_error
 from fenics_mech.response.floquet import Stability
 from fenics_mech.response.transient import Course
 from fenics_mech.scene import Scene
+from fenics_mech.scene.springs import Hinge
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
@@ -45,12 +46,12 @@ ATTRIBUTES = {
     "shear_force": ("N", "shear force dM/ds"),
     "deflection": ("m", "elastic displacement, fixed frame"),
     "joint_force": ("N", "force of the joint's first body on its second, fixed frame"),
-    "input_torque": ("N m", "torque of the first drive on the second body of its joint, or its force (N)"),
-    "drive_effort": ("N m", "torque of each drive on the second body of its joint, or its force (N)"),
+    "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
+    "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
     "drive_twist": ("rad", "angle of the crank ahead of its drive"),
     "drive_rate": ("rad/s", "rate of the crank"),
-    "spring_force": ("N", "tension of each spring, or the moment with which it turns its second body back (N m)"),
-    "damper_force": ("N", "tension of each damper, or the moment with which it turns its second body back (N m)"),
+    "spring_force": ("N", "tension of each spring; of one at a joint the moment with which it turns its bodies back"),
+    "damper_force": ("N", "tension of each damper; of one at a joint the moment with which it turns its bodies back"),
     "frequency": ("Hz", "natural frequency"),
     "frequency_error": (
         "1",
@@ -126,13 +127,23 @@ def collect(
         data.attrs["not_estimated"] = "; ".join(unknown)
     if history.condition is not None and np.isfinite(history.condition):
         data.attrs["condition"] = history.condition
-    for name, (units, meaning) in ATTRIBUTES.items():
+    units = _units(scene)
+    for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:
-            data[name].attrs.update(units=units, long_name=meaning)
+            data[name].attrs.update(units=units.get(name, unit), long_name=meaning)
     data["theta"].attrs.update(units="rad", long_name="drive angle")
     data["time"].attrs.update(units="s", long_name="time")
     data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
     return Result(data)
+
+
+def _units(scene: Scene) -> dict[str, str]:
+    """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
+    efforts = effort_units(scene)
+    found = {"drive_effort": efforts, "input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
+    for name, parts in (("spring_force", scene.springs), ("damper_force", scene.dampers)):
+        found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts.values()]
+    return {name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in found.items() if units}
 
 
 def _with_viscous_forces(

@@ -13,7 +13,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensible import Inextensible
 from fenics_mech.response import History
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Prismatic, Scene, Slot
 
 Array = NDArray[np.float64]
 
@@ -131,7 +131,7 @@ def drive_efforts(scene: Scene, motion: Motion, found: dict[tuple[str, str, int]
     for drive in scene.drives:
         joint = scene.joints[drive.joint]
         first, second = (point.split(".")[0] for point in joint.connect)
-        if joint.kind in ("slot", "prismatic"):
+        if isinstance(joint, Slot | Prismatic):
             turned = motion.angle[:, motion.links.index(first)] if first != "ground" else np.zeros(len(motion.theta))
             angle = scene.guide_angle(joint) + turned
             force = found[drive.joint, second, 2]
@@ -141,6 +141,11 @@ def drive_efforts(scene: Scene, motion: Motion, found: dict[tuple[str, str, int]
         else:
             efforts[drive.joint] = -found[drive.joint, first, 1][:, 0]
     return efforts
+
+
+def effort_units(scene: Scene) -> list[str]:
+    """Give the unit of each drive's effort: N where it slides, N m where it turns."""
+    return ["N" if isinstance(scene.joints[drive.joint], Slot | Prismatic) else "N m" for drive in scene.drives]
 
 
 def _turned(vectors: Array, angle: Array) -> Array:

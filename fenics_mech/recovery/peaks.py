@@ -31,7 +31,7 @@ def between_positions(result: Result) -> Result:
     around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)
     places = np.arange(len(theta)) * count / len(theta)
     finer = {
-        name: (curve.dims, Akima1DInterpolator(around, curve.to_numpy()[around % count])(places))
+        name: (curve.dims, Akima1DInterpolator(around, curve.to_numpy()[around % count])(places), curve.attrs)
         for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
     }
     return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))

@@ -26,7 +26,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep import stacked
 from fenics_mech.studies.sweep_axes import placed, scene_data, unit_of
-from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, reduced
+from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, kept_unit, reduced
 
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
     "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),
@@ -207,10 +207,11 @@ def _dataset(
 ) -> xr.Dataset:
     """Label the points' numbers."""
     data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(scene, path)})})
-    for name, (dims, units, meaning) in (KEPT | OWN).items():
+    for name, (dims, unit, meaning) in (KEPT | OWN).items():
         numbers = stacked([record["values"].get(name) for record in records])
         if np.isnan(numbers).all():  # or there are none at all
             continue
+        units = kept_unit(name, scene) if name in KEPT else unit
         data[name] = (("point", *dims), numbers, {"units": units, "long_name": meaning})
     labels = records[0]["labels"] | {"part": ["real", "imaginary"]}
     for name in sorted({str(name) for name in data.dims} - {"point"}):

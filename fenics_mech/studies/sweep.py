@@ -25,7 +25,17 @@ from fenics_mech.recovery.result import Saved, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
-from fenics_mech.studies.sweep_points import KEPT, TEXTS, Array, Gauge, Record, compute_point, point_file, read_point
+from fenics_mech.studies.sweep_points import (
+    KEPT,
+    TEXTS,
+    Array,
+    Gauge,
+    Record,
+    compute_point,
+    kept_unit,
+    point_file,
+    read_point,
+)
 
 Found = TypeVar("Found")
 RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation between the points may miss
@@ -228,15 +238,15 @@ class _Run:
             told = {"units": axis.unit, "written_units": axis.written[0], "written_factor": axis.written[1]}
             data = data.assign_coords({axis.path: (axis.path, list(along), told)})
         labels: Record = next((record["labels"] for record in records if "labels" in record), {})
-        for name, (dims, units, meaning) in KEPT.items():
+        first = build(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
+        for name, (dims, _, meaning) in KEPT.items():
             numbers = stacked([record.get("values", {}).get(name) for record in records])
             if np.isnan(numbers).all():
                 continue
-            attributes = {"units": units, "long_name": meaning}
+            attributes = {"units": kept_unit(name, first), "long_name": meaning}
             data[name] = ((*paths, *dims), numbers.reshape(*shape, *numbers.shape[1:]), attributes)
         for name in sorted({str(name) for name in data.dims} - set(paths)):
             data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
-        first = build(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
         data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
         return data

@@ -16,9 +16,11 @@ from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.joints import effort_units
 from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.recovery.signal import harmonics, last_cycle
+from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 
 Array = NDArray[np.float64]
@@ -32,7 +34,7 @@ KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions
     "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
     "peak_deflection": (("member",), "m", "largest elastic displacement over the cycle"),
     "peak_joint_force": (("joint",), "N", "largest force of the joint over the cycle"),
-    "peak_input_torque": ((), "N m", "largest torque of the first drive over the cycle, or its force (N)"),
+    "peak_input_torque": ((), "N m", "largest torque of the first drive over the cycle; force where it slides"),
     "strain_harmonic": (("member", "harmonic"), "1", "amplitude of the strain's harmonic; order 0 is its mean"),
     "drive_rate": ((), "rad/s", "rate of the drive coordinate"),
     "frequency_lowest": (("mode",), "Hz", "lowest natural frequency over the cycle"),
@@ -51,6 +53,11 @@ TEXTS = {
     "effects": "effects that acted",
     "not_estimated": "what its error estimate lacks",
 }
+
+
+def kept_unit(name: str, scene: Scene) -> str:
+    """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the drive slides."""
+    return effort_units(scene)[0] if name == "peak_input_torque" else KEPT[name][1]
 
 
 @dataclass(frozen=True)

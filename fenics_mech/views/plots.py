@@ -254,7 +254,8 @@ def joint_force_figure(result: Result) -> Figure:
     if driven:
         panels[1].plot(*_curve(result, result.data["input_torque"].to_numpy()))
         panels[1].axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
-        finish(panels[1], "Input torque", "torque (N m)")
+        slides = result.data["input_torque"].attrs["units"] == "N"
+        finish(panels[1], *(("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")))
     return figure
 
 

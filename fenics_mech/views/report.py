@@ -218,7 +218,7 @@ def _between_stations(result: Result) -> list[Text]:
 
 
 def _joints(result: Result) -> Table:
-    """Tabulate the peak joint forces and, as the last row, the peak input torque."""
+    """Tabulate the peak joint forces and, as the last row, the peak torque or force of the first drive."""
     table = table_of("Peaks of the joint forces", "joint", "peak", "at")
     theta = _degrees(result)
     forces = np.linalg.norm(_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
@@ -229,7 +229,9 @@ def _joints(result: Result) -> Table:
         return table
     torque = result.data["input_torque"].to_numpy()
     (k,) = _peak(torque)
-    table.add_row("input torque", f"{number(torque[k])} N m", f"{theta[k]:.4g}\N{DEGREE SIGN}")
+    unit = str(result.data["input_torque"].attrs["units"])
+    what = "drive force" if unit == "N" else "input torque"
+    table.add_row(what, f"{number(torque[k])} {unit}", f"{theta[k]:.4g}\N{DEGREE SIGN}")
     return table
 
 

@@ -100,7 +100,9 @@ def force_figure(sweep: Sweep) -> Figure:
     if torque:
         panels[1].plot(x, data["peak_input_torque"], **_look(0, len(x)))
         _dot_beyond(panels[1], sweep)
-        _settle(panels[1], sweep, "Input torque: largest over the cycle", "torque (N m)", last=True)
+        slides = data["peak_input_torque"].attrs["units"] == "N"
+        what, label = ("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")
+        _settle(panels[1], sweep, f"{what}: largest over the cycle", label, last=True)
     return figure
 
 

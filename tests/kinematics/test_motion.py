@@ -9,6 +9,7 @@ from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.scene.factories import four_bar, seed_four_bar
+from tests.demos.machines import piston, welded_arm
 
 SECTION = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}
 THETA = np.linspace(0, 2 * np.pi, 73)
@@ -121,3 +122,17 @@ def test_a_drive_may_dwell():
     assert motion.angle[:, 0] == pytest.approx(0.3 * np.tanh(30 * np.sin(THETA)), abs=1e-12)
     coupler, _ = closed_form(0.10795, 0.2794, 0.27051, 0.254, motion.angle[:, 0], 1)
     assert motion.angle[:, 1] == pytest.approx(coupler, abs=1e-12)
+
+
+@pytest.mark.parametrize("away", [60.0, 90.0, 100.0, -90.0])
+def test_a_rough_angle_that_a_joint_contradicts_is_refused(away):
+    held = 15.0  # by the prismatic joint of this machine
+    with pytest.raises(AssemblyError, match=r"joint G holds link piston at 15 deg to the ground.*say"):
+        solve_motion(piston().changed(links__piston__angle=np.radians(held + away)), THETA)
+    near = solve_motion(piston().changed(links__piston__angle=np.radians(held + 20.0)), THETA)
+    assert np.array_equal(near.angle, solve_motion(piston(), THETA).angle)
+
+
+def test_a_rough_angle_that_a_weld_contradicts_is_refused():
+    with pytest.raises(AssemblyError, match=r"joint W holds link arm at -40 deg to link rocker.*say 50 deg"):
+        solve_motion(welded_arm().changed(links__arm__angle=np.radians(140.0)), THETA)

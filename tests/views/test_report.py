@@ -25,6 +25,7 @@ from fenics_mech.views import (
     summary,
     write_frequencies,
 )
+from tests.demos.machines import crane
 
 
 def printed(renderable, width=80):
@@ -176,3 +177,21 @@ def test_doubt_about_peaks_does_not_rest_on_the_position_at_0(result):
     curves = {name: 1e-4 * peak * xr.ones_like(result.data[name]) for name in ("strain", "joint_force")}
     text = printed(summary(Result(result.data.assign(curves))))
     assert "Peaks between the 24 positions are uncertain by 28." in text
+
+
+def test_a_drive_along_a_slide_gives_a_force():
+    found = analyse(crane().changed(analysis__method="quasi-static", analysis__sub_intervals=24))
+    assert found.data["input_torque"].attrs["units"] == found.data["drive_effort"].attrs["units"] == "N"
+    line = next(line for line in printed(summary(found)).splitlines() if line.startswith(" drive force"))
+    peak = np.abs(found.data["input_torque"]).max()
+    assert abs(float(line.split()[2])) == pytest.approx(float(peak), rel=0.02)
+    assert line.split()[3] == "N"
+    assert "N m" not in line
+
+
+def test_springs_at_a_joint_give_a_moment():
+    line = {"between": ("follower.B", "ground.O"), "stiffness": 40.0, "length": 0.2}
+    hinge = {"joint": "C", "stiffness": 0.1}
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24})
+    for springs, unit in (({"a": line}, "N"), ({"a": hinge}, "N m"), ({"a": line, "b": hinge}, "N, N m")):
+        assert analyse(scene.changed(springs=springs)).data["spring_force"].attrs["units"] == unit
