@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +15,10 @@ from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
 from fenics_mech.beams.attachment import QUARTER
-from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, rotary, shear
+from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, offset_gyroscopic, offset_mass, rotary, shear
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.beams.offsets import Offsets
 from fenics_mech.beams.stretching import Stretching
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import PointMass, RigidBody, Scene
@@ -56,7 +57,8 @@ class Beams:
         G A_s as UFL coefficient, and its means over the elements, ``(elements,)`` (N); None where beams are rigid in
         shear.
     rotary
-        rho I as UFL coefficient (kg m); None where the sections' rotation has no inertia.
+        rho I as UFL coefficient (kg m); None where the sections' rotation has no inertia. Without the effect
+        'rotary-inertia' it is that of a mass in the centre of mass, beside the neutral line.
     rotary_powers
         rho I as `density_powers`, ``(elements, 1)`` where no section varies (kg m).
     reduction
@@ -84,6 +86,12 @@ class Beams:
     def mesh(self) -> BeamMesh:
         """The mesh."""
         return self.layout.mesh
+
+    @property
+    def mass_moment(self) -> Array | None:
+        """Moment rho A e of the mass about the neutral line of each element (kg); None where it is 0 everywhere."""
+        offsets = self.layout.offsets
+        return self.line_density * offsets.mass if offsets is not None and offsets.mass.any() else None
 
     @cached_property
     def stiffness(self) -> PETSc.Mat:
@@ -152,6 +160,8 @@ class Beams:
     @cached_property
     def _broken_mass(self) -> PETSc.Mat:
         form = mass(self.layout.space, self.coefficients[2])
+        if self.mass_moment is not None:
+            form += offset_mass(self.layout.space, self.layout.coefficient(self.mass_moment))
         return _fenicsx.assemble(form if self.rotary is None else form + self._rotary_form)
 
     @cached_property
@@ -165,7 +175,10 @@ class Beams:
 
     @cached_property
     def _broken_gyroscopic(self) -> PETSc.Mat:
-        return _fenicsx.assemble(gyroscopic(self.layout.space, self.coefficients[2]))
+        form = gyroscopic(self.layout.space, self.coefficients[2])
+        if self.mass_moment is not None:
+            form += offset_gyroscopic(self.layout.space, self.layout.coefficient(self.mass_moment))
+        return _fenicsx.assemble(form)
 
     @property
     def _rotary_form(self) -> Any:
@@ -174,10 +187,10 @@ class Beams:
 
 def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
     """Prepare the forms of all links, in link axes."""
-    layout = Layout.of(mesh)
+    layout = Layout.of(mesh, Offsets.of(scene, mesh))
     coefficients, powers = along_elements(scene, layout, _rigidities)
     properties, varies = means(powers), powers.shape[-1] > 1
-    return Beams(
+    links = Beams(
         layout=layout,
         coefficients=coefficients,
         bodies=_bodies(scene, mesh),
@@ -187,6 +200,10 @@ def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
         density_powers=powers[:, 2] if varies else None,
         stiffness_powers=powers[:, :2] if varies else None,
     )
+    if links.mass_moment is None or layout.offsets is None:
+        return links
+    inertia = links.mass_moment * layout.offsets.mass
+    return replace(links, rotary=layout.coefficient(inertia), rotary_powers=inertia[:, None])
 
 
 def means(powers: Array) -> Array:

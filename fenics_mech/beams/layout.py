@@ -20,7 +20,8 @@ from fenics_mech import _fenicsx
 from fenics_mech._arrays import each
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, work_equivalent
+from fenics_mech.beams.offsets import Offsets
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -39,16 +40,19 @@ class Layout:
     shear_angle
         Angle of shear of each element by w and phi of both its nodes, ``(elements, 4)`` (1/m, 1); None where beams are
         rigid in shear. With it a nodal rotation phi is that of the section, not of the axis.
+    offsets
+        Places of the neutral line and of the centre of mass; None where both are on the axes of all members.
     """
 
     mesh: BeamMesh
     space: Any
     shear_angle: Array | None = None
+    offsets: Offsets | None = None
 
     @classmethod
-    def of(cls, mesh: BeamMesh) -> Layout:
+    def of(cls, mesh: BeamMesh, offsets: Offsets | None = None) -> Layout:
         """Lay out the broken space DG1 x DG3 on a mesh."""
-        return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)))
+        return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)), offsets=offsets)
 
     def sheared(self, angle: Array) -> Layout:
         """Give the layout with shear: the space has the angle of shear too, one per cell."""
@@ -79,13 +83,19 @@ class Layout:
         dofs, hermite = self._hermite
         return np.einsum("eai,ea->ei", hermite, _fenicsx.assemble_vector(form)[dofs])
 
+    @property
+    def tied(self) -> bool:
+        """Whether nodal dofs are not those of Hermite's functions."""
+        return self.shear_angle is not None or self.offsets is not None
+
     @cached_property
     def tie(self) -> Array:
         """From nodal dofs to those of Hermite's functions, in member axes, ``(elements, 6, 6)``.
 
-        Hermite's have the slope w' = phi + gamma of the axis where the nodes have the rotation phi of the section.
+        Hermite's have the slope w' = phi + gamma of the axis where the nodes have the rotation phi of the section, and
+        the displacement u - y phi of a neutral line that is y beside the axis.
         """
-        tie = np.tile(np.eye(6), (len(self.mesh.cell), 1, 1))
+        tie = np.tile(np.eye(6), (len(self.mesh.cell), 1, 1)) if self.offsets is None else self.offsets.arms
         if self.shear_angle is not None:
             tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
             tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
@@ -94,7 +104,14 @@ class Layout:
     def work_equivalent(self, line: Array) -> Array:
         """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`."""
         forces = work_equivalent(line, self.mesh.cell_length)
-        return forces if self.shear_angle is None else np.einsum("eji,tej->tei", self.tie, forces)
+        if self.offsets is None:
+            return forces if self.shear_angle is None else np.einsum("eji,tej->tei", self.tie, forces)
+        moments = self.offsets.neutral[:, None] * line[..., :2]  # per length, of forces beside the neutral line
+        forces += moments_at_ends(moments, self.mesh.cell_length)
+        forces = np.einsum("eji,tej->tei", self.tie, forces)
+        if self.shear_angle is not None:  # they turn the sections, and not the axis
+            forces[..., NORMAL] -= (moments.mean(axis=-1) * self.mesh.cell_length)[..., None] * self.shear_angle
+        return forces
 
     @cached_property
     def _hermite(self) -> tuple[Index, Array]:
@@ -114,7 +131,7 @@ class Layout:
         values[:, :2][..., AXIAL] = linear
         values[:, 2:][..., NORMAL] = cubic
         if self.shear_angle is None:
-            return dofs, values
+            return dofs, values @ self.tie if self.tied else values
         angle = np.zeros((len(dofs), 1, 6))
         angle[:, 0, NORMAL] = self.shear_angle
         dofs = np.concatenate([dofs, _fenicsx.cell_dofs(self.space, 2)[0][mesh.cell]], axis=1)

@@ -17,6 +17,7 @@ CUBIC = (  # displacement, rotation times L, of the first node and of the second
 ALONG, ACROSS = (  # integrals of their products with the linear ones
     np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
 )
+TURNING = np.array([[(f.deriv() * g).integ()(1.0) for g in LINEAR] for f in CUBIC])
 AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both nodes: those along its axis, and across
 
 
@@ -92,3 +93,24 @@ def work_equivalent(line: Array, length: Array) -> Array:
     forces[..., NORMAL] = line[..., 2:] @ ACROSS.T
     forces[..., [2, 5]] *= length[:, None]
     return forces * length[:, None]
+
+
+def moments_at_ends(moments: Array, length: Array) -> Array:
+    """Forces at the nodes of elements that do the same work as moments spread linearly along them.
+
+    Parameters
+    ----------
+    moments
+        At the first and second node (N m/m), ``(angles, elements, 2)``.
+    length
+        Of the elements (m), ``(elements,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Forces and moments in the elements' dofs u, w, phi, ``(angles, elements, 6)``.
+    """
+    forces = np.zeros((*moments.shape[:2], 6))
+    forces[..., NORMAL] = moments @ TURNING.T
+    forces[..., [2, 5]] *= length[:, None]
+    return forces

@@ -31,6 +31,9 @@ def lacking_stiffness(beams: Beams) -> Array:
     relative, found = _relative(beams.mesh.cell_length), np.zeros_like(beams.element_stiffness)
     found[:, [[1], [2], [4], [5]], NORMAL] = relative.transpose(0, 2, 1) @ np.linalg.inv(bending) @ relative
     found[:, [[0], [3]], AXIAL] = np.array([[1.0, -1.0], [-1.0, 1.0]]) / axial[:, None, None]
+    if beams.layout.offsets is not None:
+        arms = beams.layout.offsets.arms
+        found = arms.transpose(0, 2, 1) @ found @ arms
     found -= beams.element_stiffness
     held = np.flatnonzero(np.isinf(beams.axial_rigidity))
     found[held[:, None, None], np.array(AXIAL)[:, None], AXIAL] = 0.0

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from importlib import import_module
 
 from fenics_mech.beams import Beams
+from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import NOTHING, Entries, Situation, Terms, total
 from fenics_mech.errors import SceneError
@@ -64,4 +65,5 @@ def shaped(scene: Scene, beams: Beams) -> Beams:
 
 def build_terms(situation: Situation) -> Terms:
     """Give what the scene's effects add to the equation of motion."""
-    return total([effect.terms(situation) for effect in active(situation.scene) if effect.terms is not None])
+    found = [effect.terms(situation) for effect in active(situation.scene) if effect.terms is not None]
+    return total(found if situation.beams.layout.offsets is None else [*found, offsets.terms(situation)])

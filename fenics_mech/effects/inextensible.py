@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech.beams import Beams
+from fenics_mech.beams.offsets import refuse_offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
 
 
 def beams(scene: Scene, links: Beams) -> Beams:
     """Make EA infinite: the mechanism then ties the nodes of each member along its axis (`mechanism.inextensible`)."""
+    refuse_offsets(scene, "inextensible", neutral_only=True)
     none = np.zeros(len(links.mesh.cell))
     _, *rest = links.coefficients
     return replace(links, coefficients=(links.layout.coefficient(none), *rest), axial_rigidity=none + np.inf)

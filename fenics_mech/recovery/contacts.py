@@ -99,27 +99,33 @@ class SpreadLoad:
         As in `Terms`: along the axis at both nodes, then along the normal (N/m), ``(angles, elements, 4)``.
     shear_number
         EI/(G A_s) over the length squared of the elements, ``(elements,)``; None where they are rigid in shear.
+    arm
+        Place of the neutral line beside the axis that they act on, ``(elements,)`` (m); None where it is that axis.
     """
 
     line: Array
     shear_number: Array | None = None
+    arm: Array | None = None
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
         """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'."""
         along, across = self._at(element)
         once, twice = (integral(LINEAR, xi, times) for times in (1, 2))
-        return (
-            -length * np.sum(along * once, -1),
-            length * np.sum(across * once, -1),
-            length**2 * np.sum(across * twice, -1),
-        )
+        axial, moment = -length * np.sum(along * once, -1), length**2 * np.sum(across * twice, -1)
+        if self.arm is not None:
+            moment += self.arm[element] * axial
+        return axial, length * np.sum(across * once, -1), moment
 
     def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
         """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)``."""
         along, across = self._at(element)
         u = -(length**2) * np.sum(along * between_fixed_ends(LINEAR, xi), -1)
         shear = None if self.shear_number is None else self.shear_number[element]
-        return u, length**4 * np.sum(across * between_clamped_ends(LINEAR, xi, shear), -1)
+        w = length**4 * np.sum(across * between_clamped_ends(LINEAR, xi, shear), -1)
+        if self.arm is not None:
+            moments = self.arm[element, None] * along
+            w -= length**3 * np.sum(moments * between_clamped_ends(LINEAR, xi, shear, order=3), -1)
+        return u, w
 
     def _at(self, element: Index) -> tuple[Array, Array]:
         here = self.line[:, element]

@@ -38,6 +38,7 @@ from fenics_mech.scene import Scene
 Array = NDArray[np.float64]
 SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
 SLOPES = (*(f.deriv() for f in CUBIC), Polynomial([1.0]))  # and the rotation of its sections
+AS_CUBICS = np.array([[f(0.0), f.deriv()(0.0), f(1.0), f.deriv()(1.0)] for f in SLOPES])  # that rotation by `CUBIC`
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,9 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     u, w, slope = _of_nodes(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia, v)
     u, w = u + extra_u, w + extra_w
+    if beams.layout.offsets is not None:  # from the neutral line to the axis
+        sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
+        u += beams.layout.offsets.neutral[element] * (slope + sections)
     tension = element_tension(system, history)
     if tension is not None:  # the axial force acts on the bent axis
         shear += tension[:, element] * slope
@@ -134,7 +138,10 @@ def forces_inside(
 def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
     """Give all loads inside elements: point loads, and those spread along them."""
     line = system.terms.line
-    return tuple(loads) if line is None else (*loads, SpreadLoad(line, _shear_number(system.beams)))
+    if line is None:
+        return tuple(loads)
+    offsets = system.beams.layout.offsets
+    return (*loads, SpreadLoad(line, _shear_number(system.beams), None if offsets is None else offsets.neutral))
 
 
 def _statics(
@@ -150,6 +157,8 @@ def _statics(
     beams, h = system.beams, system.beams.mesh.cell_length[element]
     for load in loads:
         ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
+    if beams.layout.offsets is not None:
+        ends = beams.layout.offsets.on_neutral_line(ends)
     end, (along, across) = ends[:, element], inertia
     first, second = _mass_up_to(beams, element, xi)
     axial = -end[..., 0] + h * np.sum(along * first, -1)
@@ -159,6 +168,8 @@ def _statics(
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
     if beams.rotary_powers is not None:
         moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
+    if beams.mass_moment is not None:
+        moment += _offset(system, history, beams.mass_moment, element, xi)[0]
     return axial, shear, moment
 
 
@@ -176,7 +187,7 @@ def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
 def _hermite(system: System, nodal: Array) -> Array:
     """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``."""
     values, layout = in_member_axes(system.beams.mesh, nodal), system.beams.layout
-    return values if layout.shear_angle is None else each(layout.tie, values)
+    return each(layout.tie, values) if layout.tied else values
 
 
 def _rotary(
@@ -189,14 +200,36 @@ def _rotary(
     beams = system.beams
     h = beams.mesh.cell_length[element]
     turning = history.inertia if history.centripetal is None else history.inertia - history.centripetal
-    slopes, nodal = _hermite(system, turning)[:, element], in_member_axes(system.beams.mesh, turning)[:, element]
-    rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # of the sections' rotation: slope of w less angle of shear
-    rate[..., :4], rate[..., 4] = _scaled(slopes[..., NORMAL], h) / h[:, None], nodal[..., 2] - slopes[..., 2]
+    rate = _rotation(system, turning, element)
     terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
     up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
     particular = between_clamped_ends(SLOPES, xi, _at(_shear_number(beams), element), order=3)
     bent = means(powers)[element] * h**3 * np.sum(rate * particular, -1)
     return h * np.sum(rate * up_to, -1), bent
+
+
+def _rotation(system: System, nodal: Array, element: NDArray[np.int64]) -> Array:
+    """Rotation of the sections of elements by nodal values in link axes, by `SLOPES`, ``(angles, places, 5)``."""
+    h = system.beams.mesh.cell_length[element]
+    slopes, plain = _hermite(system, nodal)[:, element], in_member_axes(system.beams.mesh, nodal)[:, element]
+    rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # slope of w less angle of shear
+    rate[..., :4], rate[..., 4] = _scaled(slopes[..., NORMAL], h) / h[:, None], plain[..., 2] - slopes[..., 2]
+    return rate
+
+
+def _offset(
+    system: System, history: History, mass_moment: Array, element: NDArray[np.int64], xi: Array
+) -> tuple[Array, Array]:
+    """Moment, and EI times the deflection between clamped ends, by inertia along the member on the arm of its mass.
+
+    Both are ``(angles, places)``. Of that inertia the acceleration of the neutral line counts here; `_rotary` has the
+    rest. `mass_moment` is rho A e of the elements (kg).
+    """
+    h = system.beams.mesh.cell_length[element]
+    along = _of_neutral_line(system, history, element)[0]
+    particular = between_clamped_ends(SHAPES, xi, _at(_shear_number(system.beams), element), order=3)
+    on_arm = -mass_moment[element]
+    return on_arm * h * np.sum(along * integral(SHAPES, xi), -1), on_arm * h**3 * np.sum(along * particular, -1)
 
 
 def _shear_number(beams: Beams) -> Array | None:
@@ -211,13 +244,24 @@ def _at(values: Array | None, element: NDArray[np.int64]) -> Array | None:
 
 
 def inertia_of(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Acceleration along and across the member in each element, as coefficients of `SHAPES`.
+    """Acceleration of the mass along and across the member in each element, as coefficients of `SHAPES`.
 
     Returns
     -------
     tuple
         Along and across, ``(angles, places, 6)`` each.
     """
+    along, across = _of_neutral_line(system, history, element)
+    if system.beams.mass_moment is not None and system.beams.layout.offsets is not None:
+        arm = system.beams.layout.offsets.mass[element, None]  # the centre of mass moves by u - e phi, w
+        along[..., :4] -= arm * (_rotation(system, history.inertia, element) @ AS_CUBICS)
+        if history.turning is not None:
+            across[..., :4] -= arm * (_rotation(system, history.turning, element) @ AS_CUBICS)
+    return along, across
+
+
+def _of_neutral_line(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Acceleration of the neutral line, as `inertia_of` gives that of the mass."""
     h = system.beams.mesh.cell_length[element]
     inertia = _hermite(system, history.inertia)[:, element]
     along = np.zeros((*inertia.shape[:2], 6))
@@ -291,6 +335,8 @@ def between_nodes(
     w = -rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
     if beams.rotary_powers is not None:
         w += _rotary(system, history, beams.rotary_powers, element, xi)[1]
+    if beams.mass_moment is not None:
+        w += _offset(system, history, beams.mass_moment, element, xi)[1]
     for load in _with_spread(system, loads):
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u, w + extra_w

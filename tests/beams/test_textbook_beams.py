@@ -376,8 +376,9 @@ def test_outer_fibres_of_a_laminate_have_their_own_strain_and_modulus():
     rho_a, ea, neutral = RHO * 0.02 * 2e-3, E * 0.02 * 1.75e-3, 19 / 14 * 1e-3
     layers = np.array([1, 0.25, 0.25, 0.25]) * (1e-3**3 / 12 + 1e-3 * ((np.arange(4) + 0.5) * 1e-3 - neutral) ** 2)
     ei = E * 0.02 * layers.sum()
-    axial = rho_a * speed**2 * LENGTH**2 / 2 / ea
-    moment = -rho_a * acceleration * LENGTH**3 / 3
+    beside = 1.5e-3 - neutral  # of the centre of mass, by the layers' densities 1, 1/3, 1/3, 1/3
+    axial = rho_a * (speed**2 * LENGTH**2 / 2 + acceleration * beside * LENGTH) / ea
+    moment = -rho_a * acceleration * (LENGTH**3 / 3 + beside**2 * LENGTH)
     for fibre, place, modulus in (("+", 4e-3 - neutral, E / 4), ("-", -neutral, E)):
         strain = axial - moment * place / ei
         assert np.allclose(found["strain"].sel(fibre=fibre), strain, rtol=0, atol=1e-10 * np.abs(strain).max())

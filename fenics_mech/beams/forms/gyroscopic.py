@@ -4,6 +4,8 @@ from typing import Any
 
 import ufl
 
+from fenics_mech.beams.forms.rotary import rotation
+
 
 def gyroscopic(space: Any, line_density: Any) -> Any:
     """Give ``s = int rho A (u z - w v) dx``; `line_density` is rho A (kg/m).
@@ -14,3 +16,12 @@ def gyroscopic(space: Any, line_density: Any) -> Any:
     u, w, *_ = ufl.TrialFunctions(space)
     v, z, *_ = ufl.TestFunctions(space)
     return line_density * (u * z - w * v) * ufl.dx
+
+
+def offset_gyroscopic(space: Any, moment: Any) -> Any:
+    """Give ``int rho A e (w psi - phi z) dx``: the form of `gyroscopic` with ``u - e phi`` less that with u.
+
+    `moment` is rho A e (kg), e the place of the centre of mass beside the neutral line; see `offset_mass`.
+    """
+    (u, w, *others), (v, z, *virtual) = ufl.TrialFunctions(space), ufl.TestFunctions(space)
+    return moment * (w * rotation(v, z, *virtual) - rotation(u, w, *others) * z) * ufl.dx

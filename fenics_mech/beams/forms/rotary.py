@@ -10,10 +10,10 @@ def rotary(space: Any, inertia: Any) -> Any:
 
     Source: Rayleigh, The Theory of Sound, section 162; with shear Timoshenko, Phil. Mag. 41 (1921) 744.
     """
-    phi, psi = (_rotation(*functions(space)) for functions in (ufl.TrialFunctions, ufl.TestFunctions))
+    phi, psi = (rotation(*functions(space)) for functions in (ufl.TrialFunctions, ufl.TestFunctions))
     return inertia * phi * psi * ufl.dx
 
 
-def _rotation(u: Any, w: Any, angle: Any = 0) -> Any:
+def rotation(u: Any, w: Any, angle: Any = 0) -> Any:
     """Rotation of the sections: the slope of the axis less the angle of shear."""
     return w.dx(0) - angle

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, known, shear_modulus
+from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, known, lines_from, shear_modulus
 from fenics_mech.units import Length
 
 if TYPE_CHECKING:
@@ -24,12 +24,11 @@ class Ply(Part):
 
 
 class LaminateSection(Section):
-    """A laminated strip that bends about its neutral axis: equivalent EA, EI and rho A (ref. 44).
+    """A laminated strip that bends about its neutral line: equivalent EA, EI and rho A (ref. 44).
 
-    The member's axis is the neutral one, so that axial force and bending stay apart. The offset of the plies' centre of
-    mass from it, which an unsymmetric laminate of different densities has, is neglected. Its rho I is about the neutral
-    axis. In shear it has the energy of the stresses that balance those of bending, which needs no factor: for one
-    material it is 5/6 of G A.
+    An unsymmetric laminate has its neutral line, its middle and its centre of mass at three places; all of them count.
+    Its rho I is about the neutral line. In shear it has the energy of the stresses that balance those of bending, which
+    needs no factor: for one material it is 5/6 of G A.
 
     Parameters
     ----------
@@ -37,12 +36,16 @@ class LaminateSection(Section):
         Size normal to the plane of motion (m).
     plies
         The plies, from the side opposite to the member's normal ("-") to the normal's side ("+").
+    axis
+        Where the member's axis, with its pins, welds and loads, passes the section: along the "neutral" line, or in the
+        "middle" of the thickness. Both are one line where the laminate is symmetric.
     """
 
     complete = True
     shape: Literal["laminate"]
     width: Annotated[Length, Positive]
     plies: Annotated[tuple[Ply, ...], Field(min_length=1)]
+    axis: Literal["neutral", "middle"] = "neutral"
 
     def rigidity(
         self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
@@ -53,7 +56,9 @@ class LaminateSection(Section):
         second = self.width * (t**3 / 12 + t * middle**2)
         outer = (float(middle[-1] + t[-1] / 2), float(middle[0] - t[0] / 2))
         ea, rho_a = self.width * np.sum(e * t), self.width * np.sum(rho * t)
-        return Rigidity.at(s, ea, np.sum(e * second), rho_a, np.sum(rho * second), (e[-1], e[0]), outer)
+        axis = 0.0 if self.axis == "neutral" else (outer[0] + outer[1]) / 2
+        lines = lines_from(axis, 0.0, float(np.sum(rho * t * middle) / np.sum(rho * t)), outer[0] - outer[1])
+        return Rigidity.at(s, ea, np.sum(e * second), rho_a, np.sum(rho * second), (e[-1], e[0]), outer, *lines)
 
     def shear_stiffness(
         self,

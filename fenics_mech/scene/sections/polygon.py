@@ -10,7 +10,15 @@ from pydantic import Field, model_validator
 
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import (
+    Array,
+    Rigidity,
+    Section,
+    known,
+    lines_from,
+    shear_modulus,
+    stated_factor,
+)
 from fenics_mech.units import Length
 
 if TYPE_CHECKING:
@@ -33,7 +41,7 @@ class PolygonSection(Section):
     """A section with straight sides, given by its corners (y, z) (m): y along the member's normal, z out of the plane.
 
     It bends in the plane of motion only, whatever its principal axes: a planar linkage holds it there. It bends about
-    its neutral line, which for several materials is that of the stiffness-weighted area.
+    its neutral line, which for several materials is that of the stiffness-weighted area, beside the centre of mass.
 
     Parameters
     ----------
@@ -45,6 +53,9 @@ class PolygonSection(Section):
         Instead of the two: the polygons of a composite section, each with its material; they share sides, no area.
     shear_factor
         Share of the sum of G A over the polygons that carries shear; it has no default.
+    axis
+        Where the member's axis, with its pins, welds and loads, passes the section: along the "neutral" line, in the
+        "middle" between the outer fibres, or at the "origin", y = 0.
     """
 
     shape: Literal["polygon"]
@@ -52,6 +63,7 @@ class PolygonSection(Section):
     holes: tuple[Outline, ...] = ()
     parts: tuple[PolygonPart, ...] = ()
     shear_factor: ShearFactor | None = None
+    axis: Literal["neutral", "middle", "origin"] = "neutral"
 
     @model_validator(mode="after")
     def _is_a_shape(self) -> Self:
@@ -86,7 +98,10 @@ class PolygonSection(Section):
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
         ea, ei, rho_a, neutral = _integrals(polygons, max(abs(top), abs(bottom)))
         rho_i = sum(of.density * _second_moment(outline, holes, neutral) for outline, holes, of in polygons)
-        return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral))
+        first = sum(of.density * _first_moment(outline, holes, neutral) for outline, holes, of in polygons)
+        axis = {"neutral": neutral, "middle": (top + bottom) / 2, "origin": 0.0}[self.axis]
+        lines = lines_from(axis, neutral, neutral + first / rho_a, top - bottom)
+        return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
 
     def shear_stiffness(
         self,
@@ -126,6 +141,18 @@ def _integrals(
     analysis.calculate_geometric_properties()
     ei = analysis.get_eic()[1]  # its x is our y
     return analysis.get_ea() * size**2, ei * size**4, analysis.get_mass() * size**2, analysis.get_c()[0] * size
+
+
+def _first_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:
+    """First moment of area of a polygon about the line y = neutral (m^3), by Green's theorem along its sides."""
+
+    def around(corners: Outline) -> float:
+        (y, z), (y2, z2) = (np.roll(corners, -k, axis=0).T for k in (0, 1))
+        a, b = y - neutral, y2 - neutral
+        twice_area = a * z2 - b * z
+        return float(np.sum((a + b) * twice_area) / 6 * np.sign(np.sum(twice_area)))
+
+    return around(outline) - sum(around(hole) for hole in holes)
 
 
 def _second_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:

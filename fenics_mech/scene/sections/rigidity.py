@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Positive = Field(gt=0)
+ROUNDING = 1e-9  # of a section's height, up to which two lines in it are one
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class Rigidity:
         Young's modulus of the outer fibres, first on the side of the normal, then opposite (Pa), ``(places, 2)``.
     fibre
         Place of these fibres along the normal, from the neutral line (m), ``(places, 2)``: the second is negative.
+    neutral, mass_centre
+        Places of the neutral line and the centre of mass along the normal, from the member's axis (m), ``(places,)``.
     """
 
     axial: Array
@@ -41,6 +44,8 @@ class Rigidity:
     rotary_inertia: Array
     modulus: Array
     fibre: Array
+    neutral: Array
+    mass_centre: Array
 
     @classmethod
     def at(
@@ -52,11 +57,14 @@ class Rigidity:
         rho_i: Array | float,
         modulus: tuple[float, float],
         fibre: tuple[Array | float, Array | float],
+        neutral: float = 0.0,
+        mass_centre: float = 0.0,
     ) -> Rigidity:
         """Make one at places `s` from values that may be the same at all of them."""
         along = (np.broadcast_to(value, s.shape) for value in (ea, ei, rho_a, rho_i))
         outer = (np.stack([np.broadcast_to(v, s.shape) for v in pair], axis=-1) for pair in (modulus, fibre))
-        return cls(*along, *outer)
+        lines = (np.full(s.shape, value) for value in (neutral, mass_centre))
+        return cls(*along, *outer, *lines)
 
 
 class Section(Part, ABC):
@@ -102,6 +110,16 @@ class Section(Part, ABC):
 
     def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
         """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
+
+
+def lines_from(axis: float, neutral: float, mass_centre: float, height: float) -> tuple[float, float]:
+    """Give the places of the neutral line and of the centre of mass, from the member's axis (m).
+
+    The places given, and the height of the section, are in m. Distances that rounding makes are 0.
+    """
+    neutral = axis if abs(neutral - axis) < ROUNDING * height else neutral
+    mass_centre = neutral if abs(mass_centre - neutral) < ROUNDING * height else mass_centre
+    return neutral - axis, mass_centre - axis
 
 
 def shear_modulus(material: Material | None, place: str) -> float:

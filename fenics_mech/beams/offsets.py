@@ -1,0 +1,112 @@
+"""Sections whose neutral line and centre of mass are beside the member's axis, on which pins, welds and loads are.
+
+An element's functions are those of its neutral line, where axial force and bending do not mix: its nodes are joined to
+the member's axis by rigid arms. The mass moves as the centre of mass of its section does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams.shapes import AXIAL
+from fenics_mech.errors import SceneError
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
+    from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """Places along the members' normals (m), ``(elements,)`` each.
+
+    Parameters
+    ----------
+    neutral
+        Of the neutral line, from the member's axis.
+    mass
+        Of the centre of mass, from the neutral line.
+    """
+
+    neutral: Array
+    mass: Array
+
+    @classmethod
+    def of(cls, scene: Scene, mesh: BeamMesh) -> Offsets | None:
+        """Find the offsets of a scene's sections; None where there is none.
+
+        Raises
+        ------
+        SceneError
+            When a pin travels along a member whose neutral line is beside its axis.
+        """
+        lines = np.array([_lines(scene, label) for label in mesh.members]).reshape(-1, 2)
+        if not lines.any():
+            return None
+        neutral, centre = lines[mesh.cell_member].T
+        _refuse_travelling(scene)
+        return cls(neutral, centre - neutral)
+
+    @property
+    def arms(self) -> Array:
+        """From nodal displacements of the axis to those of the neutral line, ``(elements, 6, 6)``."""
+        arms = np.tile(np.eye(6), (len(self.neutral), 1, 1))
+        arms[:, AXIAL, [2, 5]] = -self.neutral[:, None]
+        return arms
+
+    def on_neutral_line(self, ends: Array) -> Array:
+        """Give forces on the elements' ends with moments about the neutral line, both ``(..., elements, 6)``."""
+        found = ends.copy()
+        found[..., [2, 5]] += self.neutral[:, None] * ends[..., [0, 3]]
+        return found
+
+
+def _lines(scene: Scene, label: str) -> tuple[float, float]:
+    """Places of the neutral line and of the centre of mass of a member from its axis (m), the same all along it."""
+    rigidity = scene.rigidity(label, np.zeros(1))
+    return float(rigidity.neutral[0]), float(rigidity.mass_centre[0])
+
+
+def refuse_offsets(scene: Scene, what: str, neutral_only: bool = False) -> None:
+    """Raise `SceneError` where a section has offsets that something does not know.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    what
+        The effect or the part of the scene that does not know them.
+    neutral_only
+        Whether it knows a centre of mass beside the neutral line.
+    """
+    for label, (_, member) in scene.members().items():
+        neutral, centre = _lines(scene, label)
+        if neutral or (centre and not neutral_only):
+            raise SceneError(
+                f"the neutral line of this section is {neutral:.4g} m and its centre of mass {centre:.4g} m beside "
+                f"the axis of member {label}, which {what} does not know",
+                place=f"sections.{member.section}",
+                hint=f"Leave {what} out, or take a section without these offsets",
+            )
+
+
+def _refuse_travelling(scene: Scene) -> None:
+    """Raise `SceneError` where a pin travels along a member whose neutral line is beside its axis."""
+    for name, joint in scene.joints.items():
+        if (member := getattr(joint, "member", None)) is None:
+            continue
+        link = scene.links[joint.connect[0].split(".")[0]]
+        label = next(label for label, (_, other) in scene.members().items() if other is link.members[member])
+        if neutral := _lines(scene, label)[0]:
+            raise SceneError(
+                f"a pin travels along member {label}, and the neutral line of its section "
+                f"{link.members[member].section!r} is {neutral:.4g} m beside the member's axis",
+                place=f"joints.{name}.member",
+                hint="Give the section axis = 'neutral', or let no pin travel along it",
+            )

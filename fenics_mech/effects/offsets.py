@@ -1,0 +1,21 @@
+"""Mass beside the members' axes: what the rigid motion of the axes does not know of its acceleration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech.effects.terms import Situation, Terms
+
+
+def terms(situation: Situation) -> Terms:
+    """Give the centrifugal force ``rho A b omega^2`` along the normal of mass that is b beside its member's axis.
+
+    All else of its acceleration is in the nodes': along the axis it is ``-alpha b``, which their rotation tells. Like
+    all that moves on an arm, the mass has no forces by products of its offset and of elastic rotations.
+    """
+    beams, offsets = situation.beams, situation.beams.layout.offsets
+    assert offsets is not None
+    omega = situation.motion.omega[:, beams.mesh.member_link[beams.mesh.cell_member]]
+    line = np.zeros((*omega.shape, 4))
+    line[..., 2:] = (omega**2 * beams.line_density * (offsets.neutral + offsets.mass))[..., None]
+    return Terms(line=line)
