@@ -73,26 +73,26 @@ def _lines(scene: Scene, label: str) -> tuple[float, float]:
     return float(rigidity.neutral[0]), float(rigidity.mass_centre[0])
 
 
-def refuse_offsets(scene: Scene, what: str, neutral_only: bool = False) -> None:
-    """Raise `SceneError` where a section has offsets that something does not know.
+def refuse_offsets(scene: Scene, effect: str, neutral_only: bool = False) -> None:
+    """Raise `SceneError` where a section has offsets that an effect does not know.
 
     Parameters
     ----------
     scene
         The scene.
-    what
-        The effect or the part of the scene that does not know them.
+    effect
+        Name of the effect.
     neutral_only
-        Whether it knows a centre of mass beside the neutral line.
+        Whether it knows a centre of mass beside the neutral line, and does not know pins beside it.
     """
     for label, (_, member) in scene.members().items():
         neutral, centre = _lines(scene, label)
         if neutral or (centre and not neutral_only):
             raise SceneError(
-                f"the neutral line of this section is {neutral:.4g} m and its centre of mass {centre:.4g} m beside "
-                f"the axis of member {label}, which {what} does not know",
+                f"the neutral line of this section is {neutral:.4g} m, and its centre of mass {centre:.4g} m, beside "
+                f"the axis of member {label}, which the effect {effect!r} does not know",
                 place=f"sections.{member.section}",
-                hint=f"Leave {what} out, or take a section without these offsets",
+                hint="Leave the effect out, or take a section that is symmetric",
             )
 
 

@@ -126,8 +126,34 @@ def test_a_polygon_of_two_materials_is_the_laminate():
     found = rigidity({"shape": "polygon", "parts": [low, high]})
     plies = [{"thickness": 2e-3, "material": "steel"}, {"thickness": 5e-3, "material": "aluminium"}]
     same = rigidity({"shape": "laminate", "width": 2e-2, "plies": plies})
-    for name in ("axial", "bending", "line_density", "modulus", "fibre"):
+    for name in ("axial", "bending", "line_density", "modulus", "fibre", "neutral", "mass_centre"):
         assert np.allclose(getattr(found, name), getattr(same, name), rtol=1e-10)
+
+
+@pytest.mark.parametrize("axis", ["neutral", "middle", "origin"])
+def test_where_the_axis_of_a_member_passes_its_section(axis):
+    pytest.importorskip("sectionproperties")
+    low = {"outline": [[0, 0], [2e-3, 0], [2e-3, 2e-2], [0, 2e-2]], "material": "steel"}
+    high = {"outline": [[2e-3, 0], [7e-3, 0], [7e-3, 2e-2], [2e-3, 2e-2]], "material": "aluminium"}
+    found = rigidity({"shape": "polygon", "parts": [low, high], "axis": axis})
+    neutral, centre = (
+        (1e-3 * 2 * by[0] + 4.5e-3 * 5 * by[1]) / (2 * by[0] + 5 * by[1]) for by in ((3, 1), (7850, 2700))
+    )
+    place = {"neutral": neutral, "middle": 3.5e-3, "origin": 0.0}[axis]
+    assert np.allclose(found.neutral, neutral - place, rtol=1e-9, atol=1e-15)
+    assert np.allclose(found.mass_centre, centre - place, rtol=1e-9, atol=1e-15)
+    if axis != "origin":
+        plies = [{"thickness": 2e-3, "material": "steel"}, {"thickness": 5e-3, "material": "aluminium"}]
+        same = rigidity({"shape": "laminate", "width": 2e-2, "plies": plies, "axis": axis})
+        assert np.allclose(found.mass_centre, same.mass_centre, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", ["neutral", "middle"])
+def test_a_symmetric_laminate_has_no_offset(axis):
+    thirds = [{"thickness": t, "material": m} for t, m in ((7e-4, "steel"), (1.1e-3, "aluminium"), (7e-4, "steel"))]
+    found = rigidity({"shape": "laminate", "width": 0.03, "plies": thirds, "axis": axis})
+    assert not found.neutral.any()
+    assert not found.mass_centre.any()  # exactly: it takes the path of all symmetric sections
 
 
 def test_without_the_extra_a_polygon_says_how_to_get_it(monkeypatch):

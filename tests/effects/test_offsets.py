@@ -1,0 +1,279 @@
+"""Laminates whose centre of mass, neutral line and pins are apart: against closed forms and transfer matrices.
+
+Along the normal, from the member's axis on which the pins are, the neutral line is at A and the centre of mass at B.
+"""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+from fenics_mech import analyse
+from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.errors import SceneError
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.scene import load
+from fenics_mech.scene.build import build
+
+L, WIDTH, GRAVITY = 0.4, 0.02, 9.81
+THICK, MODULUS, DENSITY = np.array([3e-3, 2e-3]), np.array([70e9, 3e9]), np.array([2700.0, 7000.0])
+MIDDLES = np.array([1.5e-3, 4e-3])  # of the plies, from the lower face
+NEUTRAL, CENTRE = (np.sum(by * THICK * MIDDLES) / np.sum(by * THICK) for by in (MODULUS, DENSITY))
+EA, LINE = WIDTH * np.sum(MODULUS * THICK), WIDTH * np.sum(DENSITY * THICK)
+EI, TURNING = (WIDTH * np.sum(by * (THICK**3 / 12 + THICK * (MIDDLES - NEUTRAL) ** 2)) for by in (MODULUS, DENSITY))
+ARM = CENTRE - NEUTRAL
+PLACES = {"neutral": (0.0, ARM), "middle": (NEUTRAL - 2.5e-3, CENTRE - 2.5e-3)}  # A and B
+PLIES = [{"thickness": t, "material": name} for t, name in zip(THICK, ("stiff", "heavy"))]
+MATERIALS = {
+    name: {"modulus": e, "density": rho, "poisson": 0.3} for name, e, rho in zip(("stiff", "heavy"), MODULUS, DENSITY)
+}
+PIN, WELD, ROLLER = {}, {"kind": "weld"}, {"kind": "slot", "angle": 0.0}
+BOTH = pytest.mark.parametrize("axis", PLACES)
+
+
+def strip(axis, joints, elements=2, **rest):
+    """A strip between points A and B of the ground."""
+    return build(
+        {
+            "materials": MATERIALS,
+            "sections": {"strip": {"shape": "laminate", "width": WIDTH, "plies": PLIES, "axis": axis}},
+            "ground": {"points": {"A": (0, 0), "B": (L, 0)}},
+            "links": {
+                "beam": {
+                    "points": {"A": (0, 0), "B": (L, 0)},
+                    "members": {"AB": {"ends": ("A", "B"), "section": "strip"}},
+                }
+            },
+            "joints": {name: {"connect": (f"ground.{name}", f"beam.{name}")} | kind for name, kind in joints.items()},
+            "mesh": {"elements": elements},
+            "analysis": {"method": "static"},
+        }
+        | rest
+    )
+
+
+def spinning(axis, speed, **rest):
+    """The strip on the shaft of a drive."""
+    return strip(axis, {"A": PIN}, **({"drive": {"joint": "A", "speed": speed}} | rest))
+
+
+def of_beam(scene):
+    """Arrays at the first position: stations (m), N (N), M (N m), strain of both fibres and deflection (m)."""
+    data = analyse(scene).data.isel(theta=0).sel(member="beam")
+    names = ("axial_force", "moment", "strain", "deflection")
+    return data["s"].to_numpy() * L, *(data[name].transpose("s", ...).to_numpy() for name in names)
+
+
+@BOTH
+@pytest.mark.parametrize("elements", [1, 3])
+def test_a_spinning_arm_bends_as_its_mass_pulls_beside_its_neutral_line(axis, elements):
+    speed, (a, b) = 50.0, PLACES[axis]
+    scene = spinning(axis, speed, elements=elements, analysis={"method": "quasi-static", "sub_intervals": 8})
+    x, axial, moment, strain, _ = of_beam(scene)
+    # mass at (xi, b) beyond x is pulled by LINE speed^2 (xi, b), on arms from the neutral line at (x, a)
+    expected = LINE * speed**2 * (b * (L - x) ** 2 - (b - a) * (L**2 - x**2)) / 2
+    if not a:
+        assert np.allclose(expected, -ARM * LINE * speed**2 * x * (L - x), rtol=1e-12, atol=1e-15)
+    assert np.allclose(moment, expected, rtol=0, atol=1e-10 * np.abs(expected).max())  # statics: exact on any mesh
+    stretch = LINE * speed**2 * (L**2 - x**2) / 2 / EA
+    assert np.allclose(axial, stretch * EA, rtol=0, atol=1e-10 * EA * stretch.max())
+    for i, fibre in enumerate((5e-3 - NEUTRAL, -NEUTRAL)):
+        assert np.allclose(strain[:, i], stretch - expected * fibre / EI, rtol=0, atol=1e-10 * np.abs(strain).max())
+
+
+@pytest.mark.parametrize("effects", [[], ["shear", "rotary-inertia"]])
+@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
+@BOTH
+def test_weight_along_a_strip_bends_it(axis, effects, reduction):
+    analysis = {"method": "static", "reduction": reduction}
+    x, axial, moment, _, deflection = of_beam(
+        strip(axis, {"A": WELD}, elements=3, effects=effects, gravity=(GRAVITY, 0.0), analysis=analysis)
+    )
+    force = LINE * GRAVITY
+    assert np.allclose(axial, force * (L - x), rtol=0, atol=1e-12 * force * L)
+    assert np.allclose(moment, -ARM * force * (L - x), rtol=0, atol=1e-10 * ARM * force * L)
+    across = -ARM * force / EI * (L * x**2 / 2 - x**3 / 6)  # a moment without a shear force bends, and shears nothing
+    assert np.allclose(deflection[:, 1], across, rtol=0, atol=1e-10 * np.abs(across).max())
+    turned = -ARM * force * L**2 / 2 / EI
+    along = force * L**2 / 2 / EA + PLACES[axis][0] * turned  # of the axis, at the end
+    assert deflection[-1, 0] == pytest.approx(along, rel=1e-9)
+
+
+@pytest.mark.parametrize("effects", [[], ["shear"]])
+@pytest.mark.parametrize("elements", [1, 3])
+def test_forces_along_a_strip_act_on_the_line_of_its_pins(elements, effects):
+    spread = {"along": {"member": "beam", "line": (50.0, 0.0), "line_end": (20.0, 0.0)}}
+    x, axial, moment, _, deflection = of_beam(
+        strip("middle", {"A": WELD}, elements=elements, effects=effects, loads=spread)
+    )
+    s, a = x / L, PLACES["middle"][0]
+    expected = L * (50 * (1 - s) - 15 * (1 - s**2))
+    assert np.allclose(axial, expected, rtol=0, atol=1e-12 * expected.max())
+    assert np.allclose(moment, a * expected, rtol=0, atol=1e-10 * abs(a) * expected.max())
+    across = a * L**3 / EI * (35 * s**2 / 2 - 50 * s**3 / 6 + 15 * s**4 / 12)  # twice the integral of M/EI
+    assert np.allclose(deflection[:, 1], across, rtol=0, atol=1e-10 * np.abs(across).max())
+
+
+@pytest.mark.parametrize("effect", ["geometric-stiffness", "moderate-rotations"])
+def test_a_strut_on_pins_beside_its_neutral_line_obeys_the_secant_formula(effect):
+    load, a = 0.5 * np.pi**2 * EI / L**2, PLACES["middle"][0]
+    ends = {"A": PIN, "B": ROLLER}
+    pressed = {"loads": {"press": {"at": "beam.B", "force": (-load, 0.0)}}}
+    moment = of_beam(strip("middle", ends, elements=1, **pressed))[2]
+    assert np.allclose(moment, -load * a, rtol=1e-11)
+    x, _, moment, _, deflection = of_beam(strip("middle", ends, elements=8, effects=[effect], **pressed))
+    k = np.sqrt(load / EI)
+    shape = np.cos(k * x) + np.tan(k * L / 2) * np.sin(k * x)  # Timoshenko and Gere, Theory of Elastic Stability, 1.13
+    assert np.allclose(moment, -load * a * shape, rtol=1e-4)  # h^4: 2e-5 with 8 elements
+    assert np.allclose(deflection[:, 1], a * (shape - 1), rtol=0, atol=1e-4 * abs(a * (shape - 1)).max())
+
+
+def frequency(ends, place, near, speed=0.0, turning=None, shear=np.inf):
+    """Circular frequency next to `near` of a strip that turns at a speed, by its transfer matrix (rad/s).
+
+    The state is u, w of the neutral line, phi, and the forces N, Q, M about it, proportional to ``exp(i omega t)``.
+    """
+    scale = np.array([1, 1, 1 / L, EI / L**3, EI / L**3, EI / L**2])
+    held = {
+        "pin": [[1, 0, place, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 0, -place, 0, 1]],
+        "weld": [[1, 0, place, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]],
+        "free": np.eye(6)[3:],
+    }
+    start, end = (np.array(held[kind], dtype=float) * scale for kind in ends)
+    free = np.linalg.svd(start)[2][3:].T
+    along, across, turn = np.eye(6)[0] - ARM * np.eye(6)[2], np.eye(6)[1], np.eye(6)[2]  # of the centre of mass
+
+    def lack(omega):
+        rates = np.zeros((6, 6), dtype=complex)
+        rates[0, 3], rates[1, 2], rates[1, 4], rates[2, 5], rates[5, 4] = 1 / EA, 1, 1 / shear, 1 / EI, -1
+        rates[3] = LINE * (-(omega**2 + speed**2) * along - 2j * speed * omega * across)
+        rates[4] = LINE * (-(omega**2 + speed**2) * across + 2j * speed * omega * along)
+        rates[5] -= ARM * rates[3]
+        # turning a section, the mass stays as far from the shaft: no centrifugal force by its own arm
+        rates[5] += LINE * ARM**2 * speed**2 * turn
+        if turning is not None:
+            rates[5] -= omega**2 * (turning - LINE * ARM**2) * turn
+        return np.linalg.det(end @ expm(rates * scale / scale[:, None] * L) @ free).real
+
+    return brentq(lack, 0.998 * near, 1.002 * near, xtol=1e-12, rtol=1e-12)
+
+
+@pytest.mark.parametrize("effects", [(), ("shear", "rotary-inertia")])
+@pytest.mark.parametrize("ends", [("pin", "pin"), ("weld", "free")])
+@BOTH
+def test_natural_frequencies_are_those_of_the_transfer_matrix(axis, ends, effects):
+    joints = {name: {"pin": PIN, "weld": WELD}[kind] for name, kind in zip("AB", ends) if kind != "free"}
+    scene = strip(axis, joints, elements=12, effects=effects, analysis={"method": "static", "modes": 2})
+    thick = {"turning": TURNING, "shear": float(scene.shear_stiffness("beam", np.zeros(1))[0])} if effects else {}
+    found = scene_modes(scene, mechanism(scene)).omega[0]
+    expected = [frequency(ends, PLACES[axis][0], omega, **thick) for omega in found]
+    assert found == pytest.approx(expected, rel=8e-5)  # h^4: 6e-5 for two half-waves on 12 elements
+
+
+def test_pins_beside_the_neutral_line_stiffen_a_strip_between_fixed_pins():
+    first = [frequency(("pin", "pin"), PLACES[axis][0], near) for axis, near in (("neutral", 183.7), ("middle", 236.2))]
+    assert first[1] > 1.28 * first[0]  # what the scene says of its axis is no detail
+
+
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "rotary-inertia")])
+@BOTH
+def test_frequencies_of_a_spinning_strip_are_those_of_the_transfer_matrix(axis, effects):
+    speed, turning = 30.0, TURNING if len(effects) > 1 else None
+    scene = spinning(axis, speed, elements=8, effects=effects, analysis={"sub_intervals": 8, "modes": 3})
+    linear = Equation(mechanism(scene)).linear
+    mass, damping, stiffness = linear.mass[0], linear.damping[0], linear.stiffness[0]
+    count = len(mass)
+    rates = np.block(
+        [[np.zeros((count, count)), np.eye(count)], [-np.linalg.solve(mass, part) for part in (stiffness, damping)]]
+    )
+    found = np.sort(np.linalg.eigvals(rates).imag)
+    found = found[found > 1.0][:2]
+    expected = [frequency(("weld", "free"), PLACES[axis][0], omega, speed, turning) for omega in found]
+    assert found[0] == pytest.approx(expected[0], rel=5e-6)  # h^4: 3e-6, and 8e-5 for the second
+    assert found[1] == pytest.approx(expected[1], rel=1.2e-4)
+
+
+def four_bar(axis, rigid, stiffer=1.0, **rest):
+    """The demo with an unsymmetric laminate, and the same with rigid links of that mass, centre of mass and inertia."""
+    data = load("demos/composite_four_bar.toml").model_dump(by_alias=True, exclude_none=True)
+    del data["masses"]["B"]
+    plies = [{"thickness": 0.5e-3, "material": "along"}, {"thickness": 2e-3, "material": "aluminium"}]
+    data["sections"]["laminate"] = {"shape": "laminate", "width": 0.025, "plies": plies, "axis": axis}
+    for material in data["materials"].values():
+        material["modulus"] *= stiffer
+    data |= {"gravity": (3.0, -9.0), "mesh": {"elements": 2}} | rest
+    line, neutral = 0.025 * (1600 * 0.5e-3 + 2714 * 2e-3), (140 * 0.125 + 71 * 3) / (140 * 0.5 + 71 * 2) * 1e-3
+    beside = (1600 * 0.125 + 2714 * 3) / (1600 * 0.5 + 2714 * 2) * 1e-3 - (neutral if axis == "neutral" else 1.25e-3)
+    if rigid:
+        for name, length in (("coupler", 0.28), ("rocker", 0.26)):
+            body = {"mass": line * length, "inertia": line * length**3 / 12, "centre": (length / 2, beside)}
+            data["links"][name] = data["links"][name] | {"members": {}, "rigid": body}
+        for unused in ("along", "across"):
+            del data["materials"][unused]
+        del data["sections"]["laminate"]
+    return build(data)
+
+
+@BOTH
+def test_links_weigh_and_swing_as_rigid_ones_with_that_centre_of_mass(axis):
+    analysis = {"method": "quasi-static", "sub_intervals": 12}
+    beams, bodies = (analyse(four_bar(axis, rigid, analysis=analysis)).data for rigid in (False, True))
+    for name in ("joint_force", "input_torque"):
+        expected = bodies[name].to_numpy()
+        assert np.allclose(beams[name], expected, rtol=0, atol=1e-10 * np.abs(expected).max()), name
+
+
+def test_a_motor_feels_them_as_rigid_ones_with_that_centre_of_mass():
+    analysis = {"method": "periodic", "sub_intervals": 16, "modes": 4, "stability": False, "allow_coarse": True}
+    drive = {"joint": "O", "speed": 60.0, "motor": {"stiffness": 50.0, "damping": 0.1, "inertia": 1e-3}}
+    rest = {"drive": drive, "effects": ("coupling",), "analysis": analysis, "stiffer": 1e5}
+    beams, bodies = (analyse(four_bar("middle", rigid, **rest)).data for rigid in (False, True))
+    twist = bodies["drive_twist"].to_numpy()
+    assert np.allclose(beams["drive_twist"], twist, rtol=0, atol=1e-6 * np.abs(twist).max())  # stiff links: 2e-7
+
+
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "shear", "rotary-inertia")])
+@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
+def test_nothing_pulls_or_bends_the_free_end_of_a_strip_that_vibrates(effects, reduction):
+    # of all inertia along a strip the forces at its free end are the sum
+    swing = {"joint": "A", "law": {"kind": "harmonics", "sine": [0.6]}, "period": 0.15}
+    scene = strip(
+        "middle",
+        {"A": PIN},
+        elements=3,
+        drive=swing,
+        effects=effects,
+        damping={"ratio": 0.02},
+        analysis={"method": "periodic", "sub_intervals": 24, "modes": 3, "reduction": reduction, "allow_coarse": True},
+    )
+    data = analyse(scene).data.sel(member="beam")
+    for name in ("axial_force", "shear_force", "moment"):
+        force = np.abs(data[name].transpose("s", ...).to_numpy())
+        assert force[-1].max() < 1e-10 * force.max(), name
+
+
+@pytest.mark.parametrize(
+    ("axis", "effect"), [("neutral", "lumped-mass"), ("middle", "lumped-mass"), ("middle", "inextensible")]
+)
+def test_effects_that_do_not_know_offsets_refuse_them(axis, effect):
+    scene = strip(axis, {"A": WELD}, gravity=(GRAVITY, 0.0), effects=[effect])
+    with pytest.raises(SceneError, match=rf"sections\.strip: .*centre of mass .* m, beside .*'{effect}' does not know"):
+        analyse(scene)
+
+
+def test_a_strip_that_cannot_stretch_bends_by_its_weight_all_the_same():
+    moment = of_beam(strip("neutral", {"A": WELD}, gravity=(GRAVITY, 0.0), effects=["inextensible"]))[2]
+    assert moment[0] == pytest.approx(-ARM * LINE * GRAVITY * L, rel=1e-10)
+
+
+def test_a_pin_that_travels_beside_the_neutral_line_is_refused():
+    def guided(axis):
+        scene = strip(axis, {"A": PIN}).model_dump(by_alias=True, exclude_none=True)
+        scene["ground"]["points"] |= {"C": (0.5 * L, -0.1)}
+        scene["links"]["crank"] = {"points": {"C": (0, 0), "P": (0, 0.1)}, "rigid": {"mass": 1.0, "inertia": 1.0}}
+        scene["joints"]["C"] = {"connect": ("ground.C", "crank.C")}
+        scene["joints"]["P"] = {"kind": "slot", "connect": ("beam.A", "crank.P"), "member": "AB"}
+        return build(scene)
+
+    with pytest.raises(SceneError, match=r"joints\.P\.member: .*travels .* 'strip' is -0\.0009306 m beside"):
+        mechanism(guided("middle"))
