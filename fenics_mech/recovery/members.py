@@ -53,7 +53,7 @@ class MemberState:
         N (N, tension positive), V = dM/ds (N) less the inertia of the sections' rotation, and M = EI phi', phi the
         rotation of the sections: the slope w' where they stay normal to the axis (N m).
     deflection
-        Elastic displacement in the fixed frame (m), ``(angles, members, stations, 2)``.
+        Elastic displacement of the members' axes in the fixed frame (m), ``(angles, members, stations, 2)``.
     rotation
         Rotation of the axis, its slope w' (rad).
     """

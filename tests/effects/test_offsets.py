@@ -99,6 +99,18 @@ def test_weight_along_a_strip_bends_it(axis, effects, reduction):
     assert deflection[-1, 0] == pytest.approx(along, rel=1e-9)
 
 
+@BOTH
+def test_a_strip_that_swings_freely_carries_its_own_inertia(axis):
+    (a, b), (pull, push) = PLACES[axis], (3.0, 0.4)
+    loads = {"tip": {"at": "beam.B", "force": (pull, push)}}
+    x, axial, moment, _, _ = of_beam(strip(axis, {"A": PIN}, loads=loads, analysis={"method": "quasi-static"}))
+    rate = push * L / (LINE * L * (L**2 / 3 + b**2))  # Newton and Euler, about the pin
+    assert np.allclose(axial, pull + LINE * rate * b * (L - x), rtol=1e-11)
+    inertia = (L**3 - x**3) / 3 - x * (L**2 - x**2) / 2 + (b - a) * b * (L - x)
+    expected = (L - x) * push + a * pull - LINE * rate * inertia
+    assert np.allclose(moment, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("effects", [[], ["shear"]])
 @pytest.mark.parametrize("elements", [1, 3])
 def test_forces_along_a_strip_act_on_the_line_of_its_pins(elements, effects):
@@ -212,6 +224,18 @@ def four_bar(axis, rigid, stiffer=1.0, **rest):
             del data["materials"][unused]
         del data["sections"]["laminate"]
     return build(data)
+
+
+def test_a_taper_in_another_link_changes_nothing_of_them():
+    rest = {"analysis": {"method": "quasi-static", "sub_intervals": 6}}
+    plain = four_bar("middle", False, **rest)
+    data = plain.model_dump(by_alias=True, exclude_none=True)
+    data["sections"]["thin"] = data["sections"]["bar"] | {"height": 6e-3}
+    data["sections"]["taper"] = {"shape": "taper", "from": "bar", "to": "thin"}
+    data["links"]["crank"]["members"]["OA"]["section"] = "taper"
+    names = {"member": ["coupler", "rocker"]}  # statically determinate: their forces do not know the crank's stiffness
+    found, expected = (analyse(scene).data["strain"].sel(names).to_numpy() for scene in (build(data), plain))
+    assert np.allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @BOTH
