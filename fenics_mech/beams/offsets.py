@@ -92,7 +92,8 @@ def refuse_offsets(scene: Scene, effect: str, neutral_only: bool = False) -> Non
                 f"the neutral line of this section is {neutral:.4g} m, and its centre of mass {centre:.4g} m, beside "
                 f"the axis of member {label}, which the effect {effect!r} does not know",
                 place=f"sections.{member.section}",
-                hint="Leave the effect out, or take a section that is symmetric",
+                hint="Leave the effect out, or "
+                + ("give the section axis = 'neutral'" if neutral_only else "take a symmetric section"),
             )
 
 
