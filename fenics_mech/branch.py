@@ -206,5 +206,5 @@ def result_at(scene: Scene, point: Point, choices: Sequence[Choice] = ()) -> Res
     cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
     motion = cycle.motion(orbit)
     start, history = cycle.history(replace(orbit, flow=cycle.flow(analysis.scheme, analysis.stages, motion)), modes)
-    stability = floquet(cycle.flow("gauss", analysis.stages, motion), start.linear, modes, scene.petsc)
+    stability = floquet(cycle.flow("gauss", analysis.stages, motion), start.linear, cycle.axes, modes, scene.petsc)
     return collect(scene, system, replace(history, stability=stability), modes, choices)

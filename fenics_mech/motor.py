@@ -28,7 +28,7 @@ from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
-from fenics_mech.steady import condition_of
+from fenics_mech.steady import axes_at, condition_of
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
@@ -98,7 +98,8 @@ def _at_starts(
     if analysis.stability:
         shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))  # without twist
         of_all = replace(modes, shapes=shapes)
-        stability = floquet(flows["gauss", analysis.stages], start.linear, of_all, scene.petsc)
+        axes = axes_at(scene, system, steps)
+        stability = floquet(flows["gauss", analysis.stages], start.linear, axes, of_all, scene.petsc)
         if not analysis.allow_unstable:
             stability.refuse_unstable()
     history = replace(

@@ -31,6 +31,7 @@ from fenics_mech.response.newton import Orbit
 from fenics_mech.response.resonance import blaming, magnification, refuse_magnified
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
+from fenics_mech.response.turning import LinkAxes
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -135,7 +136,12 @@ class Cycle:
                 "its link a density or a mass, or write analysis.stability = false"
             )
         flow = self.flow("gauss", self.scene.analysis.stages, motion)
-        return floquet(flow, self.start.linear, modes, self.scene.petsc)
+        return floquet(flow, self.start.linear, self.axes, modes, self.scene.petsc)
+
+    @cached_property
+    def axes(self) -> LinkAxes:
+        """The links' axes at the starts of the steps."""
+        return axes_at(self.scene, self.system, self.steps)
 
     @cached_property
     def massless(self) -> str | None:
@@ -179,6 +185,12 @@ class Cycle:
             start = self.stiffened(start, orbit.start[at], orbit.start_velocity[at])
         better = collocation_better(self.scene, start, orbit, finer, (modes, self.steps))
         return start, replace(history_of(start, orbit.start[at], orbit.start_velocity[at]), better=better)
+
+
+def axes_at(scene: Scene, system: System, steps: Steps) -> LinkAxes:
+    """Give the links' axes at the starts of steps, of a mechanism at the starts of the sub-intervals."""
+    whole = steps.regular.all()
+    return LinkAxes.of(system, system.motion if whole else solve_motion(scene, steps.start, near=system.motion))
 
 
 def equation_inside(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:

@@ -29,6 +29,7 @@ from fenics_mech.mechanism.equation import Array, Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.resonance import NEAR, blamed
+from fenics_mech.response.turning import LinkAxes, separated, turns
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
@@ -45,14 +46,16 @@ class Stability:
     multipliers
         Factor of each disturbance in a cycle, ``(multipliers,)``.
     frequency
-        Its frequency (Hz): the angle of the multiplier, with as many whole turns as bring it next to the speed at which
-        its state turns. For the drive's frequency more or less the multiplier is the same.
+        Its frequency (Hz) in the axes of the link that has the largest part of it: the angle of the multiplier, with
+        the whole turns of the disturbance in a cycle there. In fixed axes it is more or less by that link's speed.
+    link
+        Name of that link.
     mode
         Number, from 0, of the mode that has the largest part of it at the start of the cycle, as the mass weighs it.
     share
         That part, 0..1.
     vibrates
-        Whether its state turns about as fast as that mode, and does not creep, held by a strong damper.
+        Whether its state turns, and does not creep, held by a strong damper.
     period
         Duration of a cycle (s).
     limit
@@ -61,6 +64,7 @@ class Stability:
 
     multipliers: Complex
     frequency: Array
+    link: tuple[str, ...]
     mode: NDArray[np.int64]
     share: Array
     vibrates: NDArray[np.bool_]
@@ -80,14 +84,14 @@ class Stability:
     def refuse_unstable(self) -> None:
         """Raise a `SolverError` that names the worst disturbance when the motion is unstable."""
         if not self.stable:
-            worst = self.multipliers[0]
-            steadily = worst.real > 0 and abs(worst.imag) < TOLERANCE * abs(worst)
-            how = f"at {self.frequency[0]:.4g} Hz" + (", or without vibrating (buckling)" if steadily else "")
+            worst, frequency = self.multipliers[0], self.frequency[0]
+            steadily = frequency * self.period < TOLERANCE
+            how = "without vibrating (buckling)" if steadily else f"at {frequency:.4g} Hz"
             raise SolverError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
                 f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) {how}; mode "
-                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping, or more "
-                f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
+                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it, in the axes of link {self.link[0]}. Change the "
+                f"speed or give more damping, or more sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
             )
 
     def nearest(self) -> tuple[float, str]:
@@ -105,7 +109,9 @@ class Stability:
             raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
 
 
-def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any] | None = None) -> Stability:
+def floquet(
+    flow: Flow, start: Matrices, axes: LinkAxes, modes: Modes, options: Mapping[str, Any] | None = None
+) -> Stability:
     """Find the multipliers that decide on stability.
 
     Parameters
@@ -114,6 +120,8 @@ def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any
         The steps of a cycle at Gauss points, of the equation linearised about the motion.
     start, modes
         The equation and the modes, with the start of the cycle first, to tell which mode a disturbance belongs to.
+    axes
+        The links' axes at the starts of the steps.
     options
         PETSc options with the prefix "stability_".
 
@@ -125,21 +133,20 @@ def floquet(flow: Flow, start: Matrices, modes: Modes, options: Mapping[str, Any
     n, unit = flow.size, np.tile(flow.unit, 2)
     values, states = _eigenpairs(flow.transitions * unit[:, None] / unit, options or {})
     states /= unit
-    q, rate = states[:, :n], states[:, n:] / flow.pace
     limit = LONGEST_STEP * len(flow.tableau.points) / float(np.max(flow.step))
-    judged, turned = _followed(flow.transitions, states, start, limit * flow.pace)
+    judged = _slow_enough(flow.transitions, states, start, limit * flow.pace)
     if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
         judged |= (values.real > 1 + TOLERANCE) & (np.abs(values.imag) < TOLERANCE * np.abs(values))
+    states[judged] = separated(axes, flow, values[judged], states[judged])
     kept = _leading(values, np.flatnonzero(judged))
+    values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
-    mode, share = _carriers(start, q[kept], rate[kept], modes)
-    turns = np.angle(values[kept]) / (2 * np.pi)  # and as many whole ones as its speed, or else its mode's, tells
-    natural = modes.frequency.mean(axis=0)[mode] * period
-    own = np.abs(turned[kept]) / natural
-    vibrates = (own > 0.6) & (own < 1.6)
-    turned = np.where(vibrates, turned[kept], np.sign(turned[kept]) * natural)
-    frequency = np.abs(np.round(turned - turns) + turns) / period
-    return Stability(values[kept], frequency, mode, share, vibrates, period, limit / (2 * np.pi))
+    mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.pace, modes)
+    turned, link, vibrates = turns(axes, flow, states)
+    part = np.angle(values) / (2 * np.pi)  # of a turn
+    frequency = np.abs(np.round(turned - part) + part) / period
+    names = tuple(axes.names[i] for i in link)
+    return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi))
 
 
 def _leading(values: Complex, judged: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -149,32 +156,24 @@ def _leading(values: Complex, judged: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.concatenate([kept[:FEW], nearest[~np.isin(nearest, kept[:FEW])]])
 
 
-def _followed(transitions: Array, states: Complex, start: Matrices, limit: float) -> tuple[NDArray[np.bool_], Array]:
-    """Follow disturbances through a cycle.
+def _slow_enough(transitions: Array, states: Complex, start: Matrices, limit: float) -> NDArray[np.bool_]:
+    """Whether the steps can follow disturbances: their velocity is below limit times the displacement over a cycle.
 
     Parameters
     ----------
     transitions, states
         Transitions of the steps, and the disturbances at the start of the cycle, ``(disturbances, states)``.
     limit
-        Angle (rad) of a vibration in a step, which the steps can follow.
-
-    Returns
-    -------
-    tuple
-        Whether the velocity is below limit times the displacement, and how many turns the state makes in the complex
-        plane at that speed. Both are weighed by mass, which the links' stiff directions do not upset.
+        Angle (rad) of a vibration in a step, which the steps can follow. Both are weighed by mass, which the links'
+        stiff directions do not upset.
     """
     n, passed = states.shape[1] // 2, []
     for transition in transitions:
         states = states / np.linalg.norm(states, axis=1, keepdims=True)  # what dies out counts no less
         passed.append(states)
         states = states @ transition.T
-    q, rate = np.split(np.stack(passed), [n], axis=-1)
-    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in (q, rate))
-    sense = np.sum(q.conj() * (rate @ start.mass[0]), axis=(0, 2)).imag
-    angle = np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny))  # in a step
-    return angle < limit, np.where(sense < 0, -1, 1) * angle * len(transitions) / (2 * np.pi)
+    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in np.split(np.stack(passed), [n], axis=-1))
+    return np.asarray(np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny)) < limit)
 
 
 def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[NDArray[np.int64], Array]:

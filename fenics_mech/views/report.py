@@ -89,7 +89,8 @@ def _stability(result: Result) -> Text:
     rate, frequency, mode = (
         float(result.data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
     )
-    slowest = f"{size:.3g} of it is left after a cycle ({rate:.3g} 1/s at {frequency:.4g} Hz, mode {mode:.0f})"
+    where = f"{frequency:.4g} Hz in the axes of link {result.data['multiplier_link'][0].item()}"
+    slowest = f"{size:.3g} of it is left after a cycle ({rate:.3g} 1/s at {where}, mode {mode:.0f})"
     if size < 1 - UNDAMPED:
         return Text(f"Stable: of the slowest disturbance {slowest}; {limit}.")
     if size < 1 + UNDAMPED:

@@ -68,6 +68,72 @@ def test_disturbances_of_a_spinning_cantilever_have_these_frequencies():
     assert np.abs(found - expected).min() < 2e-3 * expected
 
 
+@pytest.mark.parametrize("ratio", [0.5, 8, 20, 50])
+def test_disturbances_that_turn_more_slowly_than_the_beam(ratio):
+    """Their frequencies are in the beam's axes, and not those less or more by the speed; at 50, 10.3 and not 60.3."""
+    scene = spinning(
+        ratio * UNIT,
+        damping={"material": 1e-7},
+        mesh={"elements": 8},
+        analysis={"sub_intervals": 96, "modes": 3, "scheme": "gauss"},
+    )
+    linear = Equation(mechanism(scene)).linear
+    expected = np.sqrt(eigh(linear.stiffness[0], linear.mass[0], eigvals_only=True)[0]) * np.ones(2)
+    found = analyse(scene).data
+    which = found["multiplier_mode"].to_numpy() == 1
+    # the Coriolis forces left out on the right, of a beam that hardly stretches, take 2e-3 at 50 times the unit
+    assert 2 * np.pi * found["multiplier_frequency"].to_numpy()[which][:2] == pytest.approx(expected, rel=3e-3)
+    assert (found["multiplier_link"] == "beam").all()
+
+
+def whirling(speed, disc, damping):
+    """A mass amid a turning hub, on a strut as stiff across, ``3 EI/L^3``, as along, ``EA/L``: 1000 N/m for 1 kg.
+
+    The mass is at the strut's node or, with a disc welded to it, at a pin, whose coordinates are along fixed axes.
+    """
+    length, area = 0.1, 1e-4
+    hub = {"points": {"O": [0, 0], "A": [-length, 0]}, "rigid": {"mass": 1.0, "inertia": 1.0}}
+    member = {"ends": ["A", "C"], "section": "strut", "material": "light"}
+    strut = {"points": {"A": [-length, 0], "C": [0, 0]}, "members": {"AC": member}}
+    of_disc = {"disc": {"points": {"C": [0, 0]}, "rigid": {"mass": 1.0, "inertia": 1e-7}}} if disc else {}
+    welds = {"C": {"kind": "weld", "connect": ["strut.C", "disc.C"]}} if disc else {}
+    return build(
+        {
+            "materials": {"light": {"modulus": 1e6, "density": 0.01}},
+            "sections": {"strut": {"area": area, "inertia": area * length**2 / 3, "fibre": 1e-3}},
+            "ground": {"points": {"O": [0, 0]}},
+            "links": {"hub": hub, "strut": strut, **of_disc},
+            "joints": {
+                "O": {"connect": ["ground.O", "hub.O"]},
+                "A": {"kind": "weld", "connect": ["hub.A", "strut.A"]},
+                **welds,
+            },
+            "masses": {} if disc else {"m": {"at": "strut.C", "mass": 1.0}},
+            "drive": {"joint": "O", "speed": speed},
+            "effects": ["coupling"],
+            "damping": {"material": damping} if damping else {},
+            "mesh": {"elements": 1},
+            "analysis": {"sub_intervals": 60, "scheme": "gauss", "modes": 2, "allow_unstable": True},
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("share", "disc", "damping"), [(0.4, 0, 1e-5), (0.4, 0, 0), (0.3, 1, 0), (1.7, 0, 0), (5.3, 1, 1e-5)]
+)
+def test_whirl_of_an_isotropic_rotor(share, disc, damping):
+    """It is at omega in fixed axes, and in turning ones at omega - speed forward and omega + speed backward.
+
+    Both have one multiplier: their difference is twice the speed. Without damping any combination is an eigenvector.
+    """
+    omega = np.sqrt(1000.0)
+    found = analyse(whirling(share * omega, disc, damping)).data
+    slow = np.sort(2 * np.pi * found["multiplier_frequency"].to_numpy() / omega)[:4]
+    # the strut has 3e-8 of the mass, and the disc an inertia, which at 5.3 takes 1e-4 of the stiffness
+    assert slow == pytest.approx(np.repeat([abs(1 - share), 1 + share], 2), rel=2e-4)
+    assert set(found["multiplier_link"].to_numpy()) == {"disc" if disc else "strut"}
+
+
 def test_steady_deflection_of_a_spinning_beam_beside_the_centre():
     speed, offset = 5 * UNIT, 0.02
     scene = spinning(speed, offset, damping={"ratio": 0.02}, analysis={"sub_intervals": 8, "modes": 2})

@@ -3,10 +3,12 @@
 from types import SimpleNamespace
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from fenics_mech.effects import NOTHING
 from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.modes import Modes
+from fenics_mech.response.turning import LinkAxes
 from fenics_mech.scene.build import build
 
 PERIOD = 2 * np.pi / 3
@@ -33,6 +35,13 @@ def modes_of(omega):
     """Modes of oscillators."""
     one = np.ones((1, 1, 1))
     return Modes(np.zeros(1), np.array([omega], float), np.eye(len(omega))[None], one, one, one[0])
+
+
+def axes_of(matrices, count):
+    """Axes of one link that does not turn, in as many steps."""
+    size = matrices.mass.shape[1]
+    each, ones = np.arange(size), np.ones((count, size))
+    return LinkAxes(each, each, ones, 0 * ones, csr_matrix(matrices.mass[0]), 0 * each, ("link",))
 
 
 class Manufactured:

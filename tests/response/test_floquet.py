@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.special import mathieu_a, mathieu_b
-from synthetic import PERIOD, Duffing, arm, modes_of, oscillators, places
+from synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, places
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
@@ -20,7 +20,7 @@ def damped(scheme, count, stages=3):
     """Stability of three damped oscillators."""
     tableau = Tableau.of(scheme, stages)
     matrices = oscillators(places(tableau.points, count), OMEGA, 2 * ZETA * OMEGA)
-    return floquet(Flow(matrices, tableau, PERIOD / count), matrices, modes_of(OMEGA))
+    return floquet(Flow(matrices, tableau, PERIOD / count), matrices, axes_of(matrices, count), modes_of(OMEGA))
 
 
 def exact():
@@ -61,7 +61,7 @@ def test_radau_points_damp_and_gauss_points_do_not():
     for scheme in ("gauss", "radau"):
         tableau = Tableau.of(scheme, 3)
         matrices = oscillators(places(tableau.points, count), np.array([omega]), np.zeros(1))
-        found = floquet(Flow(matrices, tableau, PERIOD / count), matrices, modes_of([omega]))
+        found = floquet(Flow(matrices, tableau, PERIOD / count), matrices, axes_of(matrices, count), modes_of([omega]))
         loss = -np.log(np.abs(found.multipliers[0]))
         expected = 0.0 if scheme == "gauss" else count * (omega * PERIOD / count) ** 6 / 7200
         assert loss == pytest.approx(expected, rel=0.1, abs=1e-12)  # the next term is (omega h)^2/20 of it
@@ -74,7 +74,8 @@ def mathieu(a, q, damping=0.0, count=60):
     ones = np.ones((len(time), 1, 1))
     stiffness = (a - 2 * q * np.cos(2 * time))[:, None, None]
     matrices = Matrices(ones, 2 * damping * ones, stiffness, np.zeros((len(time), 1)))
-    return floquet(Flow(matrices, tableau, np.pi / count), matrices, modes_of([np.sqrt(max(a, 0.01))]))
+    modes = modes_of([np.sqrt(max(a, 0.01))])
+    return floquet(Flow(matrices, tableau, np.pi / count), matrices, axes_of(matrices, count), modes)
 
 
 @pytest.mark.parametrize("q", [0.5, 2.0])
@@ -115,7 +116,10 @@ def test_variations_of_a_nonlinear_motion():
     time = places(tableau.points, count)
     duffing = Duffing(time)
     tangents = duffing.linearised(*duffing.motion(time), duffing.tension)
-    bent, straight = (floquet(Flow(m, tableau, PERIOD / count), m, modes_of([2.0])) for m in (tangents, duffing.linear))
+    bent, straight = (
+        floquet(Flow(m, tableau, PERIOD / count), m, axes_of(m, count), modes_of([2.0]))
+        for m in (tangents, duffing.linear)
+    )
     assert np.prod(bent.multipliers).real == pytest.approx(np.exp(-duffing.damping * PERIOD), rel=1e-8)
     assert bent.frequency[0] > 1.1 * straight.frequency[0]
 
@@ -135,11 +139,10 @@ def test_what_diverges_faster_than_the_steps_follow_is_not_left_out():
     """``x'' = s^2 x`` grows by ``exp(s T)``; Gauss points make less of it, but never nothing."""
     time = places(Tableau.of("gauss", 3).points, 10)
     matrices = oscillators(time, np.array([20.0, 30.0]), np.zeros(2))
-    assert (
-        len(floquet(Flow(matrices, Tableau.of("gauss", 3), PERIOD / 10), matrices, modes_of([20, 30])).multipliers) == 0
-    )
+    axes, tableau = axes_of(matrices, 10), Tableau.of("gauss", 3)
+    assert len(floquet(Flow(matrices, tableau, PERIOD / 10), matrices, axes, modes_of([20, 30])).multipliers) == 0
     matrices.stiffness[:, 1, 1] = -(30.0**2)
-    found = floquet(Flow(matrices, Tableau.of("gauss", 3), PERIOD / 10), matrices, modes_of([20, 30]))
+    found = floquet(Flow(matrices, tableau, PERIOD / 10), matrices, axes, modes_of([20, 30]))
     assert len(found.multipliers) == 1
     with pytest.raises(SolverError, match=r"unstable: .* mode 2 carries 100% of it"):
         found.refuse_unstable()
@@ -163,7 +166,8 @@ def test_resonance_is_found_among_many_undamped_modes():
     for place in range(6):
         turned = np.roll(omega, place)
         matrices = oscillators(places(Tableau.of("gauss", 3).points, 80), turned, np.zeros(6))
-        found = floquet(Flow(matrices, Tableau.of("gauss", 3), PERIOD / 80), matrices, modes_of(turned))
+        flow = Flow(matrices, Tableau.of("gauss", 3), PERIOD / 80)
+        found = floquet(flow, matrices, axes_of(matrices, 80), modes_of(turned))
         with pytest.raises(SolverError, match=f"mode {(3 + place) % 6 + 1} .* harmonic 4 "):
             found.refuse_resonance()
 
