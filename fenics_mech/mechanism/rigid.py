@@ -12,15 +12,50 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.linalg import qr
 from scipy.sparse.linalg import SuperLU, splu
 
-from fenics_mech._petsc import to_scipy
+from fenics_mech.effects import Entries
 from fenics_mech.kinematics.freedom import apart
 from fenics_mech.mechanism.system import System
 
 Array = NDArray[np.float64]
-HELD = 1e-12  # energy of a motion, of that of its parts, up to which nothing holds it
+HELD = 1e-12  # energy of a motion in springs and axial forces, of that of its parts, up to which nothing holds it
+NOISE = 1e-22  # the same, of what the links would hold: axial forces of 0 are that large by rounding
 BALANCED = 1e-8  # share of a load that moves a freedom, in M^-1, up to which it is in equilibrium
+
+
+@dataclass(frozen=True)
+class Separate:
+    """M and K over coordinates y, ``q = T y``, that hold motions of rigid links apart from those that bend them.
+
+    The links' stiffness does nothing to a motion of rigid links. In ``T^T K T`` such a motion has that of springs and
+    axial forces only: small as they may be, they are not rounded away beside the links' own.
+
+    Parameters
+    ----------
+    basis
+        T: the unit matrix, with motions of rigid links as its last columns, ``(coordinates, coordinates)``.
+    mass, stiffness
+        ``T^T M T`` and ``T^T K T``.
+    """
+
+    basis: sp.csr_matrix
+    mass: sp.csr_matrix
+    stiffness: sp.csr_matrix
+
+    @classmethod
+    def of(cls, motions: Array, mass: sp.csr_matrix, links: sp.csr_matrix, added: sp.csr_matrix) -> Separate:
+        """Separate independent motions of rigid links, ``(motions, coordinates)``, by the two parts of K."""
+        size = links.shape[0]
+        stiff = np.sqrt(np.abs(links.diagonal()) + np.abs(added.diagonal()))
+        places = qr(motions * stiff, mode="r", pivoting=True)[1][: len(motions)]
+        others = np.setdiff1d(np.arange(size), places)
+        bends = sp.identity(size, format="csc")[:, others]
+        basis = sp.hstack([bends, motions.T], format="csr")
+        whole = sp.block_diag([bends.T @ links @ bends, sp.csr_matrix((len(motions),) * 2)])
+        stiffness = (whole + basis.T @ added @ basis).tocsr()
+        return cls(basis, (basis.T @ mass @ basis).tocsr(), stiffness)
 
 
 @dataclass(frozen=True)
@@ -37,6 +72,9 @@ class RigidModes:
         Coordinates q of those, ``(modes, coordinates)``.
     mass, stiffness
         M and K of the system; empty where there are no rigid-body modes.
+    separate
+        The same, with all motions that joints and drives leave apart; None where they leave none. The rigid-body modes
+        are the last of its coordinates.
     """
 
     shapes: Array
@@ -44,6 +82,7 @@ class RigidModes:
     coordinates: Array
     mass: sp.csr_matrix
     stiffness: sp.csr_matrix
+    separate: Separate | None = None
 
     @classmethod
     def of(cls, system: System, symmetric: bool = True) -> RigidModes:
@@ -56,17 +95,20 @@ class RigidModes:
             empty = sp.csr_matrix((system.size, system.size))
             none = np.zeros((0, system.size))
             return cls(none, np.zeros((0, 0)), none, empty, empty)
-        mass, stiffness = _matrices(system, symmetric=True)
+        p = _links_by_coordinates(system)
+        mass, links = (p.T @ matrix @ p for matrix in (system.link_mass, system.link_stiffness))
+        holding, added = (
+            _joined(system, p, entries) for entries in (system.symmetric_stiffness, system.added_stiffness)
+        )
         candidates = _in_coordinates(system, free)
-        root = np.linalg.cholesky(candidates @ (mass @ candidates.T))
-        shapes = np.linalg.solve(root, candidates)
-        energy = shapes @ (stiffness @ shapes.T)
-        parts = np.einsum("mi,im->m", np.abs(shapes), abs(stiffness) @ np.abs(shapes.T))
-        values, vectors = np.linalg.eigh((energy + energy.T) / 2)
-        loose = vectors[:, np.abs(values) < HELD * parts.max()].T
-        freedoms = apart(loose @ np.linalg.inv(root), np.zeros(len(free), dtype=bool))
-        whole = stiffness if symmetric or not system.terms.follower else _matrices(system, symmetric=False)[1]
-        return cls(loose @ shapes, freedoms, freedoms @ candidates, mass, whole)
+        loose = _not_held(candidates, holding, links)
+        found = loose @ candidates
+        shapes = np.linalg.solve(np.linalg.cholesky(found @ (mass @ found.T)), found) if len(loose) else found
+        freedoms = apart(loose, np.zeros(len(free), dtype=bool))
+        motions = np.concatenate([_without(candidates, loose), found])
+        added = holding if symmetric else added
+        separate = Separate.of(motions, mass, links, added)
+        return cls(shapes, freedoms, freedoms @ candidates, mass, (links + added).tocsr(), separate)
 
     def __len__(self) -> int:
         return len(self.shapes)
@@ -81,9 +123,16 @@ class RigidModes:
         return [int(i) for i in np.flatnonzero(work > BALANCED * np.sqrt(sizes * max(whole, 0.0)))]
 
     @cached_property
+    def apart(self) -> Array:
+        """The modes over the coordinates of `separate`, ``(modes, coordinates)``."""
+        assert self.separate is not None
+        return np.asarray(splu(self.separate.basis.tocsc()).solve(self.shapes.T).T)
+
+    @cached_property
     def _bordered(self) -> SuperLU:
-        momenta = sp.csr_matrix(self.mass @ self.shapes.T)
-        return splu(sp.bmat([[self.stiffness, momenta], [momenta.T, None]], format="csc"))
+        assert self.separate is not None
+        momenta = sp.csr_matrix(self.separate.mass @ self.apart.T)
+        return splu(sp.bmat([[self.separate.stiffness, momenta], [momenta.T, None]], format="csc"))
 
     def relieved(self, load: Array) -> tuple[Array, Array]:
         """Solve ``K q + M a = load`` for the elastic q and the rigid acceleration a, each ``(coordinates,)``.
@@ -91,32 +140,65 @@ class RigidModes:
         q is at right angles to the modes; a is their combination that takes up what of the load is not in equilibrium
         (inertia relief).
         """
-        answer = self._bordered.solve(np.append(load, np.zeros(len(self))))
-        return answer[: len(load)], answer[len(load) :] @ self.shapes
+        assert self.separate is not None
+        basis = self.separate.basis
+        answer = self._bordered.solve(np.append(basis.T @ load, np.zeros(len(self))))
+        return basis @ answer[: len(load)], answer[len(load) :] @ self.shapes
 
     def lowest_elastic(self) -> float:
         """Rough square of the lowest natural frequency that is not 0 (rad^2/s^2), from above: Rayleigh's quotient."""
-        start = self.mass @ np.random.default_rng(0).normal(size=self.shapes.shape[1])
-        q = self.relieved(start)[0]
-        return float(q @ (self.stiffness @ q) / (q @ (self.mass @ q)))
+        assert self.separate is not None
+        mass, stiffness = self.separate.mass, self.separate.stiffness
+        start = mass @ np.random.default_rng(0).normal(size=self.shapes.shape[1])
+        y = self._bordered.solve(np.append(start, np.zeros(len(self))))[: len(start)]
+        return float(y @ (stiffness @ y) / (y @ (mass @ y)))
 
 
-def _matrices(system: System, symmetric: bool) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """M and K at the first position."""
-    _, mass, stiffness = next(system.positions(symmetric=symmetric))
-    return to_scipy(mass), to_scipy(stiffness)
+def _not_held(candidates: Array, holding: sp.csr_matrix, links: sp.csr_matrix) -> Array:
+    """Combinations of motions ``(motions, coordinates)`` that a stiffness does not hold, ``(combinations, motions)``.
+
+    It is that of springs and axial forces. The links' own, which holds none of them, tells how large rounding is.
+    """
+    energy = candidates @ (holding @ candidates.T)
+    size = np.abs(candidates)
+    parts, most = (np.einsum("mi,im->m", size, abs(matrix) @ size.T) for matrix in (holding, links))
+    unit = 1 / np.sqrt(np.maximum(np.maximum(parts, NOISE / HELD * most), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh((energy + energy.T) / 2 * np.outer(unit, unit))
+    return np.asarray((vectors[:, np.abs(values) < HELD] * unit[:, None]).T)
+
+
+def _without(candidates: Array, loose: Array) -> Array:
+    """Those of the candidates that, with combinations of them, ``(combinations, motions)``, span the same motions."""
+    if not len(loose):
+        return candidates
+    left_out = qr(loose / np.abs(loose).max(axis=1, keepdims=True), mode="r", pivoting=True)[1][: len(loose)]
+    return np.delete(candidates, left_out, axis=0)
+
+
+def _links_by_coordinates(system: System) -> sp.csr_matrix:
+    """P at the first position."""
+    transformation = system.transformation
+    entries = (system.values[0], (transformation.rows, transformation.columns))
+    return sp.csr_matrix(entries, shape=transformation.shape)
+
+
+def _joined(system: System, p: sp.csr_matrix, added: tuple[Entries, ...]) -> sp.csr_matrix:
+    """Stiffness that effects add, over the coordinates q."""
+    parts = [system.on_links(entries) for entries in added]
+    places = [(part.values[0], (part.rows, part.columns)) for part in parts]
+    whole = sum((sp.csr_matrix(place, shape=(p.shape[0],) * 2) for place in places), sp.csr_matrix((p.shape[0],) * 2))
+    return (p.T @ whole @ p).tocsr()
 
 
 def _in_coordinates(system: System, free: Array) -> Array:
     """Coordinates q of small motions of the links, ``(motions, coordinates)``: those for which P q is the motion."""
-    mesh, motion, transformation = system.beams.mesh, system.motion, system.transformation
+    mesh, motion = system.beams.mesh, system.motion
     angle = motion.angle[0, mesh.node_link]
     c, s, (x, y) = np.cos(angle), np.sin(angle), mesh.node_xy.T
     dx, dy, turn = np.moveaxis(free[:, mesh.node_link], -1, 0)
     along = c * dx + s * dy - turn * y, c * dy - s * dx + turn * x, turn
     nodal = np.stack(along, axis=-1).reshape(len(free), -1)
-    entries = (system.values[0], (transformation.rows, transformation.columns))
-    p = sp.csr_matrix(entries, shape=transformation.shape)
+    p = _links_by_coordinates(system)
     if (reduction := system.beams.reduction) is not None:
         p = reduction.shape @ p
     return np.atleast_2d(splu((p.T @ p).tocsc()).solve((nodal @ p).T).T)

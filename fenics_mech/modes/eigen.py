@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.sparse.linalg import splu
@@ -21,6 +22,7 @@ from fenics_mech.modes.tracking import Modes, track
 Array = NDArray[np.float64]
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
 SAME = 1e-6  # relative distance of eigenvalues that are next to each other
+ROUNDING, MOST_ROUNDING = 10, 0.1  # of an eigenvalue, in shares of the largest; and the most of it that is allowed for
 MOST_COUNTED = 8  # positions at which it is counted whether all eigenvalues are there
 NOUGHT = 1e-6  # of the shift, up to which an eigenvalue counts as 0
 SEED = 0  # of the vector that the solver starts from
@@ -55,14 +57,16 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     """
     rigid, angles = RigidModes.of(system), len(system.motion.theta)
     count, first = min(count, system.size - len(rigid)), len(rigid)
-    if first:
+    if rigid.separate is not None:
         squares, shapes = np.zeros((angles, first + count)), np.empty((angles, first + count, system.size))
         shapes[:, :first] = rigid.shapes
         squares[:, first:], shapes[:, first:] = _solve_beside(rigid, system, count, options or {})
+        positions = [(0, rigid.separate.mass, rigid.separate.stiffness)]
     else:
         squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options or {}))
+        positions = ((k, to_scipy(m), to_scipy(s)) for k, m, s in system.positions(symmetric=True))
     dense = {f"modes_{key}": value for key, value in DENSE.items()}
-    if not first and not dense.items() <= (options or {}).items() and _lacks(system, squares):
+    if not first and not dense.items() <= (options or {}).items() and _lacks(positions, squares):
         return solve_modes(system, count, {**(options or {}), **dense})
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
@@ -76,7 +80,7 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
 
 
-def _lacks(system: System, squares: Array) -> bool:
+def _lacks(positions: Iterable[tuple[int, sp.csr_matrix, sp.csr_matrix]], squares: Array) -> bool:
     """Whether an eigenvalue is missing, as a Krylov space may hold fewer vectors of a repeated one than there are.
 
     By Sylvester's law of inertia as many eigenvalues are below a number as ``K - number M`` has negative pivots. Looked
@@ -84,10 +88,13 @@ def _lacks(system: System, squares: Array) -> bool:
     """
     close = (np.diff(squares, axis=1) < SAME * squares[:, 1:]).any(axis=1)
     looked_at = {0, *np.flatnonzero(close)[:MOST_COUNTED].tolist()}
-    for k, mass, stiffness in system.positions(symmetric=True):
+    for k, mass, stiffness in positions:
         if k in looked_at:
-            bound = squares[k, -1] * (1 - SAME)
-            shifted = (to_scipy(stiffness) - bound * to_scipy(mass)).tocsc()
+            heavy = mass.diagonal() > 0
+            fastest = (stiffness.diagonal()[heavy] / mass.diagonal()[heavy]).max(initial=0.0)
+            rounding = ROUNDING * np.finfo(float).eps * fastest / squares[k, -1]
+            bound = squares[k, -1] * (1 - min(max(SAME, rounding), MOST_ROUNDING))
+            shifted = (stiffness - bound * mass).tocsc()
             factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             if (factors.U.diagonal() < 0).sum() > (squares[k] < bound).sum():
                 return True
@@ -101,7 +108,8 @@ def _solver(system: System, count: int, options: Mapping[str, Any], first: int =
     """Set up the eigensolver for so many modes, beside others that come first."""
     members = len(system.beams.mesh.members)  # those that are alike have modes in common, nearly at one frequency
     subspace = 2 * count + members + 1  # large enough for the lowest modes to converge without a restart, nearly always
-    defaults = FEW | {"eps_ncv": subspace} if subspace + first < system.size else DENSE
+    few = subspace + first < system.size and options.get("modes_eps_type") != DENSE["eps_type"]
+    defaults = FEW | {"eps_ncv": subspace} if few else DENSE
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
@@ -117,45 +125,87 @@ def _solve_among(system: System, among: slice, count: int, options: Mapping[str,
         for i, (k, mass, stiffness) in enumerate(system.positions(symmetric=True, among=among)):
             eps.setOperators(stiffness, mass)
             squares[i], shapes[i] = _solve_position(eps, system, k, count)
+            _refuse_negative(system, k, squares[i, 0], shapes[i, 0])
     return squares, shapes
 
 
 def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mapping[str, Any]) -> tuple[Array, Array]:
-    """Lowest eigenvalues and eigenvectors beside rigid-body modes, by K + shift M, which is not singular."""
-    shift = rigid.lowest_elastic()
-    with _solver(system, count, options, len(rigid)) as eps:
-        eps.setOperators(to_petsc((rigid.stiffness + shift * rigid.mass).tocsr()), to_petsc(rigid.mass))
+    """Lowest eigenvalues and eigenvectors beside rigid-body modes, by K + shift M, which is not singular.
+
+    Coordinates are those that hold motions of rigid links apart, which springs and axial forces may hold.
+    """
+    assert rigid.separate is not None
+    basis, mass, stiffness = rigid.separate.basis, rigid.separate.mass, rigid.separate.stiffness
+    shift, first = rigid.lowest_elastic() if len(rigid) else 0.0, len(rigid)
+    matrices = to_petsc((stiffness + shift * mass).tocsr()), to_petsc(mass)
+    with _solver(system, count, options, first) as eps:
+        eps.setOperators(*matrices)
         dense = eps.getType() == SLEPc.EPS.Type.LAPACK  # it finds them all, and knows no deflation
         if dense:
-            eps.setDimensions(count + len(rigid))
-        else:
-            eps.setDeflationSpace([PETSc.Vec().createWithArray(shape, comm=PETSc.COMM_SELF) for shape in rigid.shapes])
-        squares, shapes = _solve_position(eps, system, 0, count + dense * len(rigid), shift)
-    return squares[len(squares) - count :], shapes[len(shapes) - count :]
+            eps.setDimensions(count + first)
+        elif first:
+            eps.setDeflationSpace([PETSc.Vec().createWithArray(y, comm=PETSc.COMM_SELF) for y in rigid.apart])
+        values, shapes = _solve_position(eps, system, 0, count + dense * first)
+        if dense and _positive(stiffness + shift * mass):
+            _refine_lowest(eps, matrices, values, shapes)
+        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, NOUGHT * shift)
+    return values[len(values) - count :] - shift, (basis @ shapes[len(shapes) - count :].T).T
 
 
-def _solve_position(eps: SLEPc.EPS, system: System, k: int, count: int, shift: float = 0.0) -> tuple[Array, Array]:
-    """Lowest eigenvalues (rad^2/s^2), less a shift, and eigenvectors at position k, ascending.
+def _positive(matrix: sp.csr_matrix) -> bool:
+    """Whether a matrix is positive definite, whatever the units of its coordinates are."""
+    unit = 1 / np.sqrt(np.abs(matrix.diagonal()))
+    try:
+        np.linalg.cholesky(matrix.toarray() * np.outer(unit, unit))
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _refine_lowest(eps: SLEPc.EPS, matrices: tuple[PETSc.Mat, PETSc.Mat], values: Array, shapes: Array) -> None:
+    """Solve ``M x = x/value`` for those of the eigenvalues that are next to 0, in place.
+
+    LAPACK's errors are shares of the largest eigenvalue, here of the largest 1/value.
+    """
+    stiffness, mass = matrices
+    eps.setOperators(mass, stiffness)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_REAL)
+    eps.solve()
+    inverse = np.array([eps.getEigenvalue(i).real for i in range(eps.getConverged())])
+    order = np.argsort(-inverse)
+    vector, most = stiffness.createVecRight(), abs(values[-1])
+    for place, i in enumerate(order[: len(values)]):
+        if inverse[i] < np.sqrt(inverse[order[0]] / most):
+            break
+        eps.getEigenvector(int(i), vector)
+        values[place], shapes[place] = 1 / inverse[i], vector.array_r
+
+
+def _solve_position(eps: SLEPc.EPS, system: System, k: int, count: int) -> tuple[Array, Array]:
+    """Lowest eigenvalues (rad^2/s^2) and eigenvectors at position k, ascending.
 
     Each position starts from the same vector: what it gives to the last bit does not depend on the ones before it.
     """
     vector = PETSc.Vec().createWithArray(np.random.default_rng(SEED).uniform(-1, 1, system.size), comm=PETSc.COMM_SELF)
     eps.setInitialSpace(vector)
     eps.solve()
-    where = f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg"
     if eps.getConvergedReason() <= 0 or eps.getConverged() < count:
         found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
+        where = f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg"
         raise SolverError(f"{eps.getConverged()} of {count} modes converged {where} (SLEPc says {found})")
-    values = np.array([eps.getEigenvalue(i).real for i in range(count)]) - shift
-    order = np.argsort(values)
-    if values[order[0]] <= -NOUGHT * shift:
-        eps.getEigenvector(int(order[0]), vector)
-        raise SolverError(
-            f"mode 1 has the eigenvalue {values[order[0]]:.3g} (rad/s)^2 {where}: the stiffness is not positive "
-            f"there, and the mechanism buckles or gives way; link {system.bent_most(k, vector.array_r)} bends most"
-        )
-    shapes = np.empty((count, system.size))
+    values = np.array([eps.getEigenvalue(i).real for i in range(count)])
+    order, shapes = np.argsort(values), np.empty((count, system.size))
     for place, i in enumerate(order):
         eps.getEigenvector(int(i), vector)
         shapes[place] = vector.array_r
     return values[order], shapes
+
+
+def _refuse_negative(system: System, k: int, lowest: float, q: Array, noise: float = 0.0) -> None:
+    """Raise where the lowest eigenvalue at position k, of the shape q, is not positive."""
+    if lowest <= -noise:
+        where = f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg"
+        raise SolverError(
+            f"mode 1 has the eigenvalue {lowest:.3g} (rad/s)^2 {where}: the stiffness is not positive "
+            f"there, and the mechanism buckles or gives way; link {system.bent_most(k, q)} bends most"
+        )

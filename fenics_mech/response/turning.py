@@ -76,9 +76,9 @@ class LinkAxes:
         """
         values, rates = (np.concatenate([part, part[:1]])[:, None] for part in (self.values, self.rates))
         size = len(self.link)
-        moved = summed(values * q[..., self.columns], self.rows, size)
-        velocity = summed(values * rate[..., self.columns] + rates * q[..., self.columns], self.rows, size)
-        return moved, velocity
+        moved = values * q[..., self.columns], values * rate[..., self.columns] + rates * q[..., self.columns]
+        v, velocity = (np.asarray(summed(part, self.rows, size), dtype=complex) for part in moved)
+        return v, velocity
 
     def momenta(self, v: Complex) -> Complex:
         """``m v``, of the shape of v."""
@@ -160,8 +160,8 @@ def _by_speed(axes: LinkAxes, flow: Flow, states: Complex, size: float) -> Compl
 def _through(flow: Flow, states: Complex, size: float | None) -> tuple[Complex, Complex]:
     """Give q and q' of disturbances at the starts of all steps and at the end.
 
-    Both are ``(steps + 1, disturbances, coordinates)``. Each is scaled to the same size at every start, or by the growth to `size` in a cycle, so that what dies out counts
-    no less.
+    Both are ``(steps + 1, disturbances, coordinates)``. Each is scaled to the same size at every start, or by the
+    growth to `size` in a cycle, so that what dies out counts no less.
     """
     passed = []
     for transition in (*flow.transitions, None):

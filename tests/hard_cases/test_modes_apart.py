@@ -95,8 +95,8 @@ def test_a_mode_that_the_solver_leaves_out_is_missed_and_sought_again(monkeypatc
     known = scene_modes(scene, system).omega
     solve = eigen._solve_position
 
-    def forgetful(eps, system, k, count, shift=0.0):
-        values, shapes = solve(eps, system, k, min(count + 1, system.size), shift)
+    def forgetful(eps, system, k, count):
+        values, shapes = solve(eps, system, k, min(count + 1, system.size))
         forgotten = 0 if eps.getType() == "lapack" else 1  # one of the six that are equal
         return values[forgotten:][:count], shapes[forgotten:][:count]
 
