@@ -65,6 +65,10 @@ class BeamMesh:
         """Index of the node of that name."""
         return self._index[name]
 
+    def has_node(self, name: str) -> bool:
+        """Whether there is a node of that name."""
+        return name in self._index
+
     @cached_property
     def _index(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.node_name)}

@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech.beams.attachment import QUARTER, Attachment
+from fenics_mech.beams.layout import member_rotation
+from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import Array, Entries, Situation, Terms, in_links, total
+from fenics_mech.effects.terms import Array, Entries, Inside, Situation, Terms, in_links, total
 from fenics_mech.scene.loads import LineLoad, Load
+
+JUST_BEFORE = 1e-15  # of its place in an element, by which a load acts before a station there, as at a node
 
 
 def terms(situation: Situation) -> Terms:
@@ -24,16 +28,37 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     One that follows stays as it is in axes that turn with the point: ``f = F + phi Q F`` with Q a quarter turn. On a
     rigid link its moment about the centre stays the same, as arm and force turn together.
     """
-    point = Attachment.of(situation.scene, situation.beams.mesh, load.at)
-    factor = load.factor_at(situation.motion.theta)[:, None]
+    mesh, factor = situation.beams.mesh, load.factor_at(situation.motion.theta)[:, None]
+    label, _, at = load.at.partition("@")
+    if at and not mesh.has_node(f"{label}@{float(at):.12g}"):
+        return _inside(situation, load, factor)
+    point = Attachment.of(situation.scene, mesh, load.at)
     force = np.array(load.force)
     in_link = factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
-    forces = np.zeros((len(factor), 3 * len(situation.beams.mesh.node_link)))
+    forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
     forces[:, point.dofs] = in_link @ point.shift + factor * [0.0, 0.0, load.moment]
     if not load.follows:
         return Terms(force=forces)
     stiffness = Entries(point.dofs[:2], np.repeat(point.dofs[2:], 2), -in_link @ QUARTER.T)
     return Terms(force=forces, follower=(stiffness,))
+
+
+def _inside(situation: Situation, load: Load, factor: Array) -> Terms:
+    """Give a load at a place inside an element, at the element's ends, times a factor ``(angles, 1)``."""
+    mesh = situation.beams.mesh
+    label, _, at = load.at.partition("@")
+    member = mesh.members.index(label)
+    cells, along = np.flatnonzero(mesh.cell_member == member), float(at) * mesh.member_length[member]
+    element = cells[np.searchsorted(mesh.cell_start[cells], along, side="right") - 1]
+    length = mesh.cell_length[element]
+    place = (along - mesh.cell_start[element]) / length * (1 - JUST_BEFORE)
+    force, link = np.array(load.force), mesh.member_link[member]
+    turn = member_rotation(mesh)[element]
+    in_link = factor * in_links(situation.motion, force)[:, link]
+    of_member = np.column_stack([in_link @ turn[:2, :2].T, factor[:, 0] * load.moment])
+    ends = np.zeros((len(factor), len(mesh.cell), 6))
+    ends[:, element] = point_equivalent(np.full(len(factor), place), of_member, length)
+    return Terms(ends=ends, inside=(Inside(int(element), place, of_member),))
 
 
 def _spread(situation: Situation, load: LineLoad) -> Terms:

@@ -147,6 +147,23 @@ class ElementLaw(Protocol):
 
 
 @dataclass(frozen=True)
+class Inside:
+    """A load at a place inside an element.
+
+    Parameters
+    ----------
+    element, place
+        The element, and the place 0..1 in it.
+    force
+        Along the member's axis, along its normal (N), and moment (N m), ``(angles, 3)``.
+    """
+
+    element: int
+    place: float
+    force: Array
+
+
+@dataclass(frozen=True)
 class Terms:
     """What effects add; every part may be missing, and a part that is missing costs nothing.
 
@@ -162,6 +179,8 @@ class Terms:
     ends
         Loads on the elements' ends, in their members' axes, ``(angles, elements, 6)`` (N, N m): they are inside the
         elements, and no load of the nodes.
+    inside
+        Of the loads on the elements' ends, those that act at a place inside an element, and where.
     acceleration
         Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
     stiffness, damping
@@ -185,6 +204,7 @@ class Terms:
     force: Array | None = None
     line: Array | None = None
     ends: Array | None = None
+    inside: tuple[Inside, ...] = ()
     acceleration: Array | None = None
     stiffness: tuple[Entries, ...] = ()
     damping: tuple[Entries, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -57,11 +57,12 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     """
     rigid, angles = RigidModes.of(system), len(system.motion.theta)
     count, first = min(count, system.size - len(rigid)), len(rigid)
+    positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]]
     if rigid.separate is not None:
         squares, shapes = np.zeros((angles, first + count)), np.empty((angles, first + count, system.size))
         shapes[:, :first] = rigid.shapes
         squares[:, first:], shapes[:, first:] = _solve_beside(rigid, system, count, options or {})
-        positions = [(0, rigid.separate.mass, rigid.separate.stiffness)]
+        positions = iter([(0, rigid.separate.mass, rigid.separate.stiffness)])
     else:
         squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options or {}))
         positions = ((k, to_scipy(m), to_scipy(s)) for k, m, s in system.positions(symmetric=True))
@@ -80,7 +81,7 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
 
 
-def _lacks(positions: Iterable[tuple[int, sp.csr_matrix, sp.csr_matrix]], squares: Array) -> bool:
+def _lacks(positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]], squares: Array) -> bool:
     """Whether an eigenvalue is missing, as a Krylov space may hold fewer vectors of a repeated one than there are.
 
     By Sylvester's law of inertia as many eigenvalues are below a number as ``K - number M`` has negative pivots. Looked

@@ -8,14 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams.shapes import (
-    AXIAL,
-    CUBIC,
     LINEAR,
-    NORMAL,
     between_clamped_ends,
     between_fixed_ends,
-    evaluate,
     integral,
+    point_equivalent,
 )
 from fenics_mech.mechanism import System
 
@@ -45,14 +42,7 @@ class PointLoad:
 
     def at_ends(self, length: Array) -> Array:
         """Forces at the element's nodes that do the same work, ``(angles, 6)``; length is the element's (m)."""
-        forces = np.zeros((len(self.place), 6))
-        scale = np.stack([np.ones_like(length), length, np.ones_like(length), length], axis=-1)
-        slopes = np.stack([f.deriv()(self.place) for f in CUBIC], axis=-1)
-        forces[:, AXIAL] = self.along[:, None] * evaluate(LINEAR, self.place)
-        forces[:, NORMAL] = (
-            self.across[:, None] * evaluate(CUBIC, self.place) + (self.moment / length)[:, None] * slopes
-        ) * scale
-        return forces
+        return point_equivalent(self.place, np.stack([self.along, self.across, self.moment], axis=-1), length)
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
         """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'."""
@@ -130,6 +120,15 @@ class SpreadLoad:
     def _at(self, element: Index) -> tuple[Array, Array]:
         here = self.line[:, element]
         return here[..., :2], here[..., 2:]
+
+
+def applied_inside(system: System) -> list[PointLoad]:
+    """Loads of the scene at places inside elements, which take no part in the forces on the elements' ends."""
+    angles = len(system.motion.theta)
+    return [
+        PointLoad(np.full(angles, load.element), np.full(angles, load.place), *load.force.T)
+        for load in system.terms.inside
+    ]
 
 
 def point_loads(system: System, found: dict[tuple[str, str, int], Array]) -> list[PointLoad]:

@@ -30,7 +30,7 @@ from fenics_mech.beams.shapes import (
 )
 from fenics_mech.beams.varying import lacking_shapes
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.contacts import PointLoad, SpreadLoad
+from fenics_mech.recovery.contacts import PointLoad, SpreadLoad, applied_inside
 from fenics_mech.recovery.ends import balanced, element_forces, element_tension
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
@@ -137,11 +137,11 @@ def forces_inside(
 
 def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
     """Give all loads inside elements: point loads, and those spread along them."""
-    line = system.terms.line
+    line, points = system.terms.line, (*loads, *applied_inside(system))
     if line is None:
-        return tuple(loads)
+        return points
     offsets = system.beams.layout.offsets
-    return (*loads, SpreadLoad(line, _shear_number(system.beams), None if offsets is None else offsets.neutral))
+    return (*points, SpreadLoad(line, _shear_number(system.beams), None if offsets is None else offsets.neutral))
 
 
 def _statics(

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.consistency import CLOSEST
+from fenics_mech.scene.loads import LineLoad
 from fenics_mech.scene.models import Mesh, Scene
 
 Array = NDArray[np.float64]
+SHORT = 0.35  # of an element, between its end and a load, up to which it carries the load inside
+CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "moderate-rotations"}  # loads, with these effects
 MOST_ELEMENTS = 1_000_000  # of a refined scene
 
 
@@ -27,12 +30,35 @@ def nodes_of(mesh: Mesh) -> Array:
 def member_nodes(scene: Scene, label: str) -> Array:
     """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``.
 
-    A load inside the member has a node of its own. A node of the mesh that is very near makes way for it.
+    A load inside the member has a node of its own, and a node of the mesh that is very near makes way for it. Where it
+    would make a short element beside a long one, the long one carries the load inside: the shear force of an element
+    loses digits as the cube of its length.
     """
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
-    near = np.abs(nodes[:, None] - places).min(axis=1, initial=1.0) < CLOSEST
-    return np.sort(np.concatenate([nodes[~near], places]))
+    apart = np.abs(nodes[:, None] - places)
+    needed = (apart.min(axis=0, initial=1.0) < CLOSEST) | np.isin(places, _in_need_of_nodes(scene, label))
+    found = np.sort(np.concatenate([nodes[apart.min(axis=1, initial=1.0) >= CLOSEST], places[needed]]))
+    for place in places[~needed]:
+        before, after = found[found <= place].max(initial=0.0), found[found > place].min(initial=1.0)
+        if min(place - before, after - place) >= SHORT * (after - before):
+            found = np.sort(np.append(found, place))
+    return found
+
+
+def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
+    """Places of a member at which what acts cannot be carried inside elements.
+
+    They carry forces exactly in linear theory where they are uniform and rigid in shear. What follows the rotation
+    there, and blows, need a node.
+    """
+    section = scene.sections[scene.members()[label][1].section]
+    linear = section.constant and not CARRIED_BY_NODES & set(scene.named_effects)
+    if not linear or scene.analysis.reduction != "none":
+        return scene.loaded_places().get(label, [])
+    following = [load.at for load in scene.loads.values() if not isinstance(load, LineLoad) and load.follows]
+    acting = [at.split("@") for at in (*following, *(blow.at for blow in scene.impulses.values())) if "@" in at]
+    return [float(place) for name, place in acting if name == label]
 
 
 def refined(scene: Scene, times: int) -> Scene:

@@ -13,6 +13,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
+from fenics_mech.scene.meshing import member_nodes
 
 EI = E * INERTIA
 MESHES = [{"elements": 1}, {"stations": (0, 0.1, 0.55, 1)}]
@@ -343,3 +344,54 @@ def test_constant_factor_needs_no_angles():
             | {"press": {"at": "B", "force": (1.0, 0.0), "factor": {"kind": "harmonics", "mean": mean}}}
         )
         assert constant.loads["press"].enough_angles(24) == 24
+
+
+def under_a_force(kind, place, elements):
+    """Deflection, moment and shear force at the stations under 2 N at a place 0..1, and those of the closed form."""
+    joints = {"O": {"kind": "weld"}} if kind == "cantilever" else {"O": {}, "B": {"kind": "slot", "angle": 0.0}}
+    load = {"P": {"at": f"beam@{place!r}", "force": (0, -2.0)}}
+    data = analyse(beam(joints, loads=load, mesh={"elements": elements})).data.isel(theta=0, member=0)
+    x, p, ei = data["s"].to_numpy() * L, place * L, E * INERTIA
+    before = x < p
+    if kind == "cantilever":
+        w = np.where(before, x**2 * (3 * p - x), p**2 * (3 * x - p)) / (3 * ei)
+        moment, shear = 2.0 * np.where(before, p - x, 0.0), 2.0 * before
+    else:
+        y, b = np.where(before, x, L - x), np.where(before, L - p, p)
+        w = b * y * (L**2 - b**2 - y**2) / (3 * L * ei)
+        moment, shear = 2.0 * b * y / L, 2.0 * np.where(before, b, -b) / L
+    found = [data["deflection"].to_numpy()[:, 1], data["moment"].to_numpy(), data["shear_force"].to_numpy()]
+    return list(zip(found, (-w, (-1 if kind == "cantilever" else 1) * moment, shear)))
+
+
+@pytest.mark.parametrize("kind", ["cantilever", "simply supported"])
+@pytest.mark.parametrize("elements", [1, 3])
+@pytest.mark.parametrize("place", [0.001, 0.003, 0.33, 0.34, 0.43, 0.5, 0.9, 0.997])
+def test_force_close_to_a_node_costs_no_digits(kind, elements, place):
+    """The stiffness of an element goes with the cube of its length: one of 0.003 beside one of 0.33 took 1e-7."""
+    for found, expected in under_a_force(kind, place, elements):
+        assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # 5e-13 at worst, by rounding
+
+
+def test_moment_and_force_along_the_axis_inside_an_element():
+    """At 0.35 of three elements: a moment C bends a cantilever by ``C x^2/2`` up to there, a force F stretches it."""
+    load = {"P": {"at": "beam@0.35", "force": (3.0, 0.0), "moment": 0.01}}
+    scene = beam({"O": {"kind": "weld"}}, loads=load, mesh={"elements": 3})
+    data = analyse(scene).data.isel(theta=0, member=0)
+    x, p = data["s"].to_numpy() * L, 0.35 * L
+    inside = x < p - 1e-9
+    u, w = data["deflection"].to_numpy().T
+    assert u == pytest.approx(3.0 * np.minimum(x, p) / (E * A), rel=1e-12, abs=1e-22)
+    expected = 0.01 / (E * INERTIA) * np.where(inside, x**2 / 2, p * (x - p / 2))
+    assert w == pytest.approx(expected, rel=1e-11, abs=1e-18)
+    assert data["moment"].to_numpy() == pytest.approx(np.where(inside, 0.01, 0.0), abs=1e-13)
+    assert data["axial_force"].to_numpy() == pytest.approx(np.where(inside, 3.0, 0.0), abs=1e-13)
+
+
+def test_what_needs_a_node_gets_one():
+    """A blow and a force that follows the rotation; with axial forces on the bent axis, any."""
+    near = {"P": {"at": "beam@0.34", "force": (0, -2.0)}}
+    follows = {"P": near["P"] | {"follows": True}}
+    for rest, nodes in (({"loads": near}, 4), ({"loads": follows}, 5), ({"loads": near, "effects": ("shear",)}, 5)):
+        scene = beam({"O": {"kind": "weld"}}, mesh={"elements": 3}, **rest)
+        assert len(member_nodes(scene, "beam")) == nodes
