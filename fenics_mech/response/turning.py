@@ -103,15 +103,13 @@ def turns(axes: LinkAxes, flow: Flow, states: Complex) -> tuple[Array, Index, ND
     Returns
     -------
     tuple
-        Turns in the axes of the link that has the largest part of the disturbance, as the mass weighs it, negative
-        where it turns clockwise in the complex plane; the index of that link; and whether the disturbance vibrates, and
-        does not creep, held by a strong damper. Each is ``(disturbances,)``.
+        Turns in the links' axes, as the mass weighs them, negative where the disturbance turns clockwise in the complex
+        plane; the index of the link that has the largest part of it; and whether it vibrates, and does not creep, held
+        by a strong damper. Each is ``(disturbances,)``.
     """
     v, velocity = axes.carried(*_through(flow, states, None))
     parts = summed(np.sum(v.conj() * axes.momenta(v), axis=0).real, axes.link, len(axes.names))
     link = (parts > (1 - EVEN) * parts.max(axis=1, keepdims=True)).argmax(axis=1)
-    here = axes.link == link[:, None]
-    v, velocity = v * here, velocity * here
     momenta = axes.momenta(velocity)
     slow, fast = (np.sum(a.conj() * b, axis=(0, 2)) for a, b in ((v, axes.momenta(v)), (velocity, momenta)))
     sense = np.sum(v.conj() * momenta, axis=(0, 2)).imag

@@ -11,6 +11,7 @@ from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.floquet import floquet
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
 
 OMEGA, ZETA = np.array([2.0, 7.3, 20.0]), np.array([0.01, 0.02, 0.05])
@@ -170,6 +171,31 @@ def test_resonance_is_found_among_many_undamped_modes():
         found = floquet(flow, matrices, axes_of(matrices, 80), modes_of(turned))
         with pytest.raises(SolverError, match=f"mode {(3 + place) % 6 + 1} .* harmonic 4 "):
             found.refuse_resonance()
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.02])
+@pytest.mark.parametrize("speed", [0.4, 1.0, 3.7])
+def test_isotropic_rotor_in_fixed_and_in_turning_axes(speed, damping):
+    """Two equal vibrations across each other: omega in fixed axes, and omega -+ speed forward and backward in turning.
+
+    The multipliers are equal, so that eigenvectors may be any combination of both whirls.
+    """
+    omega, tableau, count = 1.23, Tableau.of("gauss", 3), 60
+    period = 2 * np.pi / speed
+    matrices = oscillators(places(tableau.points, count, period), omega * np.ones(2), 2 * damping * omega)
+    angle = speed * period / count * np.arange(count)
+    c, s = np.cos(angle), np.sin(angle)
+    fixed = axes_of(matrices, count)
+    turned, rates = np.stack([c, s, -s, c], axis=-1), speed * np.stack([-s, c, -c, -s], axis=-1)
+    both, either = np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1])
+    turning = LinkAxes(both, either, turned, rates, fixed.mass, fixed.link, fixed.names)
+    flow, damped = Flow(matrices, tableau, period / count), omega * np.sqrt(1 - damping**2)
+    for axes, shift in ((fixed, 0.0), (turning, speed)):
+        found = floquet(flow, matrices, axes, modes_of([omega] * 2))
+        expected = np.repeat(np.sort([abs(damped - shift), damped + shift]), 2)
+        # of a step's error, (omega h)^7/100800 in each of 60, 1e-7 is left of a frequency
+        assert 2 * np.pi * np.sort(found.frequency) == pytest.approx(expected, rel=1e-5, abs=1e-6)
+        assert found.vibrates.all()
 
 
 def test_instability_names_the_mode():
