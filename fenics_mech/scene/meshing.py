@@ -49,12 +49,12 @@ def member_nodes(scene: Scene, label: str) -> Array:
 def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
     """Places of a member at which what acts cannot be carried inside elements.
 
-    They carry forces exactly in linear theory where they are uniform and rigid in shear. What follows the rotation
-    there, and blows, need a node.
+    They carry forces exactly in linear statics where they are uniform and rigid in shear. What follows the rotation
+    there, and blows, need a node; and a vibration is the better for one.
     """
     section = scene.sections[scene.members()[label][1].section]
     linear = section.constant and not CARRIED_BY_NODES & set(scene.named_effects)
-    if not linear or scene.analysis.reduction != "none":
+    if not linear or scene.analysis.reduction != "none" or scene.analysis.method not in ("static", "quasi-static"):
         return scene.loaded_places().get(label, [])
     following = [load.at for load in scene.loads.values() if not isinstance(load, LineLoad) and load.follows]
     acting = [at.split("@") for at in (*following, *(blow.at for blow in scene.impulses.values())) if "@" in at]

@@ -389,9 +389,12 @@ def test_moment_and_force_along_the_axis_inside_an_element():
 
 
 def test_what_needs_a_node_gets_one():
-    """A blow and a force that follows the rotation; with axial forces on the bent axis, any."""
+    """A force that follows the rotation; with shear, in motion, and with the reduction, any."""
     near = {"P": {"at": "beam@0.34", "force": (0, -2.0)}}
     follows = {"P": near["P"] | {"follows": True}}
-    for rest, nodes in (({"loads": near}, 4), ({"loads": follows}, 5), ({"loads": near, "effects": ("shear",)}, 5)):
-        scene = beam({"O": {"kind": "weld"}}, mesh={"elements": 3}, **rest)
-        assert len(member_nodes(scene, "beam")) == nodes
+    static = {"loads": near, "mesh": {"elements": 3}}
+    reduced = {"analysis": STATIC | {"reduction": "craig-bampton"}}
+    for rest, nodes in (({}, 4), ({"loads": follows}, 5), ({"effects": ("shear",)}, 5), (reduced, 5)):
+        assert len(member_nodes(beam({"O": {"kind": "weld"}}, **(static | rest)), "beam")) == nodes
+    moving = seed_four_bar(loads={"P": {"at": "coupler@0.34", "force": (0, -2.0)}})
+    assert len(member_nodes(moving, "coupler")) == 5
