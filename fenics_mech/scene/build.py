@@ -155,12 +155,7 @@ def _sentence(error: Any) -> str:
     if error["loc"] == ("effects", "literal['auto']"):
         return f'must be "auto", or a list of names such as ["coupling"], found {shortened(error["input"])}'
     if error["type"] == "string_pattern_mismatch":
-        solver = "periodic" in error["ctx"]["pattern"]
-        message = (
-            "an option starts with its solver: periodic_, modes_ or static_"
-            if solver
-            else "must be a name of letters, digits, _ and -, or link.point where a point is meant"
-        )
+        message = "must be a name of letters, digits, _ and -, or link.point where a point is meant"
         if "@" in error["ctx"]["pattern"]:
             message = "must be link.point, a joint, or member@place with a place 0 to 1 along the member"
     if error["type"] in ("int_parsing", "int_type", "int_from_float"):

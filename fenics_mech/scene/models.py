@@ -18,6 +18,7 @@ from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
+from fenics_mech.scene.solvers import SolverOptions
 from fenics_mech.scene.springs import Damper, Spring
 from fenics_mech.units import (
     Acceleration,
@@ -264,9 +265,7 @@ class Scene(Part):
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
-    petsc: dict[
-        Annotated[str, Field(pattern="^(periodic|modes|static|stability|transient)_")], str | float | int | bool
-    ] = Field(default_factory=dict)
+    petsc: SolverOptions = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:

@@ -1,0 +1,217 @@
+"""The table ``[petsc]`` of a scene: which options of PETSc and SLEPc it may set, and to which values.
+
+PETSc has options that load code, and options that write files. A scene may come from a stranger, so that it sets only
+those that choose a method or decide how it converges. Each is listed here with its values.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, WithJsonSchema
+
+from fenics_mech.errors import SceneError, shortened
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number between two bounds, which may be whole."""
+
+    least: float
+    most: float
+    whole: bool = False
+
+    def __str__(self) -> str:
+        return f"a {'whole ' * self.whole}number from {self.least:g} to {self.most:g}"
+
+    def takes(self, value: Any) -> bool:
+        """Whether a value is such a number."""
+        number = isinstance(value, int if self.whole else int | float) and not isinstance(value, bool)
+        return bool(number and self.least <= value <= self.most)
+
+    def schema(self) -> dict[str, Any]:
+        """Give the JSON Schema of such numbers."""
+        return {"type": "integer" if self.whole else "number", "minimum": self.least, "maximum": self.most}
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """One of a few names."""
+
+    names: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"one of {', '.join(map(repr, self.names))}"
+
+    def takes(self, value: Any) -> bool:
+        """Whether a value is one of the names."""
+        return value in self.names
+
+    def schema(self) -> dict[str, Any]:
+        """Give the JSON Schema of the names."""
+        return {"enum": list(self.names)}
+
+
+@dataclass(frozen=True)
+class Switch:
+    """True or false."""
+
+    def __str__(self) -> str:
+        return "true or false"
+
+    def takes(self, value: Any) -> bool:
+        """Whether a value is true or false."""
+        return isinstance(value, bool)
+
+    def schema(self) -> dict[str, Any]:
+        """Give the JSON Schema of a switch."""
+        return {"type": "boolean"}
+
+
+Kind = Number | OneOf | Switch
+
+
+def _names(text: str) -> OneOf:
+    return OneOf(tuple(text.split()))
+
+
+def _of(part: str, options: Mapping[str, Kind]) -> dict[str, Kind]:
+    """Give the options of a part of a solver, such as the KSP of an ST."""
+    return {part + name: kind for name, kind in options.items()}
+
+
+SHARE = Number(0, 1)
+RELATIVE = Number(0, 1e-6)  # of what nothing else checks: looser, its error would show in no estimate
+ABSOLUTE = Number(0, 1e30)
+TIMES = Number(1, 1_000_000, whole=True)
+FEW = Number(1, 1000, whole=True)
+
+KRYLOV = "cgne cr gcr minres symmlq gmres fgmres lgmres bcgs bcgsl ibcgs fbcgs cgs tfqmr tcqmr bicg lsqr"
+FACTORS: dict[str, Kind] = {
+    "pc_factor_fill": Number(1, 20),
+    "pc_factor_zeropivot": RELATIVE,
+    "pc_factor_mat_ordering_type": _names("natural nd 1wd rcm qmd rowlength"),
+}
+FACTORISED: dict[str, Kind] = FACTORS | {
+    "ksp_type": _names("preonly cg gmres fgmres bcgs"),
+    "ksp_rtol": RELATIVE,
+    "ksp_max_it": TIMES,
+    "pc_type": _names("lu cholesky"),
+}
+BLOCK: dict[str, Kind] = FACTORS | {
+    "ksp_type": _names(f"preonly richardson chebyshev cg {KRYLOV}"),
+    "pc_type": _names("none jacobi sor ilu icc lu cholesky svd"),
+    "pc_factor_levels": Number(0, 20, whole=True),
+    "pc_factor_shift_type": _names("none nonzero positive_definite inblocks"),
+    "pc_factor_shift_amount": ABSOLUTE,
+}
+CHECKED: dict[str, Kind] = (  # of a solver whose answer is put into the equations, however it came about
+    BLOCK
+    | {
+        "ksp_rtol": SHARE,
+        "ksp_atol": ABSOLUTE,
+        "ksp_divtol": Number(1, 1e30),
+        "ksp_max_it": TIMES,
+        "ksp_norm_type": _names("none preconditioned unpreconditioned natural"),
+        "ksp_pc_side": _names("left right symmetric"),
+        "ksp_gmres_restart": FEW,
+        "ksp_gmres_modifiedgramschmidt": Switch(),
+        "ksp_bcgsl_ell": Number(1, 20, whole=True),
+        "ksp_richardson_scale": ABSOLUTE,
+        "pc_type": _names("none jacobi bjacobi sor ilu icc lu cholesky asm gamg svd"),
+        "pc_bjacobi_blocks": FEW,
+        "pc_asm_blocks": FEW,
+        "pc_asm_overlap": Number(0, 20, whole=True),
+        "pc_sor_omega": Number(0, 2),
+        "pc_sor_its": FEW,
+    }
+    | _of("sub_", BLOCK)
+)
+EIGENVALUES: dict[str, Kind] = {
+    "eps_type": _names("krylovschur arnoldi lapack subspace power gd jd"),
+    "eps_tol": RELATIVE,
+    "eps_max_it": TIMES,
+    "eps_ncv": Number(1, 10_000, whole=True),
+    "eps_mpd": Number(1, 10_000, whole=True),
+    "eps_krylovschur_restart": Number(0.1, 0.9),
+}
+SHIFTED: dict[str, Kind] = {
+    "eps_type": _names("krylovschur arnoldi lapack subspace power gd jd lobpcg rqcg"),
+    "eps_target": ABSOLUTE,
+    "eps_target_magnitude": Switch(),
+    "st_type": _names("shift sinvert cayley precond"),
+    **_of("st_", FACTORISED),
+}
+MULTIPLIERS: dict[str, Kind] = EIGENVALUES | {"eps_nev": FEW}
+TIME_STEPS: dict[str, Kind] = {
+    "ts_type": _names("alpha2 bdf arkimex rosw theta cn beuler alpha"),
+    "ts_rtol": SHARE,
+    "ts_atol": ABSOLUTE,
+    "ts_dt": Number(1e-30, 1e30),
+    "ts_max_steps": Number(1, 100_000_000, whole=True),
+    "ts_max_reject": FEW,
+    "ts_max_snes_failures": Number(-1, 1000, whole=True),
+    "ts_adapt_type": _names("none basic dsp"),
+    "ts_adapt_dt_min": ABSOLUTE,
+    "ts_adapt_dt_max": Number(1e-30, 1e30),
+    "ts_adapt_safety": Number(0.01, 1),
+    "ts_alpha_radius": SHARE,
+    "ts_theta_theta": Number(0.01, 1),
+    "ts_bdf_order": Number(1, 6, whole=True),
+    "ts_arkimex_type": _names("1bee a2 l2 ars122 2c 2d 2e prssp2 3 bpr3 ars443 4 5"),
+    "ts_rosw_type": _names("2m 2p ra3pw ra34pw2 rodas3 sandu3 assp3p3s1c lassp3p4s2c lld3p4s2c ark3"),
+    "snes_type": _names("newtonls newtontr"),
+    "snes_linesearch_type": _names("basic bt l2 cp"),
+    "snes_rtol": RELATIVE,
+    "snes_max_it": TIMES,
+    **FACTORISED,
+}
+PARTS: dict[str, dict[str, Kind]] = {
+    "periodic_": CHECKED,
+    "modes_": EIGENVALUES | SHIFTED,
+    "static_": FACTORISED,
+    "stability_": MULTIPLIERS,
+    "transient_": TIME_STEPS,
+}
+OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, kind in options.items()}
+
+
+def check_options(options: dict[str, Any]) -> dict[str, Any]:
+    """Give the options as they are.
+
+    Raises
+    ------
+    SceneError
+        When one of them is not listed, or has a value of another kind than it takes.
+    """
+    for key, value in options.items():
+        if key not in OPTIONS:
+            raise SceneError("unknown option of a solver", place=f"petsc.{shortened(key)[1:-1]}", hint=_nearest(key))
+        if not OPTIONS[key].takes(value):
+            raise SceneError(f"must be {OPTIONS[key]}, found {shortened(value)}", place=f"petsc.{key}")
+    return options
+
+
+def _nearest(key: str) -> str:
+    """Say which option may have been meant."""
+    solvers = tuple(PARTS)
+    tried = [key] if key.startswith(solvers) else [prefix + key for prefix in solvers]
+    near = [name for each in tried for name in difflib.get_close_matches(each[:100], OPTIONS, n=1, cutoff=0.75)]
+    starts = f"An option starts with its solver: {', '.join(solvers)}"
+    return f"Did you mean {near[0]!r}?" if near else f"{starts}. `fenics-mech schema` lists all options"
+
+
+SolverOptions = Annotated[
+    dict[str, Any],
+    AfterValidator(check_options),
+    WithJsonSchema(
+        {
+            "type": "object",
+            "properties": {name: kind.schema() for name, kind in OPTIONS.items()},
+            "additionalProperties": False,
+        }
+    ),
+]
