@@ -55,7 +55,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
         raise SceneError(f"not valid TOML: {error}", place=file) from error
     try:
         if "drawing" in data:
-            from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (gmsh and meshio take their time)
+            from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (most scenes have none)
 
             data = completed(data, folder)
         return build({"name": Path(file).stem[:LONGEST_NAME]} | data)

@@ -1,4 +1,4 @@
-"""A mechanism drawn in gmsh, or in any format with lines and named groups that meshio reads, as part of a scene.
+"""A mechanism drawn in gmsh, or written as lines and named sets for Abaqus, as part of a scene.
 
 A scene file that says ``drawing = "four_bar.geo"`` takes from it the links with their points and members, the ground,
 the pins and the mesh. The drawing shows the mechanism assembled at drive angle 0, in the plane z = 0. Its physical
@@ -14,7 +14,7 @@ groups say what is what:
 
 In each of these links the point bears the group's name ("crank.A"), in the ground too ("ground.O"). Other ends are
 called p1, p2, ... The elements of the drawing are the elements of the analysis. Curves in no physical group are
-construction lines. In formats without spaces in names "joint_A" does for "joint A".
+construction lines. In an Abaqus file, whose names have no spaces, "joint_A" does for "joint A".
 
 A link's frame has its axes parallel to the drawing's, and its origin in the first of its named points.
 """

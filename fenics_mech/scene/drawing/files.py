@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import io
+import json
+import os
+import subprocess
+import sys
 import tempfile
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech import _gmsh
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.drawing.script import check_script
@@ -21,7 +20,13 @@ from fenics_mech.scene.drawing.script import check_script
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 FLAT = 1e-9  # largest z, of the drawing's size
-LARGEST_FILE = 100_000_000  # bytes
+FORMATS = {".geo": "gmsh", ".msh": "gmsh", ".inp": "meshio"}  # by ending: who reads it
+READER = Path(__file__).with_name("reader.py")
+LARGEST_FILE = 20_000_000  # bytes; a drawing of 100,000 lines has 10 MB
+LARGEST_ANSWER = 100_000_000  # bytes, of nodes and groups
+PATIENCE = 30  # seconds for the reader
+MEMORY = 1_500_000_000  # bytes of addresses for the reader
+THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"  # each of which takes memory
 NAME_GROUPS = (
     'Name the lines of each link, as in Physical Curve("crank") = {1}, and the joints: Physical Point("joint A")'
 )
@@ -90,7 +95,7 @@ def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
     Parameters
     ----------
     path
-        A gmsh script (.geo), a gmsh mesh (.msh), or a file that meshio reads.
+        A gmsh script (.geo), a gmsh mesh (.msh), or an Abaqus file (.inp).
     unit
         Length of the drawing's unit (m).
 
@@ -148,108 +153,62 @@ def _check_lines(drawing: Drawing, z: Array) -> None:
 
 
 def _read(path: Path) -> Groups:
-    """Read a file's groups with the program that knows its format."""
+    """Read a file's groups in a process of its own; the file is one of a known format."""
     try:
         content = read_bounded(path, LARGEST_FILE)
     except (OSError, ValueError) as error:
         hint = "The path is relative to the scene file's folder"
         raise SceneError(f"cannot read {path.name}: {reason_of(error)}", place="drawing", hint=hint) from error
-    if path.suffix.lower() == ".geo":
+    ending = path.suffix.lower()
+    hint = "Draw the mechanism in gmsh (.geo, .msh), or write its lines and sets for Abaqus (.inp)"
+    if ending not in FORMATS:
+        raise SceneError(f"{path.name} is no drawing: its ending is {ending!r}", place="drawing", hint=hint)
+    if ending == ".geo":
         try:
-            text = content.decode("utf-8")
+            check_script(content.decode("utf-8"), path.name)
         except UnicodeDecodeError as error:
             raise SceneError(f"{path.name} is not a gmsh script: it is not a UTF-8 text", place="drawing") from error
-        check_script(text, path.name)
-        return _from_gmsh(text.encode(), path.name, ".geo")
-    if path.suffix.lower() == ".msh":
-        version = content[:64].split(b"\n")[1:2] if content.startswith(b"$MeshFormat") else []
-        if not version:
-            raise SceneError(f"{path.name} is not a gmsh mesh: it does not begin with $MeshFormat", place="drawing")
-        if version[0].startswith(b"4"):
-            return _from_gmsh(content, path.name, ".msh")
-    return _from_meshio(path)
+    try:
+        return _read_apart(content, ending)
+    except ValueError as error:
+        raise SceneError(f"{FORMATS[ending]} cannot read {path.name}: {error}", place="drawing", hint=hint) from error
 
 
-def _from_gmsh(content: bytes, name: str, ending: str) -> Groups:
-    """Let gmsh read a script, which it then meshes, or a mesh of version 4."""
-    with tempfile.TemporaryDirectory() as folder, _gmsh.model() as model:
-        # a copy under a name of our own, since gmsh also runs a script NAME.opt that lies beside the file
+def _read_apart(content: bytes, ending: str) -> Groups:
+    """Let `fenics_mech.scene.drawing.reader` read a copy: gmsh runs a script NAME.opt that lies beside a file NAME.
+
+    Raises
+    ------
+    ValueError
+        When it fails, or takes too much time or memory.
+    """
+    with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / f"drawing{ending}"
         copy.write_bytes(content)
+        command = [sys.executable, "-P", str(READER), str(copy), str(MEMORY), str(LARGEST_ANSWER)]
+        alone = os.environ | {name: "1" for name in THREADS}
         try:
-            _gmsh.merge(_gmsh.meshed(copy) if ending == ".geo" else copy)
-        except Exception as error:  # gmsh raises nothing more special
-            message = str(error).replace(f"'{copy}', ", "").replace(str(copy), name)
-            raise SceneError(f"gmsh cannot read {name}: {message}", place="drawing") from error
-        return _gmsh_groups(model)
-
-
-def _gmsh_groups(model: Any) -> Groups:
-    """Take nodes and groups out of a meshed gmsh model."""
-    tags, xyz, _ = model.mesh.getNodes()
-    order = np.argsort(tags)
-    tags, nodes = tags[order], xyz.reshape(-1, 3)[order]
-    found: dict[int, dict[str, Index]] = {0: {}, 1: {}}
-    others = []
-    for dim, number in model.getPhysicalGroups():
-        name = model.getPhysicalName(dim, number) or f"{number} (without a name)"
-        cells = [np.empty((0, dim + 1), dtype=np.int64)]
-        for entity in model.getEntitiesForPhysicalGroup(dim, number):
-            for kind, _, ends in zip(*model.mesh.getElements(dim, entity)):
-                if kind in (1, 15):  # line and point of first order
-                    at = np.searchsorted(tags, ends)
-                    known = np.append(tags, 0)[at] == ends
-                    cells.append(np.where(known, at, -1).reshape(-1, dim + 1))
-                else:
-                    others.append(name)
-        if dim < 2:
-            found[dim][name] = np.concatenate(cells)
-        else:
-            others.append(name)
-    return Groups(nodes, found[1], {name: cells[:, 0] for name, cells in found[0].items()}, tuple(others))
-
-
-def _from_meshio(path: Path) -> Groups:
-    """Let meshio read a mesh; it complains by printing and leaving."""
-    with redirect_stdout(io.StringIO()) as said, redirect_stderr(said):
-        try:
-            mesh = meshio.gmsh.read(path) if path.suffix.lower() == ".msh" else meshio.read(path)
-            plane = np.asarray(mesh.points, dtype=float).reshape(len(mesh.points), -1)[:, :3]
-            nodes = np.pad(plane, ((0, 0), (0, 3 - plane.shape[1])))
-        except (Exception, SystemExit) as error:  # whatever its many readers stumble over
-            reason = " ".join((said.getvalue() or ("" if isinstance(error, SystemExit) else str(error))).split())
-            hint = "Draw the mechanism in gmsh (.geo, .msh), or in a format that meshio reads"
-            message = f"{path.name} is not a mesh that can be read" + (f": {reason[:200]}" if reason else "")
-            raise SceneError(message, place="drawing", hint=hint) from error
-    lines: dict[str, list[Index]] = {}
-    points: dict[str, list[Index]] = {name: [np.asarray(at, dtype=np.int64)] for name, at in mesh.point_sets.items()}
-    others = []
-    for name, kind, cells in _named_cells(mesh):
-        if kind == "line":
-            lines.setdefault(name, []).append(cells.astype(np.int64))
-        elif kind == "vertex":
-            points.setdefault(name, []).append(cells[:, 0].astype(np.int64))
-        else:
-            others.append(name)
-    return Groups(nodes, _joined(lines), _joined(points), tuple(others))
-
-
-def _joined(groups: dict[str, list[Index]]) -> dict[str, Index]:
-    return {name: np.concatenate(parts) for name, parts in groups.items()}
-
-
-def _named_cells(mesh: meshio.Mesh) -> list[tuple[str, str, Index]]:
-    """Name, kind and nodes of all cells in groups of a mesh, group by group."""
-    named = []
-    if "gmsh:physical" in mesh.cell_data:
-        dims = {(int(dim), int(number)): name for name, (number, dim) in mesh.field_data.items()}
-        for block, numbers in zip(mesh.cells, mesh.cell_data["gmsh:physical"]):
-            for number in sorted(set(numbers.tolist()) - {0}):
-                name = dims.get((block.dim, number), f"{number} (without a name)")
-                named.append((number, name, block.type, block.data[numbers == number]))
-        return [entry[1:] for entry in sorted(named, key=lambda entry: entry[0])]
-    for name, parts in mesh.cell_sets.items():
-        for block, part in zip(mesh.cells, parts):
-            if part is not None and len(part):
-                named.append((0, name, block.type, block.data[np.asarray(part, dtype=np.int64)]))
-    return [entry[1:] for entry in named]
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                cwd=folder,
+                env=alone,
+                timeout=PATIENCE,
+                check=False,
+                stdin=subprocess.DEVNULL,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise ValueError(f"it takes longer than {PATIENCE} s") from error
+        if done.returncode:
+            said = done.stderr.decode(errors="replace").strip().splitlines()
+            raise ValueError(
+                said[-1] if said and done.returncode == 1 else "the reader ended, out of memory or by a fault"
+            )
+        with np.load(copy.with_name("groups.npz"), allow_pickle=False) as found:
+            lines, points, others = json.loads(str(found["names"]))
+            return Groups(
+                found["nodes"],
+                {name: found[f"lines{i}"] for i, name in enumerate(lines)},
+                {name: found[f"points{i}"] for i, name in enumerate(points)},
+                tuple(others),
+            )
