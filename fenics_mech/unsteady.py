@@ -220,8 +220,9 @@ def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
         data = Result.load(start).data
     except ResultError as error:
         raise SceneError(f"{start!r} is not a result of this program", place="analysis.start", hint=WANTED) from error
-    if "state" not in data or data.sizes["dof"] != system.size:
-        held = f"{data.sizes['dof']} degrees of freedom" if "state" in data else "no state"
+    goes_on = {"state", "time", "theta"} <= set(data.variables) and data["state"].dims == ("dof", "derivative")
+    if not goes_on or data["state"].shape != (system.size, 2):
+        held = f"{data.sizes['dof']} degrees of freedom" if goes_on else "no state"
         raise SceneError(
             f"{start} holds {held}, and the scene has {system.size}: it cannot go on from there",
             place="analysis.start",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import os
 import tempfile
 from collections.abc import Callable, Sequence
@@ -11,17 +12,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Self
 
+import h5py
 import numpy as np
 import xarray as xr
 
 from fenics_mech._files import read_bounded, reason_of
+from fenics_mech._guard import memory
 from fenics_mech._version import __version__
-from fenics_mech.errors import ResultError
+from fenics_mech.errors import ResultError, SceneError, shortened
 from fenics_mech.scene import Scene
+from fenics_mech.scene.build import build
 
 SEAL = b"fenics_mech sha256 "
 SEAL_LENGTH = len(SEAL) + 64
 LARGEST_FILE = 2**40  # bytes
+LARGEST_RATIO = 4  # of the data to the file, as results are not compressed
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,7 @@ class Result(Saved):
     @property
     def scene(self) -> Scene:
         """The scene that was analysed."""
-        return Scene.model_validate_json(self.data.attrs["scene"])
+        return stored_scene(self.data)
 
     def to_csv(self, folder: str | Path) -> list[Path]:
         """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value."""
@@ -114,7 +119,7 @@ def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[
         When the file cannot be read or is not of that kind.
     """
     try:
-        content, seal = split_seal(read_bounded(Path(path), LARGEST_FILE))
+        content, seal = split_seal(read_bounded(Path(path), min(LARGEST_FILE, memory() // 4)))
     except (OSError, ValueError) as error:
         raise ResultError(f"{path}: cannot be read as a {kind}: {reason_of(error)}") from error
     if seal != seal_of(content):  # HDF5 may end the process over a damaged file
@@ -122,6 +127,8 @@ def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[
             f"{path}: this file is not a {kind} of fenics_mech, or was cut or changed after it was written"
         )
     try:
+        if engine == Result.ENGINE:
+            _check_content(content)
         with xr.open_dataset(io.BytesIO(content), engine=engine) as data:
             loaded = data.load()
     except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
@@ -129,6 +136,33 @@ def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[
     if not set(attributes) <= set(loaded.attrs):
         raise ResultError(f"{path}: this NetCDF file is not a {kind} of fenics_mech")
     return loaded
+
+
+def _check_content(content: bytes) -> None:
+    """Raise `ValueError` where an HDF5 file takes data from other files, or holds more than its size, compressed."""
+    with h5py.File(io.BytesIO(content), "r") as file:
+        total = 0
+        for name in file:
+            data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+            if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
+                raise ValueError(f"{shortened(name)} is not in the file itself")
+            total += data.nbytes
+    if total > LARGEST_RATIO * len(content):
+        raise ValueError(f"its data would take {total:.3g} bytes, and it has {len(content)}")
+
+
+def stored_scene(data: xr.Dataset) -> Scene:
+    """Give the scene whose analysis a dataset holds.
+
+    Raises
+    ------
+    ResultError
+        When it holds none, or one that is not valid.
+    """
+    try:
+        return build(json.loads(data.attrs["scene"]))
+    except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
+        raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
 
 
 def write_dataset(path: Path, data: xr.Dataset, engine: str) -> None:

@@ -19,7 +19,7 @@ from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.recovery.result import Saved
+from fenics_mech.recovery.result import Saved, stored_scene
 from fenics_mech.response.continuation import Point, continued
 from fenics_mech.response.floquet import TOLERANCE
 from fenics_mech.scene import Scene
@@ -64,7 +64,7 @@ class Branch(Saved):
     @property
     def scene(self) -> Scene:
         """The scene of the first point."""
-        return Scene.model_validate_json(self.data.attrs["scene"])
+        return stored_scene(self.data)
 
     @property
     def values(self) -> Array:

@@ -21,7 +21,7 @@ from mpi4py import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError
-from fenics_mech.recovery.result import Saved, write_whole
+from fenics_mech.recovery.result import Saved, stored_scene, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
@@ -65,7 +65,7 @@ class Sweep(Saved):
     @property
     def scene(self) -> Scene:
         """The scene of the first point."""
-        return Scene.model_validate_json(self.data.attrs["scene"])
+        return stored_scene(self.data)
 
 
 def run_sweep(
