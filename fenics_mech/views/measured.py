@@ -14,7 +14,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.views.geometry import Array
 
 HINT = "Expected: a header line, then two columns, drive angle in degrees and strain"
-LARGEST_FILE = 100_000_000  # bytes
+LARGEST_FILE = 10_000_000  # bytes; half a million points
 LARGEST_STRAIN = 0.2  # m/m; larger numbers are microstrain
 
 
@@ -29,7 +29,8 @@ def read_measurement(path: Path) -> tuple[Array, Array]:
     Raises
     ------
     SceneError
-        When the file cannot be read or a line of it is not two finite numbers; the line is named.
+        When the file cannot be read or a line of it is not two finite numbers. The line's number is named, and not what
+        it holds: a scene from a stranger may name any file.
     """
     points = []
     try:
@@ -40,7 +41,7 @@ def read_measurement(path: Path) -> tuple[Array, Array]:
             raise SceneError("the header line is missing", place=str(path), line=1, hint=HINT)
         points = [_numbers(cells, path, lines.line_num) for cells in lines if any(map(str.strip, cells))]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise SceneError(f"it is not a CSV text: {error}", place=str(path), hint=HINT) from error
+        raise SceneError("it is not a CSV text in UTF-8", place=str(path), hint=HINT) from error
     except (OSError, ValueError) as error:
         reason = reason_of(error)
         raise SceneError(f"cannot read the measurements: {reason}", place=str(path), hint=HINT) from error
@@ -48,7 +49,7 @@ def read_measurement(path: Path) -> tuple[Array, Array]:
         raise SceneError("there are no measured points", place=str(path), hint=HINT)
     angle, strain = np.array(points).T
     if np.abs(strain).max() > LARGEST_STRAIN:
-        raise SceneError(f"a strain of {np.abs(strain).max():g} is no strain", place=str(path), hint=f"{HINT}, in m/m")
+        raise SceneError(f"more than {LARGEST_STRAIN:g} is no strain", place=str(path), hint=f"{HINT}, in m/m")
     return np.radians(angle), strain
 
 
@@ -66,5 +67,5 @@ def _numbers(cells: list[str], path: Path, line: int) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != 2 or not all(map(math.isfinite, numbers)):
-        raise SceneError(f"found {','.join(cells)!r}, which is not two numbers", place=str(path), line=line, hint=HINT)
+        raise SceneError("this line is not two finite numbers", place=str(path), line=line, hint=HINT)
     return numbers
