@@ -7,13 +7,27 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.segment import Segment
 
-from fenics_mech.errors import MechanismError
+from fenics_mech.errors import MechanismError, printable
 
 PAUSE = 5  # seconds between two lines that tell how far a command is
-out, err = Console(), Console(stderr=True)
+
+
+class _Console(Console):
+    """A console whose texts, which files and libraries have a part in, hold no commands to the terminal."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+        for segment in super().render(renderable, options):
+            if segment.control or segment.text.isprintable():
+                yield segment
+            else:
+                yield Segment("\n".join(map(printable, segment.text.split("\n"))), segment.style)
+
+
+out, err = _Console(), _Console(stderr=True)
 
 
 def one_voice() -> bool:

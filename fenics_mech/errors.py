@@ -11,8 +11,13 @@ class MechanismError(Exception):
     """Base of every error that a user of the program can meet; its text is one line without control characters."""
 
     def __init__(self, message: str) -> None:
-        line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+        line = printable(message)
         super().__init__(line if len(line) <= LONGEST else f"{line[:LONGEST]} ...")
+
+
+def printable(text: str) -> str:
+    """Show control characters of a text as Python writes them."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def shortened(value: object) -> str:

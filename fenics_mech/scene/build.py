@@ -119,9 +119,13 @@ def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
 
 def _misspelled(found: list[Any]) -> Any | None:
     """Find the error about an unknown key that is nearly the name of one that is missing in the same table."""
+    missing: dict[tuple[int | str, ...], list[str]] = {}  # of each table; a file may have 100,000 unknown keys
     for error in found:
-        missing = [str(other["loc"][-1]) for other in _missing_beside(error, found)]
-        if error["type"] == "extra_forbidden" and difflib.get_close_matches(str(error["loc"][-1]), missing, n=1):
+        if error["type"] == "missing":
+            missing.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
+    for error in found:
+        names = missing.get(error["loc"][:-1], []) if error["type"] == "extra_forbidden" else []
+        if difflib.get_close_matches(str(error["loc"][-1]), names, n=1):
             return error
     return None
 

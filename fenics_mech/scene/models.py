@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from fenics_mech.scene.analysis import Analysis
-from fenics_mech.scene.base import Name, Part, PointName
+from fenics_mech.scene.base import Name, Part, PointName, check_texts
 from fenics_mech.scene.consistency import check_references
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
@@ -266,6 +266,12 @@ class Scene(Part):
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
     petsc: SolverOptions = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _texts_are_printable(cls, data: Any) -> Any:
+        check_texts(data)
+        return data
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:

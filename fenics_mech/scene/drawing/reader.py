@@ -34,7 +34,7 @@ def main() -> None:
     except MemoryError:
         sys.exit("it takes too much memory")
     except Exception as error:  # gmsh raises nothing more special, and meshio whatever it stumbles over
-        sys.exit(" ".join(str(error).split())[:200] or type(error).__name__)
+        sys.exit(" ".join(str(error).split())[:200] or "no reason is known, or it takes too much memory")
     names = np.array(json.dumps([list(lines), list(points), others]))
     groups = {f"lines{i}": cells for i, cells in enumerate(lines.values())}
     groups |= {f"points{i}": cells for i, cells in enumerate(points.values())}
