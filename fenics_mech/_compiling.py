@@ -12,7 +12,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TypeVar
@@ -26,17 +26,20 @@ _cleaned: dict[Path, int] = {}  # when each folder was last changed, as it was f
 def compile_safely(make: Callable[[Path], Made]) -> Made:
     """Let `make` compile into the user's cache; where that fails, into a folder of this process.
 
+    It runs in that folder: dolfinx and ffcx take options of the C compiler from files in the current one.
+
     Raises
     ------
     SolverError
         When it cannot be compiled there either.
     """
     try:
-        with _locked(_user_folder()) as folder:
+        with _locked(_user_folder()) as folder, chdir(folder):
             return make(folder)
     except Exception:  # ffcx, cffi, setuptools and the loader raise many types, for a disk as for a C compiler
         try:
-            return make(_own_folder())
+            with chdir(_own_folder()):
+                return make(_own_folder())
         except Exception as error:
             what = " ".join(str(error).split()) or type(error).__name__
             raise SolverError(
@@ -47,7 +50,7 @@ def compile_safely(make: Callable[[Path], Made]) -> Made:
 
 def _user_folder() -> Path:
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return Path(base) / "fenics_mech"
+    return Path(base).absolute() / "fenics_mech"
 
 
 @cache

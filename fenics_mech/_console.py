@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from pathlib import Path
 
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -28,6 +30,17 @@ class _Console(Console):
 
 
 out, err = _Console(), _Console(stderr=True)
+
+
+def start_libraries() -> None:
+    """Start PETSc and Matplotlib without the options that they read from files in the current folder.
+
+    A scene may lie in a folder from a stranger, and such options run programs.
+    """
+    if "--help" not in sys.argv:
+        with chdir(os.sep):
+            import matplotlib  # noqa: F401, PLC0415
+            from petsc4py import PETSc  # noqa: F401, PLC0415
 
 
 def one_voice() -> bool:

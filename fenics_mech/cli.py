@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar, tell, tell_written
+from fenics_mech._console import (
+    err,
+    make_folder,
+    one_voice,
+    out,
+    plain,
+    progress_bar,
+    start_libraries,
+    tell,
+    tell_written,
+)
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 
@@ -397,3 +407,4 @@ def _options(
     ] = False,
 ) -> None:
     """Dynamics of planar linkages whose links bend."""
+    start_libraries()

@@ -49,7 +49,7 @@ def can_render(window: str) -> bool:
     environment = os.environ | {VARIABLE: window} if window else None
     try:
         return not subprocess.run(
-            [sys.executable, "-c", PROBE], env=environment, capture_output=True, timeout=PATIENCE, check=False
+            [sys.executable, "-P", "-c", PROBE], env=environment, capture_output=True, timeout=PATIENCE, check=False
         ).returncode
     except subprocess.TimeoutExpired:
         return False
