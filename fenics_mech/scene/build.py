@@ -96,7 +96,7 @@ def changed(scene: Scene, **values: Any) -> Scene:
 
 def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
     """Turn pydantic's list of errors into one message about the first."""
-    found = error.errors()
+    found = error.errors(include_url=False)
     first = _misspelled(found) or found[0]
     place = _place(first["loc"], data)
     message, hint = _sentence(first), ""
@@ -111,7 +111,7 @@ def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
         message = "this key is missing" if isinstance(first["loc"][-1], str) else "an entry of the list is missing"
         if place[0] in ("springs", "dampers") and place[-1] == "between":
             message = "there is neither `between`, two points, nor `joint`"
-    places = {tuple(_place(other["loc"], data)) for other in error.errors()}
+    places = {tuple(_place(other["loc"], data)) for other in found}
     if len(places) > 1:
         hint = f"{hint}{'' if hint.endswith('?') else '.'} {len(places) - 1} more found after it".removeprefix(". ")
     return SceneError(message, place=".".join(place), hint=hint)
@@ -125,7 +125,7 @@ def _misspelled(found: list[Any]) -> Any | None:
             missing.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
     for error in found:
         names = missing.get(error["loc"][:-1], []) if error["type"] == "extra_forbidden" else []
-        if difflib.get_close_matches(str(error["loc"][-1]), names, n=1):
+        if names and difflib.get_close_matches(str(error["loc"][-1]), names, n=1):
             return error
     return None
 
