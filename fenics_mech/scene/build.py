@@ -38,6 +38,8 @@ BRANCHES = (
     "hinge",
 )  # of pydantic unions
 
+MOST_COMPARED = 1000  # errors; a file may have 400,000 unknown keys
+
 ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself
 
 SENTENCES = {  # by pydantic's type of error, where its own words speak of Python
@@ -119,11 +121,11 @@ def _first_error(error: ValidationError, data: dict[str, Any]) -> SceneError:
 
 def _misspelled(found: list[Any]) -> Any | None:
     """Find the error about an unknown key that is nearly the name of one that is missing in the same table."""
-    missing: dict[tuple[int | str, ...], list[str]] = {}  # of each table; a file may have 100,000 unknown keys
+    missing: dict[tuple[int | str, ...], list[str]] = {}  # of each table
     for error in found:
         if error["type"] == "missing":
             missing.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
-    for error in found:
+    for error in found[:MOST_COMPARED]:
         names = missing.get(error["loc"][:-1], []) if error["type"] == "extra_forbidden" else []
         if names and difflib.get_close_matches(str(error["loc"][-1]), names, n=1):
             return error

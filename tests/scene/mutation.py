@@ -1,4 +1,7 @@
-"""Scene files damaged by chance, as text and as data: what the fuzz tests and the long run of them feed the program."""
+"""Files damaged by chance: what the fuzz tests and the long run of them feed the program.
+
+Scenes are damaged as text and as data, solver options as data, drawings and measurements as bytes.
+"""
 
 import copy
 import math
@@ -8,6 +11,8 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from fenics_mech.scene.solvers import OPTIONS, Number, OneOf
 
 ROOT = Path(__file__).parents[2]
 TOKEN = re.compile(r'"[^"]*"|\b[\d.]+(e-?\d+)?\b|\b[A-Za-z_]\w*\b')
@@ -88,6 +93,57 @@ def damaged_data(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
     return data
 
 
+HARMFUL = (  # of PETSc, which a scene must not name
+    "modes_st_pc_python_type", "modes_eps_view", "periodic_ksp_monitor", "static_options_file", "transient_ts_monitor",
+    "stability_eps_view_values", "periodic_mat_type", "log_view", "modes_fn_python_type", "transient_ts_python_type",
+)  # fmt: skip
+OPTION_VALUES: tuple[Any, ...] = (
+    *VALUES, "python", "shell", "ascii:victim.txt", "scene.toml:Solver", "gmres", "lu", "lu -log_view", "\x1b[31m",
+    1e-9, 10**6,
+)  # fmt: skip
+PIECES = (  # of drawings and measurements
+    b"", b"\0", b"\xff", b"\x1b[31m", b"-1", b"0", b"1e308", b"nan", b"1000000000000",
+    b"*INCLUDE, INPUT=/etc/passwd\n",
+    b'SystemCall "touch broken";', b'Include "/etc/passwd";', b"$EndNodes\n", b"{", b"}", b";", b",", b'"', b"\n",
+    b"\r",
+)  # fmt: skip
+
+
+def damaged_options(chance: random.Random) -> dict[str, Any]:
+    """Give one to three solver options: good ones, harmful ones and misspelt ones, with values of any kind."""
+    found = {}
+    for _ in range(chance.choice([1, 2, 3])):
+        key = chance.choice([*OPTIONS, *HARMFUL * 10])
+        if chance.random() < 0.1:
+            key = chance.choice([key[:-1], key + "\0", key.upper(), "-" + key, key + " -log_view"])
+        value = chance.choice(OPTION_VALUES)
+        kind = OPTIONS.get(key)
+        if chance.random() < 0.7 and isinstance(kind, OneOf):
+            value = chance.choice(kind.names)
+        elif chance.random() < 0.7 and isinstance(kind, Number):
+            value = chance.choice([kind.least, kind.most])
+            value = int(value) if kind.whole else value
+        found[key] = value
+    return found
+
+
+def damaged_bytes(content: bytes, chance: random.Random) -> bytes:
+    """Cut a file, repeat a part of it, change a byte, or put something odd into it, one to three times."""
+    for _ in range(chance.choice([1, 1, 2, 3])):
+        a, b = sorted(chance.randrange(len(content) + 1) for _ in range(2))
+        b = min(b, a + 40)
+        kind = chance.random()
+        if kind < 0.1:
+            content = content[:a]
+        elif kind < 0.25:
+            content = content[:b] + content[a:]
+        elif kind < 0.5:
+            content = content[:a] + bytes([chance.randrange(256)]) + content[a + 1 :]
+        else:
+            content = content[:a] + chance.choice(PIECES) + content[a if kind < 0.8 else b :]
+    return content
+
+
 def _places(part: Any) -> Iterator[tuple[Any, Any]]:
     """All places of nested data, as what holds them and the key there."""
     for key in list(part) if isinstance(part, dict) else range(len(part)):
@@ -99,6 +155,15 @@ def _places(part: Any) -> Iterator[tuple[Any, Any]]:
 def scenes() -> dict[str, str]:
     """Texts of all demos, by name."""
     return {path.stem: path.read_text() for path in sorted((ROOT / "demos").glob("*.toml"))}
+
+
+def drawings() -> dict[str, bytes]:
+    """Contents of all drawings, by the name of the file, and one for Abaqus."""
+    found = {path.name: path.read_bytes() for path in sorted((ROOT / "meshes").glob("*.[gm][es][oh]"))}
+    return found | {
+        "bar.inp": b"*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*ELEMENT, TYPE=T2D2\n1, 1, 2\n*ELSET, ELSET=crank\n1\n"
+        b"*NSET, NSET=ground_O\n1\n"
+    }
 
 
 def data_of(text: str) -> dict[str, Any]:

@@ -11,13 +11,17 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from mutation import damaged_data, damaged_text, data_of, scenes
+from mutation import damaged_bytes, damaged_data, damaged_options, damaged_text, data_of, drawings, scenes
 
 from fenics_mech import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.scene import parse
 from fenics_mech.scene.build import build
+from fenics_mech.scene.drawing import completed
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.scene.solvers import OPTIONS
+from fenics_mech.views import read_measurement
 
 FILES = int(os.environ.get("FENICS_MECH_FUZZ", "1200"))
 RUNS = max(FILES // 20, 40)
@@ -68,6 +72,45 @@ def test_damaged_files_are_scenes_or_refused_in_one_line(name):
             if FILES > 5000 and name != "manipulator":  # `fenics-mech check`, which takes its time
                 attempt(lambda scene=found: reachable_range(scene))
     assert files / 50 < good < files / 2
+
+
+def test_solver_options_are_listed_ones_or_refused():
+    good = 0
+    for k in range(FILES // 4):
+        options = damaged_options(random.Random(f"options-{k}"))
+        found = attempt(lambda options=options: seed_four_bar(petsc=options))
+        if isinstance(found, MechanismError):
+            assert str(found).startswith("petsc")
+        else:
+            good += 1
+            assert all(OPTIONS[key].takes(value) for key, value in found.petsc.items())
+    assert FILES / 200 < good < FILES / 6
+
+
+def test_damaged_drawings_are_drawings_or_refused(tmp_path, monkeypatch, capfd):
+    """Each is read by a process of its own, so that few are."""
+    monkeypatch.chdir(tmp_path)
+    contents = drawings()
+    for k in range(max(FILES // 200, 6)):
+        chance = random.Random(f"drawing-{k}")
+        name = list(contents)[k % len(contents)]
+        (tmp_path / name).write_bytes(damaged_bytes(contents[name], chance))
+        data = {"drawing": {"file": name, "section": "bar", "material": "steel"}}
+        attempt(lambda data=data: completed(data, tmp_path))
+    assert {path.name for path in tmp_path.iterdir()} <= set(contents)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_damaged_measurements_are_numbers_or_refused(tmp_path):
+    rows = "".join(f"{angle},{1e-4 * np.sin(angle):.6e}\n" for angle in range(0, 360, 15))
+    content, good = f"angle (deg),strain\n{rows}".encode(), 0
+    for k in range(FILES // 4):
+        (tmp_path / "coupler.csv").write_bytes(damaged_bytes(content, random.Random(f"measurement-{k}")))
+        found = attempt(lambda: read_measurement(tmp_path / "coupler.csv"))
+        if not isinstance(found, MechanismError):
+            good += 1
+            assert np.isfinite(found).all()
+    assert FILES / 100 < good < FILES / 5
 
 
 def damaged_scene(chance):
