@@ -29,7 +29,7 @@ class _Console(Console):
                 yield Segment("\n".join(map(printable, segment.text.split("\n"))), segment.style)
 
 
-out, err = _Console(), _Console(stderr=True)
+out, err = _Console(emoji=False), _Console(stderr=True, emoji=False)
 
 
 def start_libraries() -> None:

@@ -16,6 +16,7 @@ from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.result import seal_of
 from fenics_mech.views import read_measurement
 
+DEMO = Path(__file__).parents[2] / "demos" / "four_bar.toml"
 SECRET = "hunter:x:0"
 
 
@@ -114,7 +115,7 @@ def test_options_of_libraries_in_the_current_folder_are_not_read(tmp_path):
     (tmp_path / "petscrc").write_text("-log_view :broken\n")
     (tmp_path / "matplotlibrc").write_text("no_such_key: 1\n")
     done = subprocess.run(
-        [sys.executable, "-m", "fenics_mech", "schema"], cwd=tmp_path, capture_output=True, timeout=60, check=True
+        [sys.executable, "-m", "fenics_mech", "check", DEMO], cwd=tmp_path, capture_output=True, timeout=60, check=True
     )
     assert done.stderr == b""
     assert sorted(path.name for path in tmp_path.iterdir()) == [".petscrc", "matplotlibrc", "petscrc"]
