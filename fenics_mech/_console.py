@@ -37,7 +37,7 @@ def start_libraries() -> None:
 
     A scene may lie in a folder from a stranger, and such options run programs.
     """
-    if "--help" not in sys.argv:
+    if not {"--help", "--version"} & set(sys.argv) and len(sys.argv) > 1:
         with chdir(os.sep):
             import matplotlib  # noqa: F401, PLC0415
             from petsc4py import PETSc  # noqa: F401, PLC0415

@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import (
-    err,
-    make_folder,
-    one_voice,
-    out,
-    plain,
-    progress_bar,
-    start_libraries,
-    tell,
-    tell_written,
-)
+from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar, tell, tell_written
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 
@@ -407,4 +397,3 @@ def _options(
     ] = False,
 ) -> None:
     """Dynamics of planar linkages whose links bend."""
-    start_libraries()
