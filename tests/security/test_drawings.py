@@ -77,6 +77,13 @@ def test_memory_is_bounded(case, tmp_path, monkeypatch):
         read(tmp_path, name)
 
 
+def test_the_number_of_lines_is_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "MOST_LINES", 5)
+    (tmp_path / "d.geo").write_text(GEO)
+    with pytest.raises(SceneError, match=r"d\.geo has \d+ lines in named groups, and at most 5 are taken"):
+        read(tmp_path, "d.geo")
+
+
 def test_the_program_needs_less_than_two_gigabytes():
     """The reader and the program beside it, which has 0.3 GB."""
     assert files.MEMORY + files.LARGEST_FILE + files.LARGEST_ANSWER <= 1.7e9

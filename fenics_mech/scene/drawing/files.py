@@ -23,6 +23,7 @@ FLAT = 1e-9  # largest z, of the drawing's size
 FORMATS = {".geo": "gmsh", ".msh": "gmsh", ".inp": "meshio"}  # by ending: who reads it
 READER = Path(__file__).with_name("reader.py")
 LARGEST_FILE = 20_000_000  # bytes; a drawing of 100,000 lines has 10 MB
+MOST_LINES = 50_000  # measured: members are traced at 2,500 lines a second
 LARGEST_ANSWER = 100_000_000  # bytes, of nodes and groups
 PATIENCE = 30  # seconds for the reader
 MEMORY = 1_500_000_000  # bytes of addresses for the reader
@@ -116,6 +117,9 @@ def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
     if not any(len(cells) for cells in groups.lines.values()):
         raise SceneError(f"{path.name} has no lines in a named physical group", place="drawing", hint=NAME_GROUPS)
     lines = np.concatenate(list(groups.lines.values()))
+    if len(lines) > MOST_LINES:
+        message = f"{path.name} has {len(lines)} lines in named groups, and at most {MOST_LINES} are taken"
+        raise SceneError(message, place="drawing", hint="Mesh the curves with fewer elements")
     names = tuple(name for name, cells in groups.lines.items() for _ in cells)
     points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in groups.points.items()}
     drawing = Drawing(path.name, unit * groups.nodes[:, :2], lines, names, tuple(groups.lines), points)
