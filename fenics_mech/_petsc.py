@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from traceback import clear_frames
 from typing import Any
 
 import scipy.sparse as sp
@@ -58,6 +59,11 @@ def configured(
         yield solver
     except PETSc.Error as error:
         raise SolverError(f"the solver with the options {prefix}* stopped: {reason(error)}") from error
+    except BaseException as error:
+        # Frames of a callback that raised hold the solver. PETSc would destroy it at its own end, after that of Python,
+        # and call Python code of the solver then: a segmentation fault.
+        clear_frames(error.__traceback__)
+        raise
     finally:
         for key in ours:
             base.delValue(key)
