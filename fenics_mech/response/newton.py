@@ -13,6 +13,7 @@ from fenics_mech.response.flow import Flow
 
 MOST_ITERATIONS = 30
 SMALLEST_RISE = 1 / 256  # of the load, before it is given up
+MOST_LOAD_STEPS = 40  # tried, before it is given up: motions that are found take 1 to 5
 TOLERANCE = 1e-9  # of the change of the displacement, relative
 FAR = 0.01  # change beyond which a tension is guessed
 ROUNDING = 1e-6  # below which a change that grows no smaller is rounding: close to buckling little load moves much
@@ -69,8 +70,9 @@ def solve_nonlinear(
         sought, as shorter steps may have one.
     """
     orbit: Orbit | None = None
-    done, rise = 0.0, 1.0
+    done, rise, tried = 0.0, 1.0, 0
     while done < 1:
+        tried += 1
         factor = min(done + rise, 1.0)
         try:
             found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
@@ -79,7 +81,7 @@ def solve_nonlinear(
             orbit, tension, done = found, new_tension, factor
         except (SolverError, FloatingPointError):  # iterates that run away may overflow
             rise /= 2
-            if rise < SMALLEST_RISE:
+            if rise < SMALLEST_RISE or tried >= MOST_LOAD_STEPS:
                 raise
     assert orbit is not None
     return orbit
@@ -143,6 +145,7 @@ def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Arr
     lack -= (factor - 1) * equation.linear.load
     worst = int(np.linalg.norm(lack / weight, axis=1).argmax())
     theta = np.degrees(equation.system.motion.theta[worst])
+    bent = equation.system.bent_most(worst, orbit.displacement[worst, : equation.system.size])
     left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
     if np.any(orbit.velocity):
         kind, sought = UnresolvedError, "motion"
@@ -156,5 +159,5 @@ def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Arr
     return kind(
         f"no {sought} found: Newton's method stopped after {iterations} "
         f"iterations at {factor:.3g} of the load, with a relative residual of {left:.1e}, largest at drive angle "
-        f"{theta:.6g} deg. {hint}"
+        f"{theta:.6g} deg, where link {bent} bends most. {hint}"
     )

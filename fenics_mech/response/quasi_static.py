@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
+from scipy.linalg import eigh
 
 from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
@@ -124,20 +125,33 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Histo
         for k, stiffness in enumerate(tangents.stiffness):
             refuse_buckled(system, k, stiffness)
 
-    def guess(tension: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far."""
-        share = np.ones((len(tension), 1))
-        while True:
-            tangents = equation.straight(share * tension)
-            buckled = np.linalg.eigvalsh(tangents.stiffness)[:, 0] <= 0
-            if not buckled.any():
-                return share * tension
-            share[buckled] *= SMALLER
-
     with naming_buckled(equation, tension):
-        found = solve_nonlinear(equation, solve, tension, accept, guess)
+        found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
     return History(
         displacement=found.displacement,
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),
     )
+
+
+def _lowered(equation: Equation, tension: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far.
+
+    The stiffness is linear in the tension, K without any and K_1 under the whole. With the least eigenvalue of
+    ``K_1 x = lambda K x`` it is singular under the share ``1/(1 - lambda)``, and the next power of `SMALLER` is below.
+
+    Raises
+    ------
+    SolverError
+        Where the stiffness is not positive without any tension of the members.
+    """
+    whole = equation.straight(tension).stiffness
+    buckled = np.flatnonzero(np.linalg.eigvalsh(whole)[:, 0] <= 0)
+    if not len(buckled):
+        return tension
+    free, share = equation.straight(np.zeros_like(tension)).stiffness, np.ones((len(tension), 1))
+    for k in buckled:
+        refuse_buckled(equation.system, int(k), free[k])
+        (least,) = eigh(whole[k], free[k], eigvals_only=True, subset_by_index=(0, 0))
+        share[k] = SMALLER ** (math.floor(math.log1p(-min(least, 0.0)) / -math.log(SMALLER)) + 1)
+    return share * tension
