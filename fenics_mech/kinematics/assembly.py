@@ -26,6 +26,7 @@ TOLERANCE = 1e-13  # of the open loops, relative to the linkage's size
 COARSE_TOLERANCE = 1e-9  # the same on the coarse branch
 LARGEST_STEP = np.pi / 8  # of the drive angle, in following the branch
 SMALLEST_STEP = 1e-12
+MOST_STEPS = 10_000  # in a cycle: linkages take 16 to 60, a drive law's 100th harmonic 2,600, a minute 10,000
 FARTHEST_FROM_GUESS = np.pi / 2  # of an assembled link: beyond it the branch is not the one that was meant
 FARTHEST_FROM_HELD = np.pi / 4  # of a rough angle from the one at which a weld or a prismatic joint holds its link
 LARGEST_CORRECTION = 0.05  # rad, of a predicted link angle: beyond it the step may have left the branch
@@ -185,9 +186,11 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
     ours = float(side(loops, start[None])[0])
     for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
         here, q, rate, curvature = points[0]
-        step = LARGEST_STEP
+        step, tried = LARGEST_STEP, 0
         while sign * here < end:
-            ahead = sign * step
+            ahead, tried = sign * step, tried + 1
+            if tried > MOST_STEPS * max(1.0, end / (2 * math.pi)):
+                raise _too_rough(loops, here, rate, tried - 1)
             found = _stepped(loops, law, (here, q, rate, curvature), ahead)
             if found is not None and side(loops, found[0][None])[0] == ours:
                 here, (q, rate, curvature) = here + ahead, found
@@ -220,6 +223,14 @@ def _stepped(
     if turn > LARGEST_TURN * max(AT_REST, *(np.abs(part[2::3]).max() for part in (rate, new_rate))):
         return None
     return found[0], new_rate, new_curvature
+
+
+def _too_rough(loops: Loops, here: float, rate: Array, tried: int) -> AssemblyError:
+    """Say that a motion changes too fast to be followed."""
+    return AssemblyError(
+        f"the motion cannot be followed over the cycle: after {tried} steps the drive is at {_degrees(here)} only, "
+        f"where link {loops.links[_fastest(rate)]} turns fastest. Give a drive law that changes less often in a cycle"
+    )
 
 
 def _stuck(loops: Loops, here: float, q: Array, rate: Array) -> AssemblyError:

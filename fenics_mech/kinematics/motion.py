@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
@@ -13,6 +12,7 @@ from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis import MOST_SUB_INTERVALS
 
 LARGEST_BETWEEN = 3.0  # acceleration between the angles of a cycle over that at them
 SHARP = 10.0  # acceleration over velocity, by the drive coordinate (rad), above which a velocity has a corner
@@ -159,7 +159,7 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
     return Corner(motion.links[link], float(theta[place]), peak, enough) if missed else None
 
 
-def positions_for_corners(scene: Scene, count: int, most: float = math.inf) -> int:
+def positions_for_corners(scene: Scene, count: int, most: int = MOST_SUB_INTERVALS) -> int:
     """Give the number of equal steps of a cycle, from `count` to `most`, that miss no corner of the motion."""
     while count < most and (corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(count)))):
         count = int(min(max(2 * count, corner.enough), most))
