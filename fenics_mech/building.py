@@ -42,7 +42,7 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
     SceneError
         When the cycle and its results need more memory than there is, or its positions miss a corner of the motion.
     """
-    _require_memory(scene)
+    require_positions(scene, scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1)
     progress("kinematics")
     if scene.analysis.method == "static":
         motion = solve_motion(scene, np.array([scene.analysis.position])).held()
@@ -111,13 +111,12 @@ def _reducible(scene: Scene, beams: Beams) -> list[int]:
     return [i for i, (_, member) in enumerate(scene.members().values()) if id(member) not in guides and i not in needed]
 
 
-def _require_memory(scene: Scene) -> None:
-    """Refuse a cycle whose loops, nodes and results at all positions do not fit into memory."""
-    positions = scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1
+def require_positions(scene: Scene, positions: int) -> None:
+    """Raise `TooLargeError` where loops, nodes and results at so many positions do not fit into memory."""
     most = math.inf if scene.analysis.reduction == "none" else _most_seen(scene)
     nodes = sum(min(len(member_nodes(scene, label)), most) for label in scene.members())
     each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations
-    hint = "Take fewer sub_intervals, stations or elements"
+    hint = "Take fewer sub_intervals, cycles of a motion in time, stations or elements"
     require_memory(float(positions) * each, f"{positions} positions of {len(scene.links)} links", hint)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.better import of_mesh
-from fenics_mech.building import moved
+from fenics_mech.building import moved, require_positions
 from fenics_mech.effects import Terms
-from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.errors import ResultError, SceneError, shortened
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -30,12 +30,13 @@ from fenics_mech.response.perturbation import change_in_time, too_fast
 from fenics_mech.response.tableau import Tableau
 from fenics_mech.response.transient import LONGEST_STEP, Course, Schedule, integrate
 from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis import FINEST_STEPS
 
 Array = NDArray[np.float64]
 Joined = TypeVar("Joined", History, Terms)
 MOST_POSITIONS = 100_000  # at which a result is held
 STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
-FINEST = 1e-12  # error of interpolated matrices
+FINEST = FINEST_STEPS  # error of interpolated matrices
 OF_MODES = 2.0  # power of the cutoff with which the answer of the modes left out falls
 WANTED = "Give the result of a transient analysis of the same scene"
 SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
@@ -162,12 +163,13 @@ def _course(scene: Scene, system: System, longest: float = LONGEST_STEP) -> Cour
     """Integrate from the start to the end, in steps of at most that share of a cycle."""
     analysis, schedule = scene.analysis, replace(_schedule(scene), longest=longest)
     time, displacement, velocity = _start(scene, system)
-    if (positions := len(schedule.times(time))) > MOST_POSITIONS:
+    if (positions := schedule.count(time)) > MOST_POSITIONS:
         raise SceneError(
-            f"{positions} positions are more than a result holds, {MOST_POSITIONS}",
+            f"{shortened(positions)} positions are more than a result holds, {MOST_POSITIONS}",
             place="analysis.cycles",
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
+    require_positions(scene, positions)
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
     seen = max([1, *(load.enough_angles(NODES * WINDOWS) for load in scene.loads.values())])
     coefficients = Coefficients(

@@ -28,6 +28,7 @@ from fenics_mech.response.tableau import Tableau
 
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 LONGEST_STEP = 1 / 40  # of a cycle
+MOST_STEPS = 1_000_000  # of a motion: an hour or so
 State = Callable[[], Any]  # gives z and its rate
 Prepared = tuple[float, State]  # TS's time over ours, and the state
 LARGEST_RISE = 1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
@@ -71,9 +72,13 @@ class Schedule:
         """Number of samples before cycles are counted, from a start (s)."""
         return max(0, int(np.ceil((self.steady_after - start) / self.cycle * self.samples - 1e-6)))
 
+    def count(self, start: float) -> int:
+        """Number of times at which the motion is given, from a start (s)."""
+        return self.lead(start) + self.cycles * self.samples + 1
+
     def times(self, start: float) -> Array:
         """Times at which the motion is given (s), with the last of the last cycle."""
-        return start + self.cycle / self.samples * np.arange(self.lead(start) + self.cycles * self.samples + 1)
+        return start + self.cycle / self.samples * np.arange(self.count(start))
 
 
 @dataclass(frozen=True)
@@ -294,7 +299,7 @@ class _Run:
             "ts_atol": self.schedule.tolerance * self.size,
             "ts_adapt_dt_max": pace * self.longest,
             "ts_exact_final_time": "matchstep",
-            "ts_max_steps": 100_000_000,
+            "ts_max_steps": MOST_STEPS - self.steps,
             "ts_max_snes_failures": -1,
             "snes_type": "newtonls",  # not ksponly: alpha2 takes velocities from the last evaluation of the residual
             "snes_rtol": 1e-9,
@@ -309,8 +314,11 @@ class _Run:
             z, rate = state()
         reasons = PETSc.TS.ConvergedReason
         if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
-            name = "more than transient_ts_max_steps" if reason == reasons.CONVERGED_ITS else name_of(reasons, reason)
-            raise SolverError(f"the time steps failed at {time:.6g} s, of {end:.6g} s ({name})")
+            name, hint = name_of(reasons, reason), ""
+            if reason == reasons.CONVERGED_ITS:
+                name = "more than transient_ts_max_steps"
+                hint = f" after {self.steps} of them. Give a larger time_tolerance or fewer cycles"
+            raise SolverError(f"the time steps failed at {time:.6g} s, of {end:.6g} s ({name}){hint}")
         return z, rate
 
     def _collocation(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
