@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
 
@@ -92,3 +92,12 @@ def make_folder(folder: Path) -> None:
 def plain(text: str) -> str:
     """Keep rich from reading brackets in a message as markup."""
     return text.replace("[", r"\[")
+
+
+def warn(warnings: Sequence[str], strict: bool) -> None:
+    """Print warnings, or with `strict` raise a `MechanismError` for them."""
+    for text in warnings:
+        err.print(f"[bold yellow]warning:[/] {plain(text)}", soft_wrap=True, highlight=False)
+    if strict and warnings:
+        many = f"{len(warnings)} warnings are errors" if len(warnings) > 1 else "1 warning is an error"
+        raise MechanismError(f"{many} under --strict: change the numbers, or leave --strict out")

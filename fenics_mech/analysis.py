@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -31,10 +32,12 @@ from fenics_mech.motor import by_motor
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.mesh_error import neglected
+from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response import History, solve_periodic
 from fenics_mech.response.periodic import SubIntervals, require_joined
 from fenics_mech.response.periodic_better import Neighbours
 from fenics_mech.scene import Scene
+from fenics_mech.scene.plausibility import implausible
 from fenics_mech.steady import by_collocation, by_harmonic_balance
 from fenics_mech.tolerance import within
 from fenics_mech.unsteady import by_time
@@ -71,8 +74,11 @@ def analyse(scene: Scene, progress: Callable[[str], None] = lambda step: None) -
         )
     progress("effects")
     if scene.tolerance is not None:
-        return within(scene, lambda trial, choices: _as_stated(trial, choices, progress))
-    return _as_stated(*choose(scene), progress)
+        result = within(scene, lambda trial, choices: _as_stated(trial, choices, progress))
+    else:
+        result = _as_stated(*choose(scene), progress)
+    result.data.attrs["warnings"] = json.dumps([*implausible(scene), *exceeded(scene, result.data)])
+    return result
 
 
 def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str], None]) -> Result:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar, tell, tell_written
+from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar, tell, tell_written, warn
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 
@@ -25,6 +25,7 @@ app = typer.Typer(
 )
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Make warnings errors: numbers that cannot be meant.")]
 Tolerance = typer.Option("--tol", help="Largest error of the strains, as 1e-3 or 0.1%: it chooses mesh and steps.")
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
@@ -46,11 +47,21 @@ def _fail(message: str) -> None:
     sys.exit(1)
 
 
-def _analysed(path: Path, refine: int, tolerance: str | None = None) -> Scene:
-    """Load a scene that is to be analysed; a tolerance in it, or one given here, chooses the mesh itself."""
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
+def _loaded(path: Path, strict: bool) -> Scene:
+    """Load a scene, and warn of numbers in it that are hardly meant."""
+    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
 
     scene = load(path)
+    warn(implausible(scene), strict)
+    return scene
+
+
+def _analysed(path: Path, refine: int, strict: bool, tolerance: str | None = None) -> Scene:
+    """Load a scene that is to be analysed; a tolerance in it, or one given here, chooses the mesh itself."""
+    from fenics_mech.scene import refined  # noqa: PLC0415
+
+    scene = _loaded(path, strict)
     scene = scene if tolerance is None else scene.changed(tolerance=tolerance)
     if refine and scene.tolerance is not None:
         what = f"--refine asks for a mesh, and the tolerance of {scene.tolerance:g} chooses it"
@@ -66,6 +77,7 @@ def run(
     csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
     refine: Refine = 0,
     tolerance: Annotated[str | None, Tolerance] = None,
+    strict: Strict = False,
 ) -> None:
     """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
@@ -73,7 +85,7 @@ def run(
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
 
     def prepared() -> Scene:
-        loaded = _analysed(scene, refine, tolerance)
+        loaded = _analysed(scene, refine, strict, tolerance)
         make_folder(folder)
         return loaded
 
@@ -94,10 +106,12 @@ def run(
             written += views.plot_all(result, folder, rigid=rigid)
     out.print(views.summary(result))
     tell_written(written, folder)
+    if strict and result.warnings:
+        raise MechanismError("--strict makes the warnings above errors")
 
 
 @app.command()
-def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
+def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
     """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.building import mechanism, names_of, scene_modes  # noqa: PLC0415
@@ -105,9 +119,9 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0)
     from fenics_mech.mechanism import RigidModes  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
     from fenics_mech.response.dispersion import frequency_error  # noqa: PLC0415
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
+    from fenics_mech.scene import refined  # noqa: PLC0415
 
-    loaded, _ = choose(refined(load(scene), refine))
+    loaded, _ = choose(refined(_loaded(scene, strict), refine))
     make_folder(folder)
     with progress_bar(4) as step:
         system = mechanism(loaded, step)
@@ -126,15 +140,15 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0)
 @app.command()
 def check(
     scene: Annotated[Path | None, typer.Argument(help="Scene file to check.", show_default=False)] = None,
+    strict: Strict = False,
 ) -> None:
     """Check a scene file without analysing it; without a file, check the program against the dissertation."""
     from fenics_mech import studies, views  # noqa: PLC0415
     from fenics_mech.effects import active  # noqa: PLC0415
     from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
 
     if scene is not None:
-        loaded = load(scene)
+        loaded = _loaded(scene, strict)
         active(loaded)
         out.print(views.scene_overview(loaded, reachable_range(loaded)), highlight=False)
         return
@@ -156,13 +170,14 @@ def effects(
     tolerance: Annotated[
         str | None, typer.Option("--tol", help="Largest error of the strains (or 1%): effects above half of it act.")
     ] = None,
+    strict: Strict = False,
 ) -> None:
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.choice import choose  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
 
-    loaded = _analysed(scene, 0, tolerance).changed(effects="auto")
+    loaded = _analysed(scene, 0, strict, tolerance).changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
         chosen, choices = choose(loaded)
@@ -199,6 +214,7 @@ def sweep(
     fibre: Annotated[str, typer.Option(help="Its fibre, + or -.")] = "+",
     harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics kept.")] = 20,
     refine: Refine = 0,
+    strict: Strict = False,
 ) -> None:
     """Analyse a scene over speed, damping or any number in it: writes sweep.nc and plots.
 
@@ -212,7 +228,7 @@ def sweep(
     from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
     first = one_voice()
-    loaded = _analysed(scene, refine)
+    loaded = _analysed(scene, refine, strict)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
     check_member(list(loaded.members()), member)
     with progress_bar(math.prod(len(axis.values) for axis in axes) + refine_peaks) as step:
@@ -246,17 +262,18 @@ def follow(
     points: Annotated[int, typer.Option(min=1, max=100_000, help="Smallest number of points over the range.")] = 40,
     most_points: Annotated[int, typer.Option(min=2, max=1_000_000, help="Points after which it is given up.")] = 2000,
     refine: Refine = 0,
+    strict: Strict = False,
 ) -> None:
     """Follow the steady state over speed, damping or any number through folds: writes branch.nc and plots.
 
     Stable and unstable motions are found, several at one value where there are several.
     """
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
+    from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.follow import follow as follow_branch  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_range  # noqa: PLC0415
     from fenics_mech.views.follow import branch_summary, plot_branch  # noqa: PLC0415
 
-    loaded = refined(load(scene), refine)
+    loaded = refined(_loaded(scene, strict), refine)
     path, ends = parse_range(loaded, over)
     make_folder(folder)
     with progress_bar(points) as step:
@@ -347,7 +364,7 @@ def animate(
             raise MechanismError("a result cannot be refined: give --refine with the scene file")
         result = Result.load(scene)
     else:
-        loaded = _analysed(scene, refine)
+        loaded = _analysed(scene, refine, strict=False)
         with progress_bar(len(STEPS)) as step:
             result = analyse(loaded, step)
     with progress_bar(frames) as step:

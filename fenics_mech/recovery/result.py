@@ -88,6 +88,11 @@ class Result(Saved):
         """The scene that was analysed."""
         return stored_scene(self.data)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Numbers of the scene that are hardly meant, and strengths that are exceeded; see `implausible`."""
+        return tuple(json.loads(self.data.attrs.get("warnings", "[]")))
+
     def to_csv(self, folder: str | Path) -> list[Path]:
         """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value."""
         folder = Path(folder)

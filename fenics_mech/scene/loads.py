@@ -123,7 +123,11 @@ class Pulse(Part):
         if self.start == self.end:
             raise ValueError("the pulse starts and ends at the same angle")
         if self.ramp > min(self.width, CYCLE - self.width) * (1 + 1e-9):
-            raise ValueError("the ramp is wider than the pulse, or than the pause between two of them")
+            found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
+            raise ValueError(
+                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}; angles "
+                "without a unit are rad"
+            )
         return self
 
     @property

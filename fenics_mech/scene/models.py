@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from fenics_mech.scene.analysis import Analysis
 from fenics_mech.scene.base import Name, Part, PointName, check_texts
@@ -47,12 +47,15 @@ class Material(Part):
         G (Pa); without it E/(2 (1 + poisson)).
     poisson
         Poisson's ratio. It also enters the shear factors of the sections.
+    strength
+        Stress (Pa) that the result warns of where an outer fibre exceeds it; nothing else is done with it.
     """
 
     modulus: Annotated[Modulus, Field(gt=0)]
     density: Annotated[Density, Field(gt=0)]
     shear_modulus: Annotated[Modulus, Field(gt=0)] | None = None
     poisson: Annotated[float, Field(gt=-1, le=0.5)] | None = None
+    strength: Annotated[Modulus, Field(gt=0)] | None = None
 
     @property
     def rigidity(self) -> float | None:
@@ -189,7 +192,15 @@ class PointMass(Part):
     inertia: Annotated[Inertia, Field(ge=0)] = 0.0
 
 
-Ratio = Annotated[Share, Field(ge=0, lt=1)]
+def _below_critical(ratio: float) -> float:
+    if ratio >= 1:
+        raise ValueError(
+            f'must be less than 1, which is critical damping, found {ratio:g}: write "{ratio:g} %" for percent'
+        )
+    return ratio
+
+
+Ratio = Annotated[Share, Field(ge=0), AfterValidator(_below_critical)]
 
 
 class Damping(Part):

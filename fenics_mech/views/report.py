@@ -33,7 +33,7 @@ def summary(result: Result) -> Group:
     """Summarise a result for `rich.console.Console.print`; it needs 80 columns.
 
     Decisions taken, then peaks with the drive angle (degrees) and the place (s, 0..1) where they occur: strain, stress
-    and deflection per member, force per joint, input torque, and the range of each mode's frequency.
+    and deflection per member, force per joint, input torque, and the range of each mode's frequency. Last its warnings.
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
     closer = between_positions(result)
@@ -48,7 +48,7 @@ def summary(result: Result) -> Group:
             parts.append(Text("(of the links without their axial forces)"))
     if "stability_limit" in result.data.attrs:
         parts.append(_stability(result))
-    parts.append(_validity(result))
+    parts += [_validity(result), *(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
     return Group(*parts)
 
 

@@ -200,3 +200,33 @@ def test_a_sweep_without_an_answer_fails_and_tells_why(call, tmp_path):
     assert "2 of 2 points failed" in out
     assert err == "error: no point of the sweep has an answer; sweep.nc and the lines above tell why\n"
     assert (tmp_path / "out" / "sweep.nc").exists()
+
+
+def test_warnings_are_told_and_strict_makes_them_errors(call, tmp_path):
+    text = (DEMOS / "four_bar.toml").read_text()
+    wrong, weak = tmp_path / "wrong.toml", tmp_path / "weak.toml"
+    wrong.write_text(text.replace('"2714 kg/m^3"', "2.714"))
+    code, out, said = call("check", wrong)
+    assert code == 0
+    assert "The drive turns through the whole cycle" in out
+    assert "warning: materials.aluminium.density: 2.714 kg/m^3" in said
+    for name in ("check", "run"):
+        code, out, said = call(name, wrong, "--strict", *(() if name == "check" else ("-o", tmp_path / "out")))
+        assert (code, out) == (1, "")
+        assert "error: 1 warning is an error under --strict" in said
+    assert not (tmp_path / "out").exists()
+    code, out, said = call("check", DEMO, "--strict")
+    assert (code, said) == (0, "")
+    text = text.replace('method = "periodic"', 'method = "quasi-static"')
+    weak.write_text(text.replace('"2714 kg/m^3"', '"2714 kg/m^3"\nstrength = "15 MPa"'))
+    code, out, said = call("run", weak, "--strict", "--no-plots", "-o", tmp_path / "weak")
+    assert "error: --strict makes the warnings above errors" in said
+    assert code == 1
+    result = Result.load(tmp_path / "weak" / "result.nc")
+    stress = result.data["stress"]
+    members = [str(m) for m in stress["member"].to_numpy() if abs(stress.sel(member=m)).max() > 15e6]
+    assert [warning.split(" reaches ")[0].split()[-1] for warning in result.warnings] == members
+    assert "follower" in members
+    largest = float(abs(stress.sel(member="follower")).max()) / 1e6
+    assert f"{largest:.4g} MPa at s = " in result.warnings[-1]
+    assert "Warning: materials.aluminium.strength" in out

@@ -1,0 +1,54 @@
+"""Where the largest stress of a member exceeds the strength that its material states."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech.scene import Scene
+from fenics_mech.scene.sections import LaminateSection
+
+MEGA = 1e-6
+
+
+def exceeded(scene: Scene, data: xr.Dataset) -> tuple[str, ...]:
+    """Compare the stresses of the outer fibres with the strengths of their materials.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        Its result, with the stress (Pa) over theta, member, s and fibre.
+
+    Returns
+    -------
+    tuple
+        One sentence for each member of which an outer fibre exceeds the strength of its material.
+    """
+    found = []
+    for label in scene.members():
+        most, worst = 1.0, ""
+        for fibre, material in _outer(scene, label).items():
+            strength = None if material is None else scene.materials[material].strength
+            stress = data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy()
+            k, i = np.unravel_index(int(np.abs(stress).argmax()), stress.shape)
+            if strength is None or abs(stress[k, i]) <= most * strength:
+                continue
+            most, angle = abs(stress[k, i]) / strength, np.degrees(float(data["theta"][k])) % 360
+            worst = (
+                f"materials.{material}.strength: the stress of member {label} reaches {MEGA * stress[k, i]:.4g} MPa at "
+                f"s = {float(data['s'][i]):.3g}, fibre {fibre}, drive angle {angle:.4g} deg, and the strength of "
+                f"{material} is {MEGA * strength:.4g} MPa"
+            )
+        found += [worst] if worst else []
+    return tuple(found)
+
+
+def _outer(scene: Scene, label: str) -> dict[str, str | None]:
+    """Materials of a member's outer fibres; None where the section is a polygon of several materials."""
+    _, member = scene.members()[label]
+    section = scene.sections[member.section]
+    if isinstance(section, LaminateSection):
+        return {"+": section.plies[-1].material, "-": section.plies[0].material}
+    return dict.fromkeys("+-", None if section.complete else member.material)

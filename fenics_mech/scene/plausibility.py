@@ -1,0 +1,387 @@
+"""Numbers of a scene that can be computed with and are hardly meant: a wrong unit, or a decimal point in a wrong place.
+
+Nothing is refused here. Each check compares one kind of number with what machines have, and says what is likely meant.
+The limits are wide: what lies beyond them is off by a factor that units explain.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from fenics_mech.scene.drives import Drive
+from fenics_mech.scene.loads import FactorTable, LineLoad, Pulse
+from fenics_mech.scene.models import Material, Scene
+from fenics_mech.scene.sections import CustomSection, Section
+from fenics_mech.scene.springs import HingeSpring, LineSpring
+
+TURN = 2 * math.pi
+LIGHTEST, HEAVIEST = 10.0, 23_000.0  # kg/m^3: from foam to osmium, 22,600
+SOFTEST, STIFFEST = 1e5, 1.5e12  # Pa: from soft rubber to diamond, 1.2e12
+SLOWEST, FASTEST = 300.0, 20_000.0  # m/s, sqrt(E/rho): rubber is below, diamond has 18,000
+LEAST_SHEAR, LARGEST_SHEAR = 1e-3, 1.0  # of the modulus: fibre composites have 0.02, isotropic materials at most 0.5
+WEAKEST, STRONGEST = 1e-5, 1e11  # strength over the modulus: concrete has 1e-4; and in Pa: carbon nanotubes 6e10
+THINNEST, HIGHEST = (
+    1e-4,
+    1.0,
+)  # height of a section over the member's length: foil of 0.1 mm in 1 m; a beam is longer
+NARROWEST, WIDEST = 1e-5, 5.0  # width over the length: a wire; a flap is wide
+FARTHEST_FIBRE = 10.0  # radii of gyration: a T has 3
+LONGEST = 50.0  # m
+LEAST_ALIKE, MOST_ALIKE = 1 / 200, 50.0  # shortest member over the next, which may be a stub; longest over the next
+HEAVIEST_POINT = 300.0  # mass at a point over that of all members
+LARGEST_INERTIA = 10.0  # over mass times length^2: beyond 1 the mass is farther away than the linkage reaches
+WEAK_GRAVITY, STRONG_GRAVITY = 0.1, 100.0  # m/s^2
+LARGEST_ANGLE, LARGEST_WHOLE = 2 * TURN, TURN  # rad; of a whole number, which degrees with their unit never become
+LONGEST_STROKE = 10.0  # over the longest member
+FASTEST_TIP = 340.0  # m/s: the speed of sound in air
+LARGEST_STRAIN = 0.01  # metals yield at 0.001 to 0.01
+LARGEST_RATIO = 0.2  # structures have 0.001 to 0.1
+LONGEST_RETARDATION = 0.5  # times the drive's rate: half of it is the damping ratio at that rate
+LARGEST_DRAG = 20.0  # over the drive's rate: then it stops vibrations that are ten times as fast
+LARGEST_TOLERANCE = 0.1
+LONGEST_RUN_UP = 1000.0  # cycles
+LONGEST_SPRING = 10.0  # free length over the size of the linkage
+Unit = tuple[str, float]
+
+
+def implausible(scene: Scene) -> tuple[str, ...]:
+    """Find the numbers of a scene that are hardly meant.
+
+    Returns
+    -------
+    tuple
+        One sentence for each: the place in the scene, the value in SI, and what is likely meant.
+    """
+    found: dict[str, str] = {}  # the first about each place
+    for checks in (ALONE, *IN_TURN):
+        before = len(found)
+        for place, what in (finding for check in checks for finding in check(scene)):
+            found.setdefault(place, what)
+        if checks is not ALONE and len(found) > before:
+            break
+    return tuple(f"{place}: {what}" for place, what in found.items())
+
+
+Found = Iterator[tuple[str, str]]
+
+
+def _likely(value: float, si: str, units: Sequence[Unit], low: float, high: float) -> str:
+    """Say in which of some units a number would be between two limits; nothing where it is in none.
+
+    A unit without a name is one that the number was converted from though it was in SI.
+    """
+    for unit, factor in units:
+        if low <= abs(value) * factor <= high:
+            return f": {f'{value:.6g} {unit} = ' if unit else ''}{value * factor:.4g} {si} is likely meant"
+    return ""
+
+
+def _materials(scene: Scene) -> Found:
+    for name, material in scene.materials.items():
+        place, e, rho = f"materials.{name}", material.modulus, material.density
+        heavy, stiff = LIGHTEST <= rho <= HEAVIEST, SOFTEST <= e <= STIFFEST
+        if not heavy:
+            units = (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", 1e12), ("g/m^3", 1e-3))
+            meant = _likely(rho, "kg/m^3", units, 500, HEAVIEST)
+            yield f"{place}.density", f"{rho:.6g} kg/m^3 is the density of no engineering material{meant}"
+        if not stiff:
+            units = (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("", 1e-6))
+            meant = _likely(e, "Pa", units, 1e9, STIFFEST)
+            yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
+        speed = math.sqrt(e / rho)
+        if heavy and stiff and not SLOWEST <= speed <= FASTEST:
+            fitting = [f for f in (1e3, 1e-3) if SLOWEST < math.sqrt(e * f / rho) < FASTEST]
+            meant = f": {e * fitting[0]:.4g} Pa may be meant, or a density in another unit" * bool(fitting)
+            yield (
+                f"{place}.modulus",
+                f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "
+                f"machines have {SLOWEST:g} to {FASTEST:g}{meant}",
+            )
+        yield from _of_shear_and_strength(place, material)
+
+
+def _of_shear_and_strength(place: str, material: Material) -> Found:
+    e, g, strength = material.modulus, material.shear_modulus, material.strength
+    if g is not None and not LEAST_SHEAR <= g / e <= LARGEST_SHEAR:
+        meant = _likely(g, "Pa", (("MPa", 1e6), ("GPa", 1e9), ("", 1e3), ("", 1e-3)), e / 50, e / 2)
+        yield f"{place}.shear_modulus", f"{g:.6g} Pa is {g / e:.2g} times Young's modulus{meant}"
+    if strength is not None and not WEAKEST * e <= strength <= STRONGEST:
+        meant = _likely(strength, "Pa", (("MPa", 1e6), ("kPa", 1e3), ("", 1e-6)), 1e-4 * e, 0.1 * e)
+        yield f"{place}.strength", f"{strength:.6g} Pa beside a modulus of {e:.6g} Pa is no strength{meant}"
+
+
+def _lengths(scene: Scene) -> dict[str, float]:
+    return {label: math.dist(*scene.member_ends(label)) for label in scene.members()}
+
+
+def _sections(scene: Scene) -> Found:
+    """Look at each section as a rectangle of the same radius of gyration, beside the members that have it."""
+    for label, (_, member) in scene.members().items():
+        place, length = f"sections.{member.section}", math.dist(*scene.member_ends(label))
+        section, rigid = scene.sections[member.section], scene.rigidity(label, np.array([0.5]))
+        radius = math.sqrt(float(rigid.bending[0] / rigid.axial[0]))
+        height, beside = math.sqrt(12) * radius, f"member {label} is {length:.4g} m long"
+        key = _key(section, "height", "diameter", "inertia")
+        custom = isinstance(section, CustomSection)
+        what = "area and inertia make a section" if custom else "the section is"
+        if height < THINNEST * length:
+            yield place + key, f"{what} {height:.3g} m high, as good as nothing, and {beside}"
+        elif height > HIGHEST * length:
+            meant = "" if custom else _likely(height, "m", (("mm", 1e-3),), 1e-3 * length, 0.5 * length)
+            yield place + key, f"{what} {height:.4g} m high, and {beside}: it is no beam{meant}"
+        width = section.area / height if isinstance(section, CustomSection) else getattr(section, "width", None)
+        if width is not None and not NARROWEST <= width / length <= WIDEST:
+            meant = "" if custom else _likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
+            yield place + _key(section, "width", "area"), f"{what} {width:.4g} m wide, and {beside}{meant}"
+        outer = float(np.abs(rigid.fibre[0]).max())
+        if custom and not radius * (1 - 1e-3) <= outer <= FARTHEST_FIBRE * radius:
+            yield (
+                f"{place}.fibre",
+                f"the outer fibre is {outer:.4g} m from the neutral line, and the radius of gyration "
+                f"sqrt(inertia/area) is {radius:.4g} m: the outer fibre is 1 to {FARTHEST_FIBRE:g} times as far away",
+            )
+
+
+def _key(section: Section, *names: str) -> str:
+    """Give the first of some keys that a section states, after a dot; nothing where it states none."""
+    return next((f".{name}" for name in names if name in type(section).model_fields), "")
+
+
+def _proportions(scene: Scene) -> Found:
+    """Compare the longest member with the next, and the shortest."""
+    lengths = sorted(_lengths(scene).items(), key=lambda item: item[1])
+
+    def place(label: str) -> str:
+        link, _ = scene.members()[label]
+        return f"links.{link}.points"
+
+    label, longest = lengths[-1]
+    if longest > LONGEST:
+        meant = _likely(longest, "m", (("mm", 1e-3),), 0, LONGEST)
+        yield place(label), f"member {label} is {longest:.6g} m long{meant}"
+    if len(lengths) > 1:
+        second, third = lengths[-2][1], lengths[1][1]
+        if longest > MOST_ALIKE * second:
+            meant = _likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
+            yield (
+                place(label),
+                f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}",
+            )
+        label, shortest = lengths[0]
+        if shortest < LEAST_ALIKE * third:
+            meant = _likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
+            yield (
+                place(label),
+                f"member {label} is {shortest:.4g} m long, and the next {third:.4g} m{meant}",
+            )
+
+
+def _masses(scene: Scene) -> Found:
+    lengths = _lengths(scene)
+    reach = max(lengths.values())
+    along = np.linspace(0, 1, 11)
+    whole = sum(float(scene.rigidity(label, along).line_density.mean()) * lengths[label] for label in lengths)
+    for name, point in scene.masses.items():
+        if point.mass > HEAVIEST_POINT * whole:
+            meant = _likely(point.mass, "kg", (("g", 1e-3),), 0, HEAVIEST_POINT * whole)
+            yield f"masses.{name}.mass", f"{point.mass:.6g} kg, and all members together have {whole:.3g} kg{meant}"
+        yield from _of_inertia(f"masses.{name}.inertia", point.inertia, max(point.mass, whole), reach)
+    for name, link in scene.links.items():
+        if link.rigid is not None:
+            size = max((math.dist(a, b) for a in link.points.values() for b in link.points.values()), default=0.0)
+            heavy = max(link.rigid.mass, whole)
+            yield from _of_inertia(f"links.{name}.rigid.inertia", link.rigid.inertia, heavy, max(size, reach))
+    g = math.hypot(*scene.gravity)
+    if g and not WEAK_GRAVITY <= g <= STRONG_GRAVITY:
+        meant = _likely(g, "m/s^2", (("mm/s^2", 1e-3), ("km/s^2", 1e3)), 1, 30)
+        yield "gravity", f"{g:.6g} m/s^2, and the earth's is 9.81{meant}"
+
+
+def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
+    largest = LARGEST_INERTIA * mass * reach**2
+    if inertia > largest:
+        units = (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9))
+        meant = _likely(inertia, "kg m^2", units, 0, largest / 100)
+        yield place, f"{inertia:.6g} kg m^2 is that of {mass:.3g} kg at {math.sqrt(inertia / mass):.3g} m{meant}"
+
+
+def _angles(scene: Scene) -> Found:
+    """Look for degrees without their unit, which are read as radians."""
+    for place, angle in _stated_angles(scene):
+        whole = angle == round(angle) and abs(angle) > LARGEST_WHOLE
+        if whole or abs(angle) > LARGEST_ANGLE * (1 + 1e-9):
+            text = f"{angle:.6g} rad are {angle / TURN:.3g} turns"
+            yield place, f'{text}: "{angle:.6g} deg" is likely meant, as a number without a unit is in rad'
+
+
+def _stated_angles(scene: Scene) -> Iterator[tuple[str, float]]:
+    """Give angles that lie within a turn or two, with their places."""
+    for name, link in scene.links.items():
+        yield f"links.{name}.angle", link.angle
+    for name, joint in scene.joints.items():
+        for key in ("angle", "turn"):
+            yield f"joints.{name}.{key}", float(getattr(joint, key, 0.0))
+    for name, load in scene.loads.items():
+        place = f"loads.{name}.factor"
+        if isinstance(load.factor, Pulse):
+            for key in ("start", "end", "ramp"):
+                yield f"{place}.{key}", float(getattr(load.factor, key))
+        if isinstance(load.factor, FactorTable):
+            yield f"{place}.angles", max(load.factor.angles, key=abs)
+    for name, impulse in scene.impulses.items():
+        yield f"impulses.{name}.angle", impulse.angle
+    for name, spring in scene.springs.items():
+        if isinstance(spring, HingeSpring) and spring.angle is not None:
+            yield f"springs.{name}.angle", spring.angle
+    for place, drive in _drives(scene):
+        if _turns(scene, drive):
+            yield f"{place}.start", drive.start
+    if scene.analysis.method == "static":
+        yield "analysis.position", scene.analysis.position
+
+
+def _drives(scene: Scene) -> Iterator[tuple[str, Drive]]:
+    several = isinstance(scene.drive, tuple)
+    return ((f"drive.{i}" if several else "drive", drive) for i, drive in enumerate(scene.drives))
+
+
+def _turns(scene: Scene, drive: Drive) -> bool:
+    return scene.joints[drive.joint].kind == "revolute"
+
+
+def _pulses(scene: Scene) -> Found:
+    """Look for pulses that act in the part of the cycle in which they were to be off."""
+    for name, load in scene.loads.items():
+        pulse = load.factor
+        if not isinstance(pulse, Pulse):
+            continue
+        start, end = math.degrees(pulse.start), math.degrees(pulse.end)
+        acts = f"it acts through {math.degrees(pulse.width):.4g} deg of the cycle"
+        if pulse.end < pulse.start and pulse.width > math.pi:
+            yield (
+                f"loads.{name}.factor",
+                f"the pulse ends at {end:.6g} deg, before its start at {start:.6g} deg, so that {acts}: "
+                "start and end are likely the other way round",
+            )
+        elif pulse.end - pulse.start > TURN * (1 + 1e-9):
+            what = f"the pulse goes from {start:.6g} to {end:.6g} deg, more than a cycle: {acts}"
+            yield f"loads.{name}.factor.end", what
+
+
+def _motion(scene: Scene) -> Found:
+    """Estimate speeds, and strains by the inertia of a motion whose links go as fast as those that are driven."""
+    if scene.analysis.method == "static":  # held at one position
+        return
+    lengths, theta = _lengths(scene), TURN / 720 * np.arange(720)
+    for place, drive in _drives(scene):
+        jet = drive.jet(theta, scene.cycle_rate)
+        fastest = float(np.abs(jet.first).max()) * abs(scene.cycle_rate)
+        sharpest = float(np.abs(jet.second).max()) * scene.cycle_rate**2
+        what, key = f"{fastest:.6g} rad/s", "speed" if drive.speed is not None else "law"
+        if _turns(scene, drive):
+            driven = scene.joints[drive.joint].connect[1].split(".")[0]
+            arm = max((a for label, a in lengths.items() if scene.members()[label][0] == driven), default=0.0)
+            yield from _of_swing(f"{place}.law", drive, jet.value)
+        else:
+            what, arm, key = "the stroke", 1.0, "law"
+            yield from _of_stroke(f"{place}.law", jet.value, max(lengths.values()))
+        acceleration = arm * (sharpest + (fastest**2 if _turns(scene, drive) else 0.0))
+        strain, label = max((_bent_by(scene, name, acceleration), name) for name in lengths)
+        rpm = f": {fastest:.6g} rpm = {fastest * TURN / 60:.4g} rad/s may be meant" * (drive.speed is not None)
+        if strain > LARGEST_STRAIN:
+            yield (
+                f"{place}.{key}",
+                f"{what} accelerates links by about {acceleration:.3g} m/s^2, which strains member {label} by about "
+                f"{strain:.2g} (metals yield at 0.001 to 0.01){rpm}",
+            )
+        elif arm * fastest > FASTEST_TIP:
+            yield f"{place}.{key}", f"{what} moves the driven link's end at {arm * fastest:.4g} m/s{rpm}"
+
+
+def _bent_by(scene: Scene, label: str, acceleration: float) -> float:
+    """Strain ``rho A a L^2 c/(8 EI)`` of a member on two pins that is accelerated across, at mid-span."""
+    rigid, length = scene.rigidity(label, np.array([0.5])), math.dist(*scene.member_ends(label))
+    fibre = float(np.abs(rigid.fibre).max())
+    return float(rigid.line_density[0] * acceleration * length**2 * fibre / (8 * rigid.bending[0]))
+
+
+def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
+    mean, swing = float(angle.mean()), float(np.ptp(angle))
+    if drive.law is not None and max(abs(mean), swing) > LARGEST_ANGLE:
+        yield (
+            place,
+            f"the law swings by {swing:.4g} rad about {mean:.4g} rad, or {swing / TURN:.3g} turns: degrees are likely "
+            "meant, and a number without a unit is in rad",
+        )
+
+
+def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
+    if (size := float(np.ptp(stroke))) > LONGEST_STROKE * longest:
+        meant = _likely(size, "m", (("mm", 1e-3),), 0, longest)
+        yield place, f"the stroke is {size:.4g} m, and no member is longer than {longest:.4g} m{meant}"
+
+
+def _loads(scene: Scene) -> Found:
+    """Estimate the strain of members on two pins by loads across them."""
+    for name, load in scene.loads.items():
+        label, _, s = (load.member, "", "") if isinstance(load, LineLoad) else load.at.partition("@")
+        if label not in scene.members() or not (s or isinstance(load, LineLoad)):
+            continue
+        largest = float(np.abs(load.factor_at(TURN / 720 * np.arange(720))).max())
+        rigid, length = scene.rigidity(label, np.array([0.5])), math.dist(*scene.member_ends(label))
+        if isinstance(load, LineLoad):
+            size = max(math.hypot(*line) for line in (load.line, load.line_end or load.line))
+            key, unit, moment = "line", "N/m", size * length**2 / 8
+        else:
+            size = math.hypot(*load.force)
+            key, unit, moment = "force", "N", size * length * float(s) * (1 - float(s))
+        strain = largest * moment * float(np.abs(rigid.fibre).max()) / float(rigid.bending[0])
+        if strain > LARGEST_STRAIN:
+            yield (
+                f"loads.{name}.{key}",
+                f"{largest * size:.6g} {unit} across member {label} strains it by about {strain:.2g} (metals yield at "
+                "0.001 to 0.01): the load, its unit or the section is likely wrong",
+            )
+
+
+def _damping(scene: Scene) -> Found:
+    damping = scene.damping
+    ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
+    if (ratio := max(ratios)) >= LARGEST_RATIO:
+        what = f"{ratio:.6g} is {100 * ratio:.4g} % of critical damping, and structures have 0.1 to 10 %"
+        yield "damping.ratio", f'{what}: "{ratio:.6g} %" may be meant'
+    if not scene.drives:
+        return
+    rate = abs(scene.cycle_rate)
+    if damping.material * rate > LONGEST_RETARDATION:
+        meant = _likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, LONGEST_RETARDATION / rate / 10)
+        yield (
+            "damping.material",
+            f"{damping.material:.6g} s is long beside a cycle of {scene.period:.4g} s: the material would creep rather "
+            f"than vibrate{meant}",
+        )
+    if damping.external > LARGEST_DRAG * rate:
+        what = f"{damping.external:.6g} 1/s stops the links' vibration within {1 / damping.external:.2g} s, "
+        yield "damping.external", what + f"and a cycle takes {scene.period:.4g} s"
+
+
+def _numerics(scene: Scene) -> Found:
+    if scene.tolerance is not None and scene.tolerance >= LARGEST_TOLERANCE:
+        share = f"{scene.tolerance:.6g} is {100 * scene.tolerance:.4g} % of the strains"
+        yield "tolerance", f'{share}: "{scene.tolerance:.6g} %" may be meant'
+    size = sum(_lengths(scene).values())
+    for name, spring in scene.springs.items():
+        if isinstance(spring, LineSpring) and (spring.length or 0.0) > LONGEST_SPRING * size:
+            meant = _likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
+            yield f"springs.{name}.length", f"{spring.length:.6g} m, and all members together have {size:.4g} m{meant}"
+    for place, drive in _drives(scene):
+        if (drive.run_up or 0.0) > LONGEST_RUN_UP * scene.period:
+            meant = _likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, LONGEST_RUN_UP * scene.period)
+            yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
+
+
+ALONE = (_angles, _pulses, _damping, _numerics)
+IN_TURN = ((_materials, _proportions), (_sections,), (_masses, _motion, _loads))  # each needs what is before it

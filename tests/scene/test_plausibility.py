@@ -1,0 +1,117 @@
+"""Numbers that can be computed with and are hardly meant: each mistake of a magnitude is named with its place.
+
+The scenes of `demos` and `meshes`, and what is unusual but right, must raise no alarm.
+"""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import load
+from fenics_mech.scene.build import build
+from fenics_mech.scene.plausibility import implausible
+
+ROOT = Path(__file__).parents[2]
+SCENES = sorted([*(ROOT / "demos").glob("*.toml"), *(ROOT / "meshes").glob("*.toml")])
+STRIP = {"shape": "rectangle", "width": "25.4 mm", "height": "1.6 mm"}
+
+
+def with_changes(changes, name="four_bar"):
+    """Give a demo with other values, by dotted path, as a user would write them."""
+    data = tomllib.loads((ROOT / "demos" / f"{name}.toml").read_text())
+    for path, value in changes.items():
+        here = data
+        *above, key = path.split(".")
+        for part in above:
+            here = here[int(part)] if isinstance(here, list) else here.setdefault(part, {})
+        here[key] = value
+    return build(data)
+
+
+def press(**factor):
+    return {"loads.press": {"at": "follower.B", "force": ["5 N", 0], "factor": factor}}
+
+
+MISTAKES = {  # the place of the only warning, and what it says
+    "density in g/cm^3": ({"materials.aluminium.density": 2.714}, "aluminium.density", "= 2714 kg/m^3 is likely"),
+    "density in kg/mm^3": ({"materials.aluminium.density": 2.714e-6}, "aluminium.density", "= 2714 kg/m^3 is likely"),
+    "modulus in GPa": ({"materials.aluminium.modulus": 71}, "aluminium.modulus", "71 GPa = 7.1e+10 Pa is likely"),
+    "modulus in MPa": ({"materials.aluminium.modulus": 71e3}, "aluminium.modulus", "71000 MPa = 7.1e+10 Pa is likely"),
+    "MPa for GPa": ({"materials.aluminium.modulus": "71 MPa"}, "aluminium.modulus", "speed of sound of 162 m/s"),
+    "strength in MPa": ({"materials.aluminium.strength": 250}, "aluminium.strength", "250 MPa"),
+    "width in mm": ({"sections.strip": STRIP | {"width": 12}}, "sections.strip.width", "12 mm = 0.012 m is likely"),
+    "height in mm": ({"sections.strip": STRIP | {"height": 1.6}}, "sections.strip.height", "1.6 mm = 0.0016 m"),
+    "no height": ({"sections.strip": STRIP | {"height": 1e-9}}, "sections.strip.height", "as good as nothing"),
+    "fibre in mm": ({"sections.strip.fibre": 0.8}, "sections.strip.fibre", "1 to 10 times as far"),
+    "a link in mm": ({"links.coupler.points.B": [279.4, 0]}, "links.coupler.points", "279.4 mm = 0.2794 m is likely"),
+    "rad/s for rpm": ({"drive.speed": "600 rad/s"}, "drive.speed", "600 rpm = 62.83 rad/s may be meant"),
+    "mass in g": ({"masses.A.mass": 45.2}, "masses.A.mass", "45.2 g = 0.0452 kg is likely"),
+    "inertia in kg cm^2": ({"masses.A.inertia": 3}, "masses.A.inertia", "3 kg cm^2 = 0.0003"),
+    "gravity in mm/s^2": ({"gravity": [0, -9810]}, "gravity", "9810 mm/s^2 = 9.81"),
+    "rough angle in degrees": ({"links.coupler.angle": 110}, "links.coupler.angle", '"110 deg" is likely meant'),
+    "drive start in degrees": ({"drive.start": 30}, "drive.start", '"30 deg" is likely meant'),
+    "ratio in percent": ({"damping.ratio": 0.5}, "damping.ratio", '"0.5 %" may be meant'),
+    "retardation time in ms": ({"damping.material": 0.1}, "damping.material", "0.1 ms = 0.0001 s is likely"),
+    "drag of nonsense size": ({"damping.external": 1e4}, "damping.external", "within 0.0001 s"),
+    "pulse the wrong way round": (
+        press(kind="pulse", start="160 deg", end="100 deg"),
+        "press.factor",
+        "300 deg of the",
+    ),
+    "pulse in degrees": (press(kind="pulse", start="1 deg", end=160), "loads.press.factor.end", '"160 deg" is likely'),
+    "pulse of two cycles": (press(kind="pulse", start=0, end="700 deg"), "press.factor.end", "340 deg of the cycle"),
+    "impulse in degrees": ({"impulses.i": {"at": "B", "angle": 90}}, "impulses.i.angle", '"90 deg" is likely'),
+    "load in kN": ({"loads.p": {"at": "coupler@0.5", "force": [0, 5e3]}}, "loads.p.force", "strains it by about 0.45"),
+    "free length in mm": (
+        {"springs.r": {"between": ["follower.B", "ground.O"], "stiffness": 40, "length": 200}},
+        "springs.r.length",
+        "200 mm = 0.2 m is likely",
+    ),
+    "tolerance in percent": ({"tolerance": 0.5}, "tolerance", '"0.5 %" may be meant'),
+    "run-up in ms": ({"drive.run_up": 500}, "drive.run_up", "500 ms = 0.5 s is likely"),
+}
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_scenes_of_the_project_raise_no_alarm(path):
+    assert implausible(load(path)) == ()
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_wrong_magnitudes_are_named_with_their_place(mistake):
+    changes, place, what = MISTAKES[mistake]
+    (warning,) = implausible(with_changes(changes))
+    found, _, said = warning.partition(": ")
+    assert found.endswith(place)
+    assert what in said
+
+
+def test_laws_in_degrees_or_milliseconds():
+    law = {"kind": "harmonics", "mean": 40, "cosine": [-30]}
+    (warning,) = implausible(with_changes({"drive.0.law": law}, "manipulator"))
+    assert warning.startswith("drive.0.law: the law swings by 60 rad about 40 rad")
+    fast = implausible(with_changes({"drive.0.period": "2 ms", "drive.1.period": "2 ms"}, "manipulator"))
+    assert [warning.split(":")[0] for warning in fast] == ["drive.0.law", "drive.1.law"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        press(kind="pulse", start="350 deg", end="10 deg"),  # across drive angle 0
+        press(kind="pulse", start="350 deg", end="370 deg"),
+        {"links.coupler.angle": "-290 deg"},
+        {"drive.speed": "1000 rpm"},
+        {"damping.ratio": "15 %"},
+        {"sections.strip": STRIP | {"height": "0.1 mm"}},  # a foil
+        {"materials.aluminium": {"modulus": "1 TPa", "density": "3500 kg/m^3"}},  # diamond
+    ],
+)
+def test_what_is_unusual_and_right_raises_no_alarm(changes):
+    assert implausible(with_changes(changes)) == ()
+
+
+def test_a_ratio_of_percent_is_refused_with_advice():
+    with pytest.raises(SceneError, match=r'damping.ratio: must be less than 1.*found 1: write "1 %"'):
+        with_changes({"damping.ratio": 1})
