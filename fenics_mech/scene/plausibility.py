@@ -58,8 +58,9 @@ def implausible(scene: Scene) -> tuple[str, ...]:
     found: dict[str, str] = {}  # the first about each place
     for checks in (ALONE, *IN_TURN):
         before = len(found)
-        for place, what in (finding for check in checks for finding in check(scene)):
-            found.setdefault(place, what)
+        with np.errstate(all="ignore"):  # what overflows is beyond any limit
+            for place, what in (finding for check in checks for finding in check(scene)):
+                found.setdefault(place, what)
         if checks is not ALONE and len(found) > before:
             break
     return tuple(f"{place}: {what}" for place, what in found.items())
@@ -282,8 +283,7 @@ def _motion(scene: Scene) -> Found:
         sharpest = float(np.abs(jet.second).max()) * scene.cycle_rate**2
         what, key = f"{fastest:.6g} rad/s", "speed" if drive.speed is not None else "law"
         if _turns(scene, drive):
-            driven = scene.joints[drive.joint].connect[1].split(".")[0]
-            arm = max((a for label, a in lengths.items() if scene.members()[label][0] == driven), default=0.0)
+            arm = _reach(scene, drive)
             yield from _of_swing(f"{place}.law", drive, jet.value)
         else:
             what, arm, key = "the stroke", 1.0, "law"
@@ -299,6 +299,13 @@ def _motion(scene: Scene) -> Found:
             )
         elif arm * fastest > FASTEST_TIP:
             yield f"{place}.{key}", f"{what} moves the driven link's end at {arm * fastest:.4g} m/s{rpm}"
+
+
+def _reach(scene: Scene, drive: Drive) -> float:
+    """Size of the largest link at a drive's joint (m)."""
+    bodies = (point.split(".")[0] for point in scene.joints[drive.joint].connect)
+    points = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
+    return max((math.dist(a, b) for those in points for a in those for b in those), default=0.0)
 
 
 def _bent_by(scene: Scene, label: str, acceleration: float) -> float:

@@ -20,6 +20,7 @@ from fenics_mech.scene import parse
 from fenics_mech.scene.build import build
 from fenics_mech.scene.drawing import completed
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.scene.plausibility import implausible
 from fenics_mech.scene.solvers import OPTIONS
 from fenics_mech.views import read_measurement
 
@@ -69,6 +70,7 @@ def test_damaged_files_are_scenes_or_refused_in_one_line(name):
             found = attempt(lambda chance=chance: build(damaged_data(data, chance)))
         if not isinstance(found, MechanismError):
             good += 1
+            assert all(warning.isprintable() for warning in attempt(lambda scene=found: implausible(scene)))
             if FILES > 5000 and name != "manipulator":  # `fenics-mech check`, which takes its time
                 attempt(lambda scene=found: reachable_range(scene))
     assert files / 50 < good < files / 2

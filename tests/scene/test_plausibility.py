@@ -115,3 +115,8 @@ def test_what_is_unusual_and_right_raises_no_alarm(changes):
 def test_a_ratio_of_percent_is_refused_with_advice():
     with pytest.raises(SceneError, match=r'damping.ratio: must be less than 1.*found 1: write "1 %"'):
         with_changes({"damping.ratio": 1})
+
+
+@pytest.mark.parametrize("changes", [{"height": 1e-200}, {"width": 1e-300}, {"height": 1e30, "width": 1e30}])
+def test_numbers_at_the_edge_are_told_as_well(changes):
+    assert implausible(with_changes({"sections.strip": STRIP | changes}))
