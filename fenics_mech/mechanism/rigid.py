@@ -6,7 +6,7 @@ motions are at right angles to them in the mass matrix.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from fenics_mech.mechanism.system import System
 Array = NDArray[np.float64]
 HELD = 1e-12  # energy of a motion in springs and axial forces, of that of its parts, up to which nothing holds it
 NOISE = 1e-22  # the same, of what the links would hold: axial forces of 0 are that large by rounding
+LARGEST_TURN = 0.1  # rad, of a whole link about its rough angle; there small motions are 0.5 % off
 BALANCED = 1e-8  # share of a load that moves a freedom, in M^-1, up to which it is in equilibrium
 
 
@@ -85,10 +86,11 @@ class RigidModes:
     separate: Separate | None = None
 
     @classmethod
-    def of(cls, system: System, symmetric: bool = True) -> RigidModes:
+    def of(cls, system: System, symmetric: bool = True, held_by: System | None = None) -> RigidModes:
         """Find the rigid-body modes of a system, which has none where all its freedoms are driven.
 
-        Its K has the stiffness of loads that turn with the links unless it is to be symmetric.
+        Its K has the stiffness of loads that turn with the links unless it is to be symmetric. What holds a motion is
+        the stiffness of `held_by`, by default the system itself.
         """
         free = system.motion.free
         if not len(free):
@@ -97,18 +99,46 @@ class RigidModes:
             return cls(none, np.zeros((0, 0)), none, empty, empty)
         p = _links_by_coordinates(system)
         mass, links = (p.T @ matrix @ p for matrix in (system.link_mass, system.link_stiffness))
-        holding, added = (
-            _joined(system, p, entries) for entries in (system.symmetric_stiffness, system.added_stiffness)
-        )
+        holding = _joined(system, p, (held_by or system).symmetric_stiffness)
+        added = _joined(system, p, system.symmetric_stiffness if symmetric else system.added_stiffness)
         candidates = _in_coordinates(system, free)
         loose = _not_held(candidates, holding, links)
         found = loose @ candidates
         shapes = np.linalg.solve(np.linalg.cholesky(found @ (mass @ found.T)), found) if len(loose) else found
         freedoms = apart(loose, np.zeros(len(free), dtype=bool))
         motions = np.concatenate([_without(candidates, loose), found])
-        added = holding if symmetric else added
         separate = Separate.of(motions, mass, links, added)
         return cls(shapes, freedoms, freedoms @ candidates, mass, (links + added).tocsr(), separate)
+
+    @classmethod
+    def giving_way(cls, system: System) -> RigidModes:
+        """Find the motions in which links give way to the system's load, as nothing holds them.
+
+        Beside the rigid-body modes these are freedoms that only axial forces resist, where the load moves them and the
+        axial forces do not hold them within `LARGEST_TURN`: the links then accelerate, and are in no equilibrium whose
+        stability axial forces could decide. A weight that hangs still holds its links.
+        """
+        held = cls.of(system, symmetric=False)
+        if system.terms.tension is None or not len(system.motion.free):
+            return held
+        free = cls.of(system, symmetric=False, held_by=system.slack)
+        if len(free) == len(held) or not free.moved_by(system.load[0]):
+            return held
+        resistance, push = free.shapes @ (free.stiffness @ free.shapes.T), free.shapes @ system.load[0]
+        if np.linalg.eigvalsh(resistance + resistance.T).min() > 0:
+            moved = system.to_links((np.linalg.solve(resistance, push) @ free.shapes)[None])
+            if np.abs(moved[:, 2::3]).max() <= LARGEST_TURN:
+                return held
+        return free
+
+    def elastic(self) -> Array:
+        """Stiffness of the motions at right angles to the modes, ``(coordinates, coordinates)``.
+
+        The modes have a stiffness of the size of the lowest elastic one in it, so that it is positive where that is.
+        """
+        momenta = self.mass @ self.shapes.T
+        apart = np.eye(len(momenta)) - self.shapes.T @ momenta.T
+        return np.asarray(apart.T @ (self.stiffness @ apart) + abs(self.lowest_elastic()) * momenta @ momenta.T)
 
     def __len__(self) -> int:
         return len(self.shapes)

@@ -23,7 +23,7 @@ from fenics_mech.response.newton import Orbit, solve_nonlinear
 SMALLER = 0.95  # of a tension that buckles, until it does not
 
 
-def solve_static(system: System, options: Mapping[str, Any] | None = None) -> History:
+def solve_static(system: System, options: Mapping[str, Any] | None = None, rigid: RigidModes | None = None) -> History:
     """Solve ``K q = f`` at every angle.
 
     A nonlinear law is solved for by Newton's method. Where rigid-body modes are left, the links accelerate by what of
@@ -35,6 +35,8 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
         The mechanism.
     options
         PETSc options with the prefix "static_".
+    rigid
+        Motions in which the links accelerate; by default those of `RigidModes.giving_way`.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None) -> Hi
     """
     if system.terms.law is not None:
         return _solve_nonlinear(system, options)
-    if len(rigid := RigidModes.of(system, symmetric=False)):
+    if len(rigid := RigidModes.giving_way(system) if rigid is None else rigid):
         return _relieved(system, rigid)
     q = displacement_under(system, system.load, options, LARGEST_LOSS)
     return History(displacement=q, inertia=system.rigid_acceleration)
@@ -56,7 +58,7 @@ def yielding_to(
 
     Both are ``(angles, coordinates)``; what is raised is that of `displacement_under`.
     """
-    if len(rigid := RigidModes.of(system, symmetric=False)):
+    if len(rigid := RigidModes.giving_way(system)):
         return np.array([rigid.relieved(part)[0] for part in load])
     return displacement_under(system, load, options)
 
@@ -102,9 +104,7 @@ def displacement_under(
 def _relieved(system: System, rigid: RigidModes) -> History:
     """Solve beside rigid-body modes, which are the same at all positions as nothing is driven."""
     if system.terms.tension is not None:
-        momenta = rigid.mass @ rigid.shapes.T
-        held = rigid.stiffness + rigid.lowest_elastic() * momenta @ momenta.T
-        refuse_buckled(system, 0, np.asarray(held))
+        refuse_buckled(system, 0, rigid.elastic())
     q, acceleration = (np.array(parts) for parts in zip(*map(rigid.relieved, system.load)))
     return History(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))
 

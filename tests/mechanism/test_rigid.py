@@ -297,3 +297,83 @@ def test_slider_without_a_drive_slides():
     assert reachable_range(scene({"beam": bar()}, joints)).free == (
         "link beam can move freely along 0 deg, in joint S",
     )
+
+
+def carried(share, up, **rest):
+    """A coupler on two equal cranks, upright or hanging, pushed along with twice so many Euler loads.
+
+    Half of the mass is at its other end, so that its axial force is one share everywhere; 1 N/m bends it meanwhile.
+    """
+    euler = np.pi**2 * EI / L**2
+    links = {
+        "left": bar(up * np.pi / 2, 0.3),
+        "right": bar(up * np.pi / 2, 0.3),
+        "coupler": bar(),
+    }
+    joints = {
+        "O": {"connect": ("ground.O", "left.A")},
+        "C": {"connect": ("ground.C", "right.A")},
+        "A": {"connect": ("left.B", "coupler.A")},
+        "B": {"connect": ("right.B", "coupler.B")},
+    }
+    values = {
+        "materials": {"steel": {"modulus": E, "density": 1e-3}},
+        "ground": {"points": {"O": (0, 0), "C": (L, 0)}},
+        "masses": {name: {"at": f"coupler.{name}", "mass": 10.0} for name in "AB"},
+        "loads": {
+            "push": {"at": "A", "force": (2 * share * euler, 0)},
+            "side": {"member": "coupler", "line": (0, -1.0)},
+        },
+        "effects": ("geometric-stiffness",),
+        "analysis": {"method": "quasi-static"},
+    }
+    return scene(links, joints, **(values | rest))
+
+
+@pytest.mark.parametrize("up", [1, -1])
+@pytest.mark.parametrize("share", [1 / 80, 0.6])
+def test_free_linkage_that_gives_way_to_a_push_is_a_beam_column(up, share):
+    """Timoshenko and Gere, Theory of Elastic Stability, section 1.3: M = q L^2/8 2 (sec u - 1)/u^2, u = L/2 (N/EI)^1/2.
+
+    The cranks are 0.25 N from falling or hanging, which is no buckling as the linkage is not at rest.
+    """
+    found = analyse(carried(share, up)).data.sel(member="coupler").isel(theta=0)
+    u = np.pi / 2 * np.sqrt(share)
+    moment = L**2 / 8 * 2 * (1 / np.cos(u) - 1) / u**2
+    # 10 cubic elements: the moment of N times the sag is good to about 1e-5
+    assert float(found["moment"].sel(s=0.5)) == pytest.approx(moment, rel=3e-5)
+
+
+@pytest.mark.parametrize("up", [1, -1])
+def test_free_linkage_that_gives_way_to_a_push_still_buckles(up):
+    with pytest.raises(SolverError, match=r"buckles at drive angle 0 deg: .* link coupler gives way"):
+        analyse(carried(1.02, up))
+    assert analyse(carried(0.98, up)).data["moment"].notnull().all()
+
+
+def test_free_four_bar_under_1_newton_is_nearly_as_without_axial_forces():
+    """It was said to buckle at 1/80 of the Euler load, which changes strains by a share of 0.01."""
+    loads = {"p": {"at": "coupler.B", "force": (1.0, 0.0)}}
+    quasi_static = {"loads": loads, "analysis": {"method": "quasi-static"}}
+    plain, stiffened = (
+        analyse(four_bar(effects=effects, **quasi_static)).data["strain"] for effects in ((), ("geometric-stiffness",))
+    )
+    assert 1e-3 < float(np.abs(plain - stiffened).max() / np.abs(plain).max()) < 0.02
+
+
+def test_weight_that_hangs_holds_against_a_small_push_only():
+    """A bar that hangs turns by ``F/(m g/2)``; where that is far, it gives way and accelerates."""
+    weight = LINE * L * G
+    hanging = {
+        "links": {"bar": bar(-np.pi / 2)},
+        "joints": {"O": {"connect": ("ground.O", "bar.A")}},
+        "gravity": (0, -G),
+        "effects": ("geometric-stiffness",),
+        "analysis": {"method": "quasi-static"},
+    }
+    for share in (0.01, 0.5):
+        push = {"push": {"at": "bar.B", "force": (share * weight / 2, 0)}}
+        tip = analyse(scene(**hanging, loads=push)).data["deflection"].isel(theta=0, member=0, s=-1)
+        # small turns, and the bar's own bending of 1e-4 of it
+        expected = share * L if share < 0.1 else 0.0
+        assert float(tip.sel(component="x")) == pytest.approx(expected, abs=1e-2 * share * L)
