@@ -36,6 +36,7 @@ from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response import History, solve_periodic
 from fenics_mech.response.periodic import SubIntervals, require_joined
 from fenics_mech.response.periodic_better import Neighbours
+from fenics_mech.response.steps import Steps
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
 from fenics_mech.steady import by_collocation, by_harmonic_balance
@@ -89,9 +90,9 @@ def _as_stated(scene: Scene, choices: Sequence[Choice], progress: Callable[[str]
     if scene.analysis.method == "periodic":
         solver = periodic_solver(scene, system.terms)
         points = scene.analysis.sub_intervals * (1 if solver == "sub-intervals" else scene.analysis.stages)
-        refuse_unseen(scene, points)
+        refuse_unseen(scene, points, by_collocation=solver in ("collocation", "motor"))
         if solver != "sub-intervals":
-            require_dense(system.size, points)
+            require_dense(system.size, scene.analysis.stages * len(Steps.of(scene).start))
         else:
             require_joined(modes_kept(scene, system), points)
         progress("modes")

@@ -17,17 +17,21 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
+from fenics_mech.mechanism.rigid import LARGEST_TURN
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.response import History, solve_static
+from fenics_mech.response.steps import Steps, hides
+from fenics_mech.response.tableau import Tableau
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned
+from fenics_mech.scene.sampling import SAMPLES
 
 MOST_SEEN = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
 MOST_PRESSED = 32  # the same, where axial forces act on the bent axis: those are as good as these elements
 PRESSING = ("geometric-stiffness", "moderate-rotations")
 MOST_UPDATES = 60  # of the axial forces by the response
-LARGEST_TURN = 0.1  # rad, of a whole link on springs; there the small motions of linear statics are 0.5 % off
+CUT = "Write analysis.method = 'periodic' and solver = 'collocation', whose steps are cut at corners. Or "
 SETTLED = 1e-7  # change of the axial forces, of the largest
 
 
@@ -54,24 +58,54 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
     return system_at(scene, links(scene), motion)
 
 
-def refuse_unseen(scene: Scene, points: int) -> None:
-    """Raise `SceneError` where so many points of a cycle miss what a load or a drive does; see `enough_angles`."""
+def refuse_unseen(scene: Scene, points: int, by_collocation: bool = False) -> None:
+    """Raise `SceneError` where points of a cycle miss what a load or a drive does between them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    points
+        Number of points of the cycle.
+    by_collocation
+        Whether they are collocation points of steps that are cut at hidden corners of the loads' factors.
+    """
     if scene.analysis.allow_coarse or not scene.drives or scene.analysis.method == "static":
         return
     several, count = isinstance(scene.drive, tuple), scene.analysis.sub_intervals
     found = {
-        f"drive.{i}.law" if several else "drive.law": ("the law of the drive", drive.enough_angles(points))
+        f"drive.{i}.law" if several else "drive.law": (
+            "the law of the drive",
+            drive.enough_angles(points, scene.cycle_rate),
+        )
         for i, drive in enumerate(scene.drives)
     }
     for name, load in scene.loads.items():
-        found[f"loads.{name}.factor"] = "the factor of the load", load.enough_angles(points)
+        enough = points if by_collocation and load.cut_where_needed else load.enough_angles(points)
+        found[f"loads.{name}.factor"] = "the factor of the load", enough
     for place, (what, enough) in found.items():
         if enough > points:
+            slower = "state what changes more slowly, such as a wider pulse; analysis.allow_coarse lets it pass"
+            wanted = f"Take at least {math.ceil(count * enough / points)} sub_intervals, or {slower}"
             raise SceneError(
                 f"{count} positions miss what {what} does between them",
                 place=place,
-                hint=f"Take at least {math.ceil(count * enough / points)} sub_intervals, or state what changes more "
-                "slowly, such as a wider pulse; analysis.allow_coarse lets it pass",
+                hint=wanted if enough < SAMPLES else (CUT if "loads" in place and not by_collocation else "") + slower,
+            )
+    if by_collocation:
+        refuse_hidden(scene)
+
+
+def refuse_hidden(scene: Scene) -> None:
+    """Raise `SceneError` where a load's factor has a peak that no collocation point of the scene's steps shows."""
+    steps, tableau = Steps.of(scene), Tableau.of(scene.analysis.scheme, scene.analysis.stages)
+    for name, load in scene.loads.items():
+        if not scene.analysis.allow_coarse and hides(load, steps, tableau, scene.cycle_rate):
+            raise SceneError(
+                f"the factor has a peak between the points of {scene.analysis.sub_intervals} steps of a cycle",
+                place=f"loads.{name}.factor",
+                hint="State the peak by a table or a pulse, at whose corners steps are cut, or make it wider; "
+                "analysis.allow_coarse lets it pass",
             )
 
 
@@ -177,7 +211,8 @@ def static_response(scene: Scene, system: System) -> History:
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )
-    history = solve_static(system, scene.petsc)
+    at_rest = scene.analysis.method == "static"
+    history = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
     turned = np.abs(system.to_links(history.displacement)[:, 2::3])
     whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in range(len(scene.links))])
     if whole.max() > LARGEST_TURN:

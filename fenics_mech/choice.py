@@ -10,6 +10,7 @@ from fenics_mech._guard import guarded
 from fenics_mech.building import mechanism, scene_modes, system_at
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
+from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import positions_for_corners, solve_motion
 from fenics_mech.recovery.ends import mean_tension
 from fenics_mech.recovery.members import recover_members
@@ -50,10 +51,23 @@ def examine(scene: Scene) -> Survey:
             motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals))
             system = system_at(plain, system.beams, motion)
             modes = scene_modes(plain, system)
+        _refuse_hidden(plain)
     still = solve_static(system, plain.petsc)
     state = recover_members(system, still, np.linspace(0, 1, 11))
     tension = mean_tension(system, still)
     return survey(plain, system, modes, still.displacement, tension, bow(plain, state))
+
+
+def _refuse_hidden(scene: Scene) -> None:
+    """Raise `SceneError` where a load does something that even the most positions of a survey miss."""
+    for name, load in scene.loads.items():
+        if load.enough_angles(MOST_POSITIONS) > MOST_POSITIONS:
+            raise SceneError(
+                f"effects = 'auto' looks at the loads at {MOST_POSITIONS} positions at most, which miss what the "
+                "factor of the load does between them",
+                place=f"loads.{name}.factor",
+                hint="List the effects, or state what changes more slowly, such as a wider pulse",
+            )
 
 
 def _positions(scene: Scene) -> int:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech.expressions import Array, Formula
+from fenics_mech.expressions import Array, Formula, Jet
 
 CELLS = 256  # that a range is first cut into
 DEEPEST = 40  # times that a cell is halved where the formula has no bounds in it
@@ -154,3 +154,39 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
             middle = (left + right) / 2
             left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
     return float(left.min())
+
+
+def _jet_function(*parts: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Extend a function, given with its two derivatives, to jets of intervals; plain numbers stay numbers."""
+    return lambda x: x.through(*(part(x.value) for part in parts)) if isinstance(x, Jet) else parts[0](x)
+
+
+SIN, COS, TAN, TANH, SQRT = (FUNCTIONS[name] for name in ("sin", "cos", "tan", "tanh", "sqrt"))
+JET_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "sin": _jet_function(SIN, COS, lambda x: -SIN(x)),
+    "cos": _jet_function(COS, lambda x: -SIN(x), lambda x: -COS(x)),
+    "tan": _jet_function(TAN, lambda x: 1 + TAN(x) ** 2, lambda x: 2 * TAN(x) * (1 + TAN(x) ** 2)),
+    "exp": _jet_function(EXP, EXP, EXP),
+    "log": _jet_function(FUNCTIONS["log"], lambda x: x**-1, lambda x: -(x**-2)),
+    "sqrt": _jet_function(SQRT, lambda x: 0.5 * SQRT(x) ** -1, lambda x: -0.25 * x**-1.5),
+    "tanh": _jet_function(TANH, lambda x: 1 - TANH(x) ** 2, lambda x: -2 * TANH(x) * (1 - TANH(x) ** 2)),
+}
+
+
+def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool = False) -> tuple[Array, Array]:
+    """Give lower and upper bounds of a formula, or of its second derivative, between values of its variable.
+
+    They are of the shape of these values.
+    """
+    (name,) = formula.variables
+    inside, like = Interval(left, right), np.zeros_like(left)
+    with np.errstate(all="ignore"):
+        if of_second:
+            variable: tuple[Any, ...] = inside, Interval(like + 1, like + 1), Interval(like, like)
+            found = formula(JET_FUNCTIONS, **{name: Jet(*variable)})
+            found = found.second if isinstance(found, Jet) else 0.0
+        else:
+            found = formula(FUNCTIONS, **{name: inside})
+    if not isinstance(found, Interval):
+        found = Interval(like + float(found), like + float(found))
+    return np.broadcast_to(found.low, left.shape), np.broadcast_to(found.high, left.shape)

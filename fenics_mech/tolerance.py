@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fenics_mech.building import links, pressing
+from fenics_mech.building import links, pressing, refuse_unseen
 from fenics_mech.choice import choose
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
@@ -208,11 +208,15 @@ def _fewest_steps(scene: Scene) -> int:
         quasi_static = scene.drives and analysis.method == "quasi-static"
         if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
             refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
+            refuse_unseen(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
     steps = analysis.sub_intervals if varying else FEWEST_STEPS
-    acting = (*varying, *scene.drives)
-    steps = max([steps, *(math.ceil(one.enough_angles(STAGES * steps) / STAGES) for one in acting)])
+    points = [load.enough_angles(STAGES * steps) for load in varying if not load.cut_where_needed]
+    points += [drive.enough_angles(STAGES * steps, scene.cycle_rate) for drive in scene.drives]
+    steps = max([steps, *(math.ceil(count / STAGES) for count in points)])
+    taken = {"sub_intervals": steps, "stages": STAGES, "scheme": "radau"}
+    refuse_unseen(scene.changed(analysis=scene.analysis.model_copy(update=taken)), STAGES * steps, by_collocation=True)
     return steps if analysis.allow_coarse else positions_for_corners(scene, steps)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.better import of_mesh
-from fenics_mech.building import moved, require_positions
+from fenics_mech.building import moved, refuse_hidden, require_positions
 from fenics_mech.effects import Terms
 from fenics_mech.errors import ResultError, SceneError, shortened
 from fenics_mech.kinematics.run_up import solve_motion_in_time
@@ -25,8 +26,9 @@ from fenics_mech.response import History, solve_static
 from fenics_mech.response.coefficients import NODES, WINDOWS, Coefficients
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.history import Better, history_of
-from fenics_mech.response.impulses import blows_between
+from fenics_mech.response.impulses import blows_between, passages
 from fenics_mech.response.perturbation import change_in_time, too_fast
+from fenics_mech.response.steps import corners_to_cut
 from fenics_mech.response.tableau import Tableau
 from fenics_mech.response.transient import LONGEST_STEP, Course, Schedule, integrate
 from fenics_mech.scene import Scene
@@ -44,6 +46,7 @@ ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of ot
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
 LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
 LARGEST_TOLERANCE = 0.02  # beyond it steps are as long as they may be
+SHOWN = math.ceil(STAGES / LONGEST_STEP)  # points of a cycle that show what is not cut at hidden corners
 LONGEST_GAP = 2.0  # between nodes of the interpolation, over the mean one, at most
 
 
@@ -171,17 +174,33 @@ def _course(scene: Scene, system: System, longest: float = LONGEST_STEP) -> Cour
         )
     require_positions(scene, positions)
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
-    seen = max([1, *(load.enough_angles(NODES * WINDOWS) for load in scene.loads.values())])
+    cut = [load.cut_where_needed for load in scene.loads.values()]
+    seen = [SHOWN if apart else load.enough_angles(NODES * WINDOWS) for load, apart in zip(scene.loads.values(), cut)]
     coefficients = Coefficients(
         partial(_equation, scene, system),
         scene.period,
         time,
         schedule.steady_after,
         tolerance,
-        max(WINDOWS, math.ceil(LONGEST_GAP * seen / NODES)),
+        max(WINDOWS, math.ceil(LONGEST_GAP * max([1, *seen]) / NODES)),
+        _corners(scene),
     )
     blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))
     return integrate(coefficients, schedule, time, displacement, velocity, scene.petsc, blows)
+
+
+def _corners(scene: Scene) -> Callable[[int], Array]:
+    """Give the times (s) in a cycle, by its number, at which steps end as loads' factors have hidden corners there."""
+    steps = {"sub_intervals": math.ceil(1 / LONGEST_STEP), "scheme": "radau", "stages": STAGES}
+    longest = scene.changed(analysis=scene.analysis.model_copy(update=steps))
+    refuse_hidden(longest.changed(analysis__sub_intervals=SHOWN))
+    corners = corners_to_cut(longest, Tableau.of("radau", STAGES))
+
+    def during(cycle: int) -> Array:
+        begin, end = scene.period * cycle, scene.period * (cycle + 1)
+        return np.unique(np.concatenate([np.zeros(0), *(passages(scene, angle, begin, end) for angle in corners)]))
+
+    return during
 
 
 def _schedule(scene: Scene) -> Schedule:
@@ -231,7 +250,7 @@ def _start(scene: Scene, system: System) -> tuple[float, Array, Array]:
             hint=WANTED,
         )
     time, angle = float(data["time"][-1]), float(data["theta"][-1])
-    turned = float(scene.drives[0].coordinate(np.array([time])).value[0])
+    turned = float(scene.coordinate(np.array([time])).value[0])
     if abs(angle - turned) > SAME_ANGLE * max(1.0, abs(turned)):
         raise SceneError(
             f"{start} ends after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the scene's drive is "

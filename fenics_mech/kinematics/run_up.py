@@ -25,7 +25,7 @@ SAME = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two
 def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     """Solve for the motion of a scene's links at given times, through the run-up of its drive and after it.
 
-    All drives follow the coordinate theta of the first. Without a run-up the motion is that of `solve_motion` at
+    All drives follow one coordinate theta. Without a run-up the motion is that of `solve_motion` at
     theta = rate times time.
 
     Parameters
@@ -52,7 +52,7 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     if not scene.drives:
         return replace(solve_motion(scene, np.zeros_like(time)), time=time)
     loops, law = Loops.of(scene), DriveLaw(scene)
-    theta = scene.drives[0].coordinate(time)
+    theta = scene.coordinate(time)
     branch, turns, step = _over_cycle(scene, loops, law, theta.value)
     inside = theta.value - CYCLE * turns
     size = max(1, BLOCK // (3 * len(loops.links)) ** 2)

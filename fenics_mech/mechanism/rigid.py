@@ -6,7 +6,7 @@ motions are at right angles to them in the mass matrix.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np

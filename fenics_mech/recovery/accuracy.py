@@ -22,6 +22,7 @@ from fenics_mech.recovery.members import recover_members, section_forces, stiffn
 from fenics_mech.recovery.mesh_error import OF_SLIDERS
 from fenics_mech.recovery.passing import ringing, unloaded
 from fenics_mech.response import History
+from fenics_mech.response.steps import like_blows
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -228,6 +229,8 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
     ]
     if scene.impulses and analysis.method in ("periodic", "transient"):
         found.append("what impulses put into vibration that mesh and modes are too coarse for")
+    if scene.loads and analysis.method == "periodic" and _by_collocation(scene, history) and like_blows(scene):
+        found.append("what pulses much shorter than a step put into vibration that mesh and modes are too coarse for")
     if in_time and own_steps(scene):
         found.append("the time steps, which PETSc's options state")
     if reduced and started:
@@ -245,14 +248,20 @@ def not_estimated(scene: Scene, history: History) -> list[str]:
     found += [
         f"what the factor of the load {name!r} does between positions, which do not see it"
         for name, load in scene.loads.items()
-        if count and (load.unseen(count) > UNSEEN or load.enough_angles(count) > count)
+        if count and not (_by_collocation(scene, history) and load.cut_where_needed)
+        if load.unseen(count) > UNSEEN or load.enough_angles(count) > count
     ]
     found += [
         f"what the law of the drive at {drive.joint!r} does between positions"
         for drive in scene.drives
-        if count and drive.enough_angles(count) > count
+        if count and drive.enough_angles(count, scene.cycle_rate) > count
     ]
     return found
+
+
+def _by_collocation(scene: Scene, history: History) -> bool:
+    """Whether a motion was found by steps that are cut at corners of the loads' factors."""
+    return scene.analysis.method == "periodic" and history.velocity is not None and "harmonics" not in history.better
 
 
 def _seen_points(scene: Scene, history: History) -> int:

@@ -10,7 +10,7 @@ Source: Trefethen, Approximation Theory and Approximation Practice (2013), ch. 2
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ class _Table:
     edges
         Times from which on each window holds (s), ``(windows,)``.
     jumps
-        Times at which values jump (s).
+        Times at which values jump, or at which steps have to end (s).
     """
 
     start: Array
@@ -71,6 +71,8 @@ class Coefficients:
         Largest error of the interpolation, relative to the largest value.
     windows
         In a cycle, before any is halved: as many as loads need to be seen at the nodes of all.
+    corners
+        Gives the times (s) in a cycle, by its number, at which a window and a step have to end.
     """
 
     equation_at: Callable[[Array], Equation]
@@ -79,6 +81,7 @@ class Coefficients:
     repeats_after: float
     tolerance: float
     windows: int = WINDOWS
+    corners: Callable[[int], Array] = lambda cycle: np.zeros(0)
     error: float = 0.0
     law: Law | None = None
     dofs: NDArray[np.int64] | None = None
@@ -155,8 +158,10 @@ class Coefficients:
 
     def _table(self, cycle: int) -> _Table:
         """Halve the windows of a cycle until all of them are good, or so narrow that they are a jump."""
-        first = self.cycle / self.windows
-        start, width = first * np.arange(self.windows), np.full(self.windows, first)
+        corners = self.corners(cycle) - cycle * self.cycle
+        inside = corners[(corners > 0) & (corners < self.cycle)]
+        edges = np.union1d(self.cycle / self.windows * np.arange(self.windows + 1), inside)
+        start, width = edges[:-1], np.diff(edges)
         good: list[tuple[Array, Array, Array]] = []
         size: Array | None = None
         while len(start):
@@ -175,7 +180,8 @@ class Coefficients:
         assert size is not None
         start, width, values = (np.concatenate(parts) for parts in zip(*good))
         order = np.argsort(start)
-        return self._with_jumps(cycle, start[order], width[order], values[order], size)
+        table = self._with_jumps(cycle, start[order], width[order], values[order], size)
+        return replace(table, jumps=np.union1d(table.jumps, corners))
 
     def _with_jumps(self, cycle: int, start: Array, width: Array, values: Array, size: Array) -> _Table:
         """Find the joins of windows at which values jump; where repeated, the cycle's start is such a join too."""

@@ -66,19 +66,19 @@ def blows_between(scene: Scene, system: System, start: float, end: float) -> Blo
     if not scene.impulses:
         return None
     theta = np.array([impulse.angle for impulse in scene.impulses.values()])
-    struck = [_passages(scene, angle, start, end) for angle in theta]
+    struck = [passages(scene, angle, start, end) for angle in theta]
     time, which = np.concatenate(struck), np.repeat(np.arange(len(theta)), [len(times) for times in struck])
     order = np.argsort(time, kind="stable")
     return Blows(time[order], which[order], jumps_at(scene, system, theta))
 
 
-def _passages(scene: Scene, angle: float, start: float, end: float) -> Array:
-    """Times (s) at which the drive comes to an angle, give or take whole cycles."""
-    drive, period = scene.drives[0], scene.period
-    run_up, sense = drive.run_up or 0.0, math.copysign(1, scene.cycle_rate)
+def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
+    """Times (s) from start to end at which the drive comes to an angle (rad), give or take whole cycles."""
+    period, run_up = scene.period, scene.drives[0].run_up or 0.0
+    sense = math.copysign(1, scene.cycle_rate)
 
     def turns(time: Array) -> Array:
-        return sense * (drive.coordinate(time).value - angle) / CYCLE
+        return sense * (scene.coordinate(time).value - angle) / CYCLE
 
     done = float(turns(np.array([run_up]))[0])
     first = run_up + period * (math.ceil(done - 1e-12) - done)

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.loads import LineLoad
 from fenics_mech.scene.springs import Hinge, Line
 
@@ -267,13 +268,16 @@ def _check_drives(scene: Scene) -> None:
                 place=f"{place}.run_up",
                 hint="Give it to the first drive",
             )
-        turns = drive.cycle_rate / scene.cycle_rate
-        if abs(turns - round(turns)) > 1e-9 or round(turns) == 0 or (drive.law is not None and round(turns) != 1):
-            raise SceneError(
-                "the drives have no common cycle: this one's rate must be that of the first, or for a constant "
-                f"speed a whole multiple of it, and is {turns:.6g} of it",
-                place=place,
-            )
+    if not scene.drives:
+        return
+    try:
+        common_rate(scene.drives)
+    except ValueError as error:
+        raise SceneError(
+            str(error),
+            place="drive",
+            hint="Give speeds and periods whose ratios are those of small whole numbers, to 9 digits",
+        ) from error
 
 
 def _check_motor(scene: Scene) -> None:

@@ -1,14 +1,16 @@
 """Drives: what turns or pushes a joint, as a function of the drive coordinate theta.
 
 Theta runs from 0 to 2 pi in a cycle. For a drive at constant speed it is the angle turned; for a periodic law it is
-the phase ``2 pi t / period``. A drive at constant speed may start with a run-up, which is not periodic: theta is then a
-function of time.
+the phase ``2 pi t / period``. With several drives the cycle is the shortest one in which each of them makes a whole
+number of its own. A drive at constant speed may start with a run-up, which is not periodic: theta is then a function of
+time.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from fractions import Fraction
 from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Annotated, Literal, Self
@@ -21,10 +23,14 @@ from scipy.interpolate import make_interp_spline
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.intervals import unbounded_at
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sampling import ANGLES, enough_angles
+from fenics_mech.scene.sampling import SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
 Array = NDArray[np.float64]
+MOST_HARMONICS = 10_000
+MOST_TURNS = 20  # cycles of the first drive in the common one
+SAME_RATIO = 1e-9  # of a ratio of two rates, by which it may miss a ratio of whole numbers
+BLOCK = 2**20  # products of an order and an angle that are held at once
 
 
 def _values(law: Callable[[Array], Jet], places: Array) -> Array:
@@ -48,17 +54,38 @@ class Harmonics(Part):
 
     kind: Literal["harmonics"]
     mean: AngleOrLength = 0.0
-    cosine: tuple[AngleOrLength, ...] = ()
-    sine: tuple[AngleOrLength, ...] = ()
+    cosine: Annotated[tuple[AngleOrLength, ...], Field(max_length=MOST_HARMONICS)] = ()
+    sine: Annotated[tuple[AngleOrLength, ...], Field(max_length=MOST_HARMONICS)] = ()
+
+    @property
+    def orders(self) -> Array:
+        """Orders n of the harmonics, ``(harmonics,)``."""
+        return np.arange(1.0, 1 + max(len(self.cosine), len(self.sine)))
+
+    @property
+    def amplitudes(self) -> NDArray[np.complex128]:
+        """Complex amplitudes c of the harmonics: the sum is that of the real parts of ``c exp(i n theta)``."""
+        size = len(self.orders)
+        cosine, sine = (np.pad(part, (0, size - len(part))) for part in (self.cosine, self.sine))
+        return cosine - 1j * sine  # type: ignore[no-any-return]
 
     def jet(self, theta: Array) -> Jet:
         """Value and two derivatives by theta."""
-        total = Jet(np.full_like(theta, self.mean), np.zeros_like(theta), np.zeros_like(theta))
-        for coefficients, f, df in ((self.cosine, np.cos, lambda x: -np.sin(x)), (self.sine, np.sin, np.cos)):
-            for n, a in enumerate(coefficients, 1):
-                wave = f(n * theta)
-                total += Jet(a * wave, a * n * df(n * theta), -a * n**2 * wave)
-        return total
+        n = self.orders
+        by_derivative = self.amplitudes * np.stack([np.ones_like(n), 1j * n, -(n**2)])
+        flat, block = theta.ravel(), max(1, BLOCK // max(1, len(n)))
+        parts = np.zeros((3, len(flat)))
+        for k in range(0, len(flat), block):
+            parts[:, k : k + block] = (by_derivative @ np.exp(1j * n[:, None] * flat[k : k + block])).real
+        value, first, second = parts.reshape(3, *theta.shape)
+        return Jet(self.mean + value, first, second)
+
+    def equally(self, count: int, derivative: int = 0) -> Array:
+        """Give a derivative, or the value, at so many equal steps of a cycle by the fast Fourier transform."""
+        n = self.orders
+        spectrum = np.zeros(count, complex)
+        np.add.at(spectrum, n.astype(np.int64) % count, self.amplitudes * (1j * n) ** derivative)
+        return count * np.fft.ifft(spectrum).real + (0.0 if derivative else self.mean)
 
 
 class Table(Part):
@@ -102,10 +129,17 @@ class Expression(Part):
 Law = Annotated[Harmonics | Table | Expression, Field(discriminator="kind")]
 
 
+def _acceleration(law: Law, count: int) -> Array:
+    """Second derivative of a law at so many equal steps of a cycle."""
+    return law.equally(count, 2) if isinstance(law, Harmonics) else law.jet(equal_steps(count)).second
+
+
 @lru_cache(maxsize=8)
-def _accelerations(law: Law) -> Array:
-    """Second derivatives of a law at `ANGLES`, which several checks look at."""
-    return law.jet(ANGLES).second
+def _accelerations(law: Law) -> Cycle:
+    """Second derivative of a law over a cycle, which several checks look at."""
+    if isinstance(law, Expression):
+        return Cycle.between(pieces_of(law.formula, of_second=True), lambda theta: law.jet(theta).second)
+    return Cycle.equally(_acceleration(law, SAMPLES))
 
 
 SLACK = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
@@ -257,11 +291,11 @@ class Drive(Part):
 
     @property
     def cycle_rate(self) -> float:
-        """Rate of the drive coordinate theta (rad/s)."""
+        """Rate of the drive's own cycle (rad/s): its speed, or 2 pi over the period of its law."""
         return self.speed if self.speed is not None else 2 * math.pi / (self.period or math.nan)
 
     def coordinate(self, time: Array) -> Jet:
-        """Drive coordinate theta (rad) and its two derivatives by time, at times from 0 on."""
+        """Coordinate (rad) of the drive's own cycle and its two derivatives by time, at times from 0 on."""
         if self.run_up is None:
             return Jet(self.cycle_rate * time, np.full_like(time, self.cycle_rate), np.zeros_like(time))
         speed, end = self.cycle_rate, self.run_up
@@ -274,16 +308,51 @@ class Drive(Part):
             np.where(steady, 0.0, starting.second),
         )
 
-    def enough_angles(self, least: int) -> int:
-        """Number of equal parts of a cycle, at least so many, that show the law's acceleration inside them."""
-        law = self.law
+    def turns_in(self, cycle_rate: float) -> int:
+        """Own cycles of the drive in the common one, whose coordinate runs at `cycle_rate` (rad/s); see `common_rate`.
+
+        They are negative where the drive's sense is the opposite one.
+        """
+        return round(self.cycle_rate / cycle_rate)
+
+    def enough_angles(self, least: int, cycle_rate: float) -> int:
+        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them."""
+        law, turns = self.law, abs(self.turns_in(cycle_rate))
         if law is None:
             return least
-        return enough_angles(lambda theta: law.jet(theta).second, _accelerations(law), least)
+        own = -(-least // turns)
+        enough = enough_angles(lambda count: _acceleration(law, count), _accelerations(law), own)
+        return least if enough == own else turns * enough
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
-        """Angle or stroke and two derivatives by theta, which runs at `cycle_rate` (rad/s)."""
+        """Angle or stroke and two derivatives by theta, the common cycle's coordinate, which runs at `cycle_rate`."""
+        turns = self.turns_in(cycle_rate)
         if self.law is not None:
-            return self.law.jet(theta)
-        ratio = (self.speed or 0.0) / cycle_rate
-        return Jet(self.start + ratio * theta, np.full_like(theta, ratio), np.zeros_like(theta))
+            own = self.law.jet(np.mod(turns * theta, 2 * np.pi))
+            return Jet(own.value, turns * own.first, turns**2 * own.second)  # chain rule
+        return Jet(self.start + turns * theta, np.full_like(theta, turns), np.zeros_like(theta))
+
+
+def common_rate(drives: Sequence[Drive]) -> float:
+    """Rate (rad/s) of the coordinate theta of all drives, in whose cycle every drive makes a whole number of its own.
+
+    The common cycle is the shortest one: its rate is that of the first drive over the least common multiple of the
+    denominators of all drives' rates over the first's.
+
+    Raises
+    ------
+    ValueError
+        When the drives have no common cycle of at most `MOST_TURNS` cycles of the first drive.
+    """
+    first = drives[0].cycle_rate
+    ratios = [Fraction(drive.cycle_rate / first).limit_denominator(MOST_TURNS) for drive in drives]
+    turns = math.lcm(*(ratio.denominator for ratio in ratios))
+    for drive, ratio in zip(drives, ratios):
+        other = drive.cycle_rate / first
+        if turns > MOST_TURNS or ratio == 0 or abs(float(ratio) - other) > SAME_RATIO * abs(other):
+            periods = [f"{2 * math.pi / abs(one.cycle_rate):.12g} s at joint {one.joint}" for one in drives]
+            raise ValueError(
+                f"the drives have no common cycle of at most {MOST_TURNS} cycles of the first: theirs take "
+                f"{', '.join(periods)}"
+            )
+    return first / turns

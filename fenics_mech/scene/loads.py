@@ -16,8 +16,8 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.drives import Harmonics, check_finite
-from fenics_mech.scene.sampling import ANGLES, CYCLE, enough_angles
+from fenics_mech.scene.drives import MOST_HARMONICS, Harmonics, check_finite
+from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
 Array = NDArray[np.float64]
@@ -31,12 +31,17 @@ class FactorHarmonics(Harmonics):
     """``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)``, numbers."""
 
     mean: float = 0.0
-    cosine: tuple[float, ...] = ()
-    sine: tuple[float, ...] = ()
+    cosine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
+    sine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
 
     @property
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps: none."""
+        return ()
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial: none."""
         return ()
 
     def at(self, theta: Array) -> Array:
@@ -69,6 +74,11 @@ class FactorTable(Part):
         points = [*zip(self.angles, self.values), (self.angles[0] + CYCLE, self.values[0])]
         return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAME and value != other)
 
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial."""
+        return self.angles
+
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
         turned = self.angles[0] + np.mod(theta - self.angles[0], CYCLE)
@@ -92,6 +102,11 @@ class FactorExpression(Part):
         """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
         begin, end = _evaluated(self.formula, np.array([0.0, CYCLE]))
         return () if math.isclose(begin, end, rel_tol=SAME, abs_tol=SAME) else (0.0,)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial: a formula does not tell any."""
+        return ()
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
@@ -140,6 +155,11 @@ class Pulse(Part):
         """Drive angles (rad) at which the value jumps."""
         return () if self.ramp else (self.start, self.end)
 
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial."""
+        return tuple(angle + side * self.ramp / 2 for angle in (self.start, self.end) for side in (-1, 1))
+
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
         from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, CYCLE) - math.pi
@@ -153,10 +173,24 @@ class Pulse(Part):
 Factor = Annotated[FactorHarmonics | FactorTable | FactorExpression | Pulse, Field(discriminator="kind")]
 
 
+def _equally(factor: Factor, count: int) -> Array:
+    """Values of a factor at so many equal steps of a cycle."""
+    return factor.equally(count) if isinstance(factor, FactorHarmonics) else factor.at(equal_steps(count))
+
+
 @lru_cache(maxsize=8)
-def _over_a_cycle(factor: Factor) -> Array:
-    """Values of a factor at `ANGLES`, which several checks look at."""
-    return factor.at(ANGLES)
+def _over_a_cycle(factor: Factor) -> Cycle:
+    """Values of a factor over a cycle, which several checks look at."""
+    if isinstance(factor, FactorHarmonics):
+        return Cycle.equally(factor.equally(SAMPLES))
+    return Cycle.between(np.union1d(np.linspace(0, CYCLE, PIECES + 1), factor_pieces(factor)), factor.at)
+
+
+def factor_pieces(factor: Factor) -> Array:
+    """Give angles from 0 to 2 pi between which Gauss points integrate a factor."""
+    if isinstance(factor, FactorExpression):
+        return pieces_of(factor.formula)
+    return np.union1d([0.0, CYCLE], np.mod([*factor.corners, *factor.jumps], CYCLE))
 
 
 class Varying(Part):
@@ -173,18 +207,31 @@ class Varying(Part):
         """Factor at drive angles, ``(angles,)``."""
         return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
 
+    @property
+    def factor_range(self) -> tuple[float, float]:
+        """Smallest and largest value of the factor."""
+        if self.factor is None:
+            return 1.0, 1.0
+        values = np.append(_over_a_cycle(self.factor).values, self.factor.at(np.array(self.factor.corners)))
+        return float(values.min()), float(values.max())
+
+    @property
+    def cut_where_needed(self) -> bool:
+        """Whether steps of a cycle can be cut where the factor begins and ends to change."""
+        return self.factor is not None and bool(self.factor.corners)
+
     def enough_angles(self, least: int) -> int:
         """Number of equal parts of a cycle, at least so many, that show what the factor does inside them."""
-        if self.factor is None:
+        if (factor := self.factor) is None:
             return least
-        return enough_angles(self.factor.at, _over_a_cycle(self.factor), least, bool(self.jumps))
+        return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
 
     def unseen(self, count: int) -> float:
         """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
         if self.factor is None:
             return 0.0
-        whole = float(np.abs(_over_a_cycle(self.factor)).max())
-        seen = float(np.abs(self.factor.at(CYCLE / count * np.arange(0, count, 0.5))).max())
+        whole = max(map(abs, self.factor_range))
+        seen = float(np.abs(_equally(self.factor, 2 * count)).max())
         return 1 - seen / whole if whole else 0.0
 
 

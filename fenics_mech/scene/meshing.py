@@ -49,11 +49,12 @@ def member_nodes(scene: Scene, label: str) -> Array:
 def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
     """Places of a member at which what acts cannot be carried inside elements.
 
-    They carry forces exactly in linear statics where they are uniform and rigid in shear. What follows the rotation
-    there, and blows, need a node; and a vibration is the better for one.
+    They carry forces exactly in linear statics where they are uniform, rigid in shear and have their neutral line on
+    the member's axis. What follows the rotation there, and blows, need a node; and a vibration is the better for one.
     """
     section = scene.sections[scene.members()[label][1].section]
     linear = section.constant and not CARRIED_BY_NODES & set(scene.named_effects)
+    linear = linear and not scene.rigidity(label, np.zeros(1)).neutral.any()
     if not linear or scene.analysis.reduction != "none" or scene.analysis.method not in ("static", "quasi-static"):
         return scene.loaded_places().get(label, [])
     following = [load.at for load in scene.loads.values() if not isinstance(load, LineLoad) and load.follows]

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from fenics_mech.expressions import Jet
 from fenics_mech.scene.analysis import Analysis
 from fenics_mech.scene.base import Name, Part, PointName, check_texts
 from fenics_mech.scene.consistency import check_references
-from fenics_mech.scene.drives import Drive
+from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
@@ -314,18 +315,24 @@ class Scene(Part):
 
     @property
     def drives(self) -> tuple[Drive, ...]:
-        """All drives; the first one's coordinate theta is that of the cycle."""
+        """All drives; the run-up of the first is that of all."""
         return self.drive if isinstance(self.drive, tuple) else (self.drive,)
 
     @property
     def cycle_rate(self) -> float:
         """Rate of the drive coordinate theta (rad/s)."""
-        return self.drives[0].cycle_rate
+        return common_rate(self.drives)
 
     @property
     def period(self) -> float:
-        """Duration of one cycle of the first drive (s)."""
+        """Duration of the cycle that all drives have in common (s)."""
         return 2 * math.pi / abs(self.cycle_rate)
+
+    def coordinate(self, time: NDArray[np.float64]) -> Jet:
+        """Drive coordinate theta (rad) and its two derivatives by time, at times (s) from 0 on."""
+        first = self.drives[0]
+        own, share = first.coordinate(time), self.cycle_rate / first.cycle_rate
+        return Jet(share * own.value, share * own.first, share * own.second)
 
     def drive_angles(self, count: int) -> NDArray[np.float64]:
         """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad)."""

@@ -4,35 +4,128 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.expressions import Formula
+from fenics_mech.intervals import bounds_over
+
 Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
 SAMPLES, SEEN = 2**17, 0.1  # of a function in a cycle; share of its variance that fewer of them may miss
-ANGLES = CYCLE / SAMPLES * np.arange(SAMPLES)  # of the samples
 ROUNDING = 1e-12  # of a function's square, below which it has no variance
+PIECES = 4096  # equal parts of a cycle that are looked at, at least
+POINTS, WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
+LARGEST_CELL = 1e-6  # of a formula's integral over the cycle that one of its pieces may hide
+NOTHING_SEEN = 1e-3  # of the largest hidden integral, which counts as the whole one where nothing is known of that
+NARROWEST = 1e-14  # rad, of pieces
 
 
-def enough_angles(function: Callable[[Array], Array], whole: Array, least: int, jumps: bool = False) -> int:
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A function of the drive angle at the points of a quadrature over a cycle.
+
+    Parameters
+    ----------
+    angles, weights
+        Points in the cycle and their weights (rad), which add up to 2 pi, ``(points,)``.
+    values
+        The function there, ``(points,)``.
+    """
+
+    angles: Array
+    weights: Array
+    values: Array
+
+    def mean(self, values: Array) -> float:
+        """Mean of other values at the points over the cycle."""
+        return float(self.weights @ values) / CYCLE
+
+    @property
+    def variance(self) -> float:
+        """Mean square of the difference from the mean."""
+        return self.mean((self.values - self.mean(self.values)) ** 2)
+
+    @classmethod
+    def equally(cls, values: Array) -> Cycle:
+        """Take values at equal steps of a cycle from 0 on."""
+        step = CYCLE / len(values)
+        return cls(step * np.arange(len(values)), np.full(len(values), step), values)
+
+    @classmethod
+    def between(cls, edges: Array, function: Callable[[Array], Array]) -> Cycle:
+        """Take Gauss points of the pieces between ascending angles from 0 to 2 pi.
+
+        Six points integrate the square of a polynomial of degree 5 exactly.
+        """
+        angles, weights = gauss_points(edges)
+        return cls(angles, weights, function(angles))
+
+
+def gauss_points(edges: Array) -> tuple[Array, Array]:
+    """Give points and weights of Gauss-Legendre quadrature between ascending edges, ``(6 pieces,)`` each."""
+    width = np.diff(edges)[:, None]
+    return (edges[:-1, None] + width * POINTS).ravel(), (width * WEIGHTS).ravel()
+
+
+def enough_angles(values_at: Callable[[int], Array], whole: Cycle, least: int, jumps: bool = False) -> int:
     """Number of equal parts of a cycle, at least so many, at whose ends a function shows what it does inside them.
 
     They show it where they, and those in the middle between them, have its variance: a pulse is between neither. What
     does not jump also has to be near the straight lines through both: a harmonic beyond them looks like a low one.
-    `whole` is the function at `ANGLES`.
+
+    Parameters
+    ----------
+    values_at
+        Gives the function at so many equal steps of a cycle, from 0 on.
+    whole
+        The function at points that show all of it.
+    least
+        Number of parts to begin with.
+    jumps
+        Whether the function jumps.
     """
-    variance, count = whole.var(), least
-    slack = SEEN * max(variance, ROUNDING * float(np.mean(whole**2)))
+    variance, count = whole.variance, least
+    slack = SEEN * max(variance, ROUNDING * whole.mean(whole.values**2))
     while count < SAMPLES:
-        seen = function(CYCLE / count * np.arange(0, count, 0.5))
+        seen = values_at(2 * count)
         same = np.abs(seen.reshape(count, 2).var(axis=0) - variance) <= slack
-        if np.all(same) and (jumps or np.mean((whole - _lines(seen)) ** 2) <= slack):
+        if np.all(same) and (jumps or whole.mean((whole.values - _lines(seen, whole.angles)) ** 2) <= slack):
             break
         count *= 2
     return count
 
 
-def _lines(seen: Array) -> Array:
-    """Values at `SAMPLES` on straight lines between equally spaced ones."""
-    return np.interp(np.arange(SAMPLES) * (len(seen) / SAMPLES), np.arange(len(seen) + 1), [*seen, seen[0]])
+def equal_steps(count: int) -> Array:
+    """Angles (rad) at so many equal steps of a cycle, from 0 on."""
+    return CYCLE / count * np.arange(count)
+
+
+def _lines(seen: Array, angles: Array) -> Array:
+    """Values at angles (rad) on straight lines between equally spaced ones."""
+    return np.interp(angles * (len(seen) / CYCLE), np.arange(len(seen) + 1), [*seen, seen[0]])
+
+
+@lru_cache(maxsize=32)
+def pieces_of(text: str, *, of_second: bool = False) -> Array:
+    """Give edges from 0 to 2 pi of pieces of a cycle, in none of which a formula of theta hides a peak.
+
+    Or its second derivative, where that is asked for. Interval arithmetic gives bounds in every piece. Pieces are
+    halved until bounds and width leave open no more than `LARGEST_CELL` of the integral, or until there are as many as
+    `SAMPLES`.
+    """
+    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, CYCLE, PIECES + 1)
+    while len(edges) < SAMPLES:
+        low, high = bounds_over(formula, edges[:-1], edges[1:], of_second=of_second)
+        width = np.diff(edges)
+        hidden = (high - low) * width
+        least = float(np.abs(np.clip(0.0, low, high)) @ width)  # that the integral of the magnitude is
+        largest = float(hidden[np.isfinite(hidden)].max(initial=0.0))
+        wide = (hidden > LARGEST_CELL * max(least, NOTHING_SEEN * largest)) & (width > NARROWEST)
+        if not wide.any():
+            break
+        edges = np.sort(np.concatenate([edges, (edges[:-1] + edges[1:])[wide] / 2]))
+    return edges

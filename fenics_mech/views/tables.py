@@ -161,8 +161,7 @@ def _acting(scene: Scene) -> Iterator[str]:
         else:
             parts = [f"{_pair(load.force)} N"] * any(load.force) + [f"{number(load.moment)} N m"] * bool(load.moment)
             what, where = " and ".join(parts) or "nothing", f"at {load.at}"
-        factor = load.factor_at(np.linspace(0, 2 * np.pi, 1 + load.enough_angles(720)))
-        low, high = number(factor.min()), number(factor.max())
+        low, high = map(number, load.factor_range)
         varies = "" if load.factor is None else f", times a factor from {low} to {high} ({load.factor.kind})"
         yield f"load {name}: {what} {where}{varies}"
 
