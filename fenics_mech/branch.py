@@ -61,13 +61,15 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
     Raises
     ------
     SceneError
-        When the drive does not keep its sense over the range.
+        When the drive does not keep its sense over the range, or loads jump or have corners elsewhere.
     """
     at = lru_cache(maxsize=8)(at)
     scene = at(ends[0])
     if scene.cycle_rate * at(ends[1]).cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)
-    tableau = Tableau.of(scene.analysis.scheme, scene.analysis.stages)
+    tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
+    if not np.array_equal(steps.start, Steps.of(at(ends[1])).start):
+        raise SceneError("the angles at which a load jumps or has corners must stay over the range", place=path)
 
     def equation_at(value: float) -> Equation:
         changed = at(value)
@@ -92,7 +94,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         rate=lambda value: abs(at(value).cycle_rate),
         ends=ends,
         tableau=tableau,
-        step=Steps.of(scene).duration * abs(scene.cycle_rate),
+        step=steps.duration * abs(scene.cycle_rate),
         options=scene.petsc,
     )
 

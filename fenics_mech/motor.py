@@ -86,7 +86,8 @@ def _at_starts(
     """Give mechanism and history at the starts of the sub-intervals, and judge the motion's accuracy and stability."""
     tableau, steps = cut
     analysis, damping = scene.analysis, modal_damping(scene, system)
-    start, twist = _accelerated(scene, system, steps.start, orbit.start, orbit.start_velocity, damping)
+    q, rate = orbit.start[steps.regular], orbit.start_velocity[steps.regular]
+    start, twist = _accelerated(scene, system, system.motion.theta, q, rate, damping)
     crank = Equation(_turned(scene, system, system.motion.theta, twist), damping)
     flows: dict[tuple[str, int], Flow] = {}
     better = better_than(analysis.scheme, analysis.stages, steps.disturbed)
@@ -103,7 +104,7 @@ def _at_starts(
         if not analysis.allow_unstable:
             stability.refuse_unstable()
     history = replace(
-        history_of(crank, orbit.start[:, :-1], orbit.start_velocity[:, :-1]),
+        history_of(crank, q[:, :-1], rate[:, :-1]),
         better=collocation_better(scene, crank, orbit, flows[better], (modes, steps)),
         twist=twist,
         stability=stability,
