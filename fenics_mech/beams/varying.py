@@ -8,12 +8,13 @@ Source: Spacone, Filippou and Taucer, Earthq. Eng. Struct. Dyn. 25 (1996) 711, e
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.beams.shapes import AXIAL, CUBIC, NORMAL, evaluate
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 
 if TYPE_CHECKING:
     from fenics_mech.beams.assembly import Beams
@@ -46,16 +47,71 @@ def lacking_shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Arra
     Both are ``(places, 6)``, at places `xi` 0..1 of elements.
     """
     h = beams.mesh.cell_length[element]
+    along, across = shapes(beams, element, xi)
+    linear, cubic = np.zeros_like(along), np.zeros_like(across)
+    linear[:, AXIAL] = evaluate(LINEAR, xi)
+    cubic[:, NORMAL] = evaluate(CUBIC, xi) * np.stack([np.ones_like(h), h] * 2, axis=-1)
+    return along - linear, across - np.einsum("pi,pij->pj", cubic, beams.layout.tie[element])
+
+
+def shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
+    """Displacements along and across the member that statics gives elements by their nodes', in member axes.
+
+    Both are ``(places, 6)``, at places `xi` 0..1 of elements.
+    """
+    h = beams.mesh.cell_length[element]
     axial, bending = _flexibility(beams, element, xi)
     whole_axial, whole = (part[element] for part in _flexibility(beams, *_ends(beams)))
     along, across = np.zeros((2, len(element), 6))
-    stretched = np.where(np.isinf(beams.axial_rigidity[element]), 0.0, axial / whole_axial - xi)
-    along[:, AXIAL] = stretched[:, None] * [-1.0, 1.0]
+    stretched = np.where(np.isinf(beams.axial_rigidity[element]), xi, axial / whole_axial)
+    along[:, AXIAL] = np.stack([1 - stretched, stretched], axis=-1)
     across[:, NORMAL] = (bending[:, :1] @ np.linalg.inv(whole) @ _relative(h))[:, 0]
     across[:, [1, 2]] += np.stack([np.ones_like(xi), xi * h], axis=-1)
-    cubic = np.zeros_like(across)
-    cubic[:, NORMAL] = evaluate(CUBIC, xi) * np.stack([np.ones_like(h), h] * 2, axis=-1)
-    return along, across - np.einsum("pi,pij->pj", cubic, beams.layout.tie[element])
+    return along, across
+
+
+def between_ends(
+    beams: Beams, element: Index, xi: Array, loads: Callable[[Index, Array], tuple[Array, Array]]
+) -> tuple[Array, Array]:
+    """Displacements of elements with fixed, clamped ends under loads spread along them.
+
+    The element is first free at its first end, where statics gives its forces. What its second end then has of
+    displacement and rotation is taken away by the shapes of `shapes`.
+
+    Parameters
+    ----------
+    beams, element, xi
+        Places 0..1 in elements whose section varies.
+    loads
+        Gives the integrals, and the twice repeated integrals, of load functions (N/m) from the starts of elements to
+        places in them of length 1, ``(places, functions)`` each.
+
+    Returns
+    -------
+    tuple
+        u and w of each load function (m), ``(places, functions)``.
+    """
+    u, w, _ = _from_first_end(beams, element, xi, loads)
+    end_u, end_w, end_turn = (part[element] for part in _from_first_end(beams, *_ends(beams), loads))
+    along, across = shapes(beams, element, xi)
+    return u - along[:, 3:4] * end_u, w - across[:, 4:5] * end_w - across[:, 5:] * end_turn
+
+
+def _from_first_end(
+    beams: Beams, element: Index, xi: Array, loads: Callable[[Index, Array], tuple[Array, Array]]
+) -> tuple[Array, Array, Array]:
+    """Displacements u, w and rotation beside those of the first node, which has no forces, ``(places, functions)``."""
+    h, x = beams.mesh.cell_length[element, None], xi[:, None] * POINTS
+    once, twice = (part.reshape(*x.shape, -1) for part in loads(np.repeat(element, len(POINTS)), x.ravel()))
+    ea, ei = _rigidities(beams, element, x)
+    weight = xi[:, None] * WEIGHTS
+    u = -(h**2) * np.sum((weight / ea)[..., None] * once, axis=1)
+    u[np.isinf(beams.axial_rigidity[element])] = 0.0
+    turned = h**3 * np.sum((weight / ei)[..., None] * twice, axis=1)
+    w = h**4 * np.sum((weight * (xi[:, None] - x) / ei)[..., None] * twice, axis=1)
+    if beams.shear_rigidity is not None:
+        w -= h**2 * loads(element, xi)[1] / beams.shear_rigidity[element, None]
+    return u, w, turned
 
 
 def misfit(scene: Scene, beams: Beams) -> Array:
@@ -102,13 +158,20 @@ def _flexibility(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]
     tuple
         u by the axial force, ``(places,)``, and w, phi by the transverse force and the moment, ``(places, 2, 2)``.
     """
-    assert beams.stiffness_powers is not None
-    h, powers = beams.mesh.cell_length[element], beams.stiffness_powers[element]
+    h = beams.mesh.cell_length[element]
     x, weight = xi[:, None] * POINTS, xi[:, None] * WEIGHTS
-    ea, ei = np.moveaxis(np.einsum("pgk,pak->pga", x[..., None] ** np.arange(powers.shape[-1]), powers), -1, 0)
+    ea, ei = _rigidities(beams, element, x)
     curvature = np.stack([h[:, None] * (1 - x), np.ones_like(x)], axis=-1) / ei[..., None]
     turned = np.sum(weight[..., None] * curvature, axis=1) * h[:, None]
     moved = np.sum((weight * (xi[:, None] - x))[..., None] * curvature, axis=1) * h[:, None] ** 2
     if beams.shear_rigidity is not None:
         moved[:, 0] += xi * h / beams.shear_rigidity[element]
     return h * np.sum(weight / ea, axis=1), np.stack([moved, turned], axis=1)
+
+
+def _rigidities(beams: Beams, element: Index, x: Array) -> Array:
+    """EA (N) and EI (N m^2) at places of elements, ``(places, points)``, stacked."""
+    assert beams.stiffness_powers is not None
+    powers = beams.stiffness_powers[element]
+    found = np.einsum("pgk,pak->pga", x[..., None] ** np.arange(powers.shape[-1]), powers)
+    return np.moveaxis(found, -1, 0)

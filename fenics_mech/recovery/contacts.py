@@ -112,10 +112,15 @@ class SpreadLoad:
         u = -(length**2) * np.sum(along * between_fixed_ends(LINEAR, xi), -1)
         shear = None if self.shear_number is None else self.shear_number[element]
         w = length**4 * np.sum(across * between_clamped_ends(LINEAR, xi, shear), -1)
-        if self.arm is not None:
-            moments = self.arm[element, None] * along
-            w -= length**3 * np.sum(moments * between_clamped_ends(LINEAR, xi, shear, order=3), -1)
-        return u, w
+        return u, w + self.by_arm(element, xi, length)
+
+    def by_arm(self, element: Index, xi: Array, length: Array) -> Array:
+        """Of `displacement` the EI w by the moments of loads along the axis on their arm, ``(angles, places)``."""
+        if self.arm is None:
+            return np.zeros((len(self.line), len(element)))
+        shear = None if self.shear_number is None else self.shear_number[element]
+        moments = self.arm[element, None] * self._at(element)[0]
+        return -(length**3) * np.sum(moments * between_clamped_ends(LINEAR, xi, shear, order=3), -1)
 
     def _at(self, element: Index) -> tuple[Array, Array]:
         here = self.line[:, element]

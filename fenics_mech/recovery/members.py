@@ -7,8 +7,9 @@ This is the same as adding the clamped-clamped particular solution to the Hermit
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -28,7 +29,7 @@ from fenics_mech.beams.shapes import (
     evaluate,
     integral,
 )
-from fenics_mech.beams.varying import lacking_shapes
+from fenics_mech.beams.varying import between_ends, lacking_shapes
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, SpreadLoad, applied_inside
 from fenics_mech.recovery.ends import balanced, element_forces, element_tension
@@ -115,6 +116,28 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
         deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
         rotation=slope.reshape(shape),
     )
+
+
+def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
+    """Displacement of the members in the fixed frame by that of the nodes alone (m).
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    v
+        Displacement of every nodal dof in link axes (m, rad), ``(angles, nodal dofs)``.
+    s
+        Places along the members, 0..1, ``(stations,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Of shape ``(angles, members, stations, 2)``.
+    """
+    element, xi = locate(system.beams, s)
+    u, w, _ = _of_nodes(_hermite(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
+    return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
 
 
 def section_forces(
@@ -317,7 +340,8 @@ def between_nodes(
     """Displacements along and across the member that the shape functions lack, ``(angles, places)`` each (m).
 
     They are those of an element with fixed, clamped ends under its own inertia and the loads on it, and where its
-    section varies what its shape under forces on its ends differs from the cubic one.
+    section varies what its shape under forces on its ends differs from the cubic one. Point loads and the inertia of
+    the sections' rotation bend it there with its mean stiffness.
 
     Parameters
     ----------
@@ -331,21 +355,43 @@ def between_nodes(
     beams = system.beams
     h, rho_a, number = beams.mesh.cell_length[element], beams.line_density[element], _at(_shear_number(beams), element)
     along, across = inertia_of(system, history, element) if inertia is None else inertia
-    u = rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
-    w = -rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
+    varies = beams.stiffness_powers is not None
+    u, w = np.zeros((2, *along.shape[:2]))
+    if not varies:
+        u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
+        w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
     if beams.rotary_powers is not None:
         w += _rotary(system, history, beams.rotary_powers, element, xi)[1]
     if beams.mass_moment is not None:
         w += _offset(system, history, beams.mass_moment, element, xi)[1]
     for load in _with_spread(system, loads):
+        if varies and isinstance(load, SpreadLoad):  # by the section's own stiffness below
+            w += load.by_arm(element, xi, h)
+            continue
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u, w + extra_w
     u, w = u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
-    if beams.stiffness_powers is None:
+    if not varies:
         return u, w
+    for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
+        u, w = u + np.sum(of_u * loaded[0], -1), w + np.sum(of_w * loaded[1], -1)
     nodal = strain_of(system, history, balanced(system, history)[1] if v is None else v)[:, element]
     more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in lacking_shapes(beams, element, xi)]
     return u + more[0], w + more[1]
+
+
+def _spread_where_varying(
+    system: System, inertia: tuple[Array, Array], element: NDArray[np.int64], xi: Array
+) -> Iterator[tuple[tuple[Array, Array], tuple[Array, Array]]]:
+    """Give inertia and spread loads along and across elements whose section varies, with what each function adds.
+
+    The latter are displacements between clamped ends, see `between_ends`.
+    """
+    beams = system.beams
+    yield between_ends(beams, element, xi, partial(_mass_up_to, beams)), (-inertia[0], -inertia[1])
+    if (line := system.terms.line) is not None:
+        found = between_ends(beams, element, xi, lambda _, x: (integral(LINEAR, x), integral(LINEAR, x, 2)))
+        yield found, (line[:, element, :2], line[:, element, 2:])
 
 
 def strain_of(system: System, history: History, v: Array) -> Array:
