@@ -1,4 +1,7 @@
-"""Errors of strains and joint forces, one by each source, from motions that the solver gives without that error."""
+"""Errors of strains, deflections, joint forces and efforts of drives, one by each source.
+
+They come from motions that the solver gives without that error.
+"""
 
 from __future__ import annotations
 
@@ -15,23 +18,31 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.ends import element_tension
-from fenics_mech.recovery.joints import joint_forces, joint_names, nodal_forces, reactions
-from fenics_mech.recovery.members import recover_members, section_forces, stiffnesses
-from fenics_mech.recovery.mesh_error import OF_SLIDERS
+from fenics_mech.recovery.mesh_error import OF_SLIDERS, moved_by_gaps
 from fenics_mech.recovery.passing import ringing, unloaded
+from fenics_mech.recovery.quantities import Quantities, measures, names_of
 from fenics_mech.response import History
 from fenics_mech.response.steps import like_blows
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-STATIONS = 5  # of each member at which strains are compared
 LARGEST_ERROR = 0.05  # of the largest strain, by all numerical sources
-LEAST = 0.1  # of the mechanism's largest strain that a member's own must have to be the measure of its error
+LARGEST_OF_REST = 0.5  # of the largest deflection, joint force and effort: beyond it not one digit is known
 STEPS = ("time", "harmonics")
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
-LIMITS = ("strain", STEPS, 0.02), ("strain", NUMERICAL, LARGEST_ERROR), ("force", NUMERICAL, 0.5)
+LIMITS = (
+    ("strain", STEPS, 0.02),
+    ("strain", NUMERICAL, LARGEST_ERROR),
+    ("deflection", NUMERICAL, LARGEST_OF_REST),
+    ("joint_force", NUMERICAL, LARGEST_OF_REST),
+    ("torque", NUMERICAL, LARGEST_OF_REST),
+)
+PLACES = {  # of an error, in words, and what it is relative to
+    "strain": ("strain of", "its largest value"),
+    "deflection": ("deflection of", "its largest value"),
+    "joint_force": ("force in joint", "the largest joint force"),
+    "torque": ("effort of the drive at", "the largest effort of a drive"),
+}
 FAULTS = {
     "time": "the sub-intervals are too long",
     "mesh": "the elements are too long",
@@ -47,62 +58,55 @@ MARGIN = 1.2  # of the numbers that a refusal asks for
 class Errors:
     """Errors by their sources: "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "effects".
 
+    Quantities are "strain", "deflection", "joint_force" and "torque", see `names_of`.
+
     Parameters
     ----------
-    strain, force
-        Of the strain of each member, and of the force in each joint (N): by source, ``(members,)`` and ``(joints,)``.
+    errors
+        By quantity, then by source: of each member's strain (1) and deflection (m), of the force in each joint (N) and
+        of the effort of each drive (N m or N), ``(members, joints or drives,)``.
     order
         With which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
         it does not.
-    largest, forces
-        The largest strain of each member, ``(members,)``, and the largest force in each joint (N), ``(joints,)``.
+    measure
+        By quantity, what errors are relative to; see `measures`.
     """
 
-    strain: Mapping[str, Array]
-    force: Mapping[str, Array]
+    errors: Mapping[str, Mapping[str, Array]]
     order: Mapping[str, float]
-    largest: Array
-    forces: Array
+    measure: Mapping[str, Array]
 
-    @property
-    def measure(self) -> Array:
-        """Strain of each member that its error is relative to."""
-        return np.maximum(np.maximum(self.largest, LEAST * self.largest.max()), np.finfo(float).tiny)
+    def relative(self, what: str) -> dict[str, float]:
+        """Largest error of a quantity by each source, relative to its measure."""
+        size = self.measure[what]
+        return {source: float((error / size).max(initial=0.0)) for source, error in self.errors[what].items()}
 
-    @property
-    def most_force(self) -> Array:
-        """Force that the error of each joint's is relative to, the largest of all (N), ``(joints,)``."""
-        return np.full_like(self.forces, max(float(self.forces.max(initial=0.0)), np.finfo(float).tiny))
-
-    @property
-    def relative(self) -> dict[str, float]:
-        """Largest error of a strain by each source, relative to the member's largest strain."""
-        return {source: float((error / self.measure).max()) for source, error in self.strain.items()}
-
-    @property
-    def total(self) -> float:
-        """Largest error of a strain by all sources together, relative to the member's largest strain."""
-        return float(self.of(list(self.strain)).max())
+    def total(self, what: str) -> float:
+        """Largest error of a quantity by all sources together, relative to its measure."""
+        return float(self.of(list(self.errors[what]), what).max(initial=0.0))
 
     def judge(self, scene: Scene) -> None:
-        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass."""
+        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass.
+
+        Strains are what a mesh and steps are chosen for, and have the narrower limits. Of the rest only what has not
+        one right digit is refused.
+        """
         if scene.analysis.allow_coarse:
             return
-        names = {"strain": list(scene.members()), "force": joint_names(scene)}
+        names = names_of(scene)
         for what, sources, limit in LIMITS:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
                 worst = int(errors.argmax())
                 shares = {source: float(self.of([source], what)[worst]) for source in sources}
-                place = f"{'of' if what == 'strain' else 'in joint'} {names[what][worst]!r}"
-                measure = "its largest value" if what == "strain" else "the largest joint force"
-                raise _refusal(scene, f"{what} {place} is uncertain by", measure, shares, self.order, limit)
+                place, measure = PLACES[what]
+                said = f"{place} {names[what][worst]!r} is uncertain by"
+                raise _refusal(scene, said, measure, shares, self.order, limit)
 
     def of(self, sources: Sequence[str], what: str = "strain") -> Array:
-        """Error by some sources together, relative to its measure, of members' strains or joints' forces."""
-        errors, size = (self.strain, self.measure) if what == "strain" else (self.force, self.most_force)
-        found = [errors[source] for source in sources if source in errors]
-        return np.sum(found, axis=0) / size if found else np.zeros_like(size)
+        """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""
+        found = [self.errors[what][source] for source in sources if source in self.errors[what]]
+        return np.sum(found, axis=0) / self.measure[what] if found else np.zeros_like(self.measure[what])
 
     @property
     def too_large(self) -> bool:
@@ -130,7 +134,7 @@ def estimated(
     scene: Scene,
     system: System,
     history: History,
-    strain: Array,
+    curves: Mapping[str, Array],
     sampling: Array | None = None,
     choices: Sequence[Choice] = (),
 ) -> Errors:
@@ -140,63 +144,57 @@ def estimated(
     ----------
     scene, system, history
         What was analysed, and its motion with those that are better.
-    strain
-        Strains of the outer fibres, ``(angles, members, stations, fibres)``.
+    curves
+        At the stations of the result, as magnitudes ``(angles, members, stations, fibres)`` or with their sign:
+        "strain" of the outer fibres and "deflection" (m).
     sampling
         Error of the members' strains by the number of positions, ``(members,)``; it counts as "time".
     choices
         What was decided about effects.
     """
-    base = _recovered(scene, system, history.elastic)
-    largest, forces = np.abs(strain).max(axis=(0, 2, 3)), np.linalg.norm(base[2], axis=-1).max(axis=1, initial=0.0)
-    nothing = np.zeros_like(largest), np.zeros_like(forces)
-    strains: dict[str, Array] = {}
-    by_joint: dict[str, Array] = {}
+    base = Quantities.of(scene, system, history.elastic)
+    largest = base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
+    nothing = {name: np.zeros_like(size) for name, size in largest.items()}
+    found: dict[str, dict[str, Array]] = {name: {} for name in largest}
     order: dict[str, float] = {}
 
-    def add(source: str, strain: Array, force: Array, falling: float) -> None:
-        strains[source] = strains.get(source, 0.0) + strain
-        by_joint[source] = by_joint.get(source, 0.0) + force
+    def add(source: str, errors: Mapping[str, Array], times: float, falling: float) -> None:
+        for name, by_source in found.items():
+            by_source[source] = by_source.get(source, 0.0) + times * errors.get(name, nothing[name])
         order.setdefault(source, falling)
 
     for source, better in history.better.items():
-        add(source, *nothing, better.order)
+        add(source, nothing, 1.0, better.order)
         if better.history.displacement is not history.displacement or better.loads is not NOTHING:
             there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
-            strain_change, force_change = _change(_recovered(scene, there, better.history.elastic), base)
-            add(source, better.safety * strain_change, better.safety * force_change, better.order)
+            change = Quantities.of(scene, there, better.history.elastic) - base
+            if source == "mesh" and system.transformation.constraints.contacts:
+                change = change.with_nodes(system, moved_by_gaps(system, history.elastic))
+            add(source, change.largest, better.safety, better.order)
         if better.hidden is not None:
             beside, share = better.hidden
-            strain_change, force_change = _change(_recovered(scene, system, beside.elastic), base)
-            add(source, strain_change / share, force_change / share, better.order)
+            change = Quantities.of(scene, system, beside.elastic) - base
+            add(source, change.largest, 1 / share, better.order)
     if scene.analysis.method in ("periodic", "transient") and (blows := _by_blows(scene, system, history.elastic)):
-        add("mesh", *blows, OF_SLIDERS)
+        add("mesh", blows, 1.0, OF_SLIDERS)
     if (missed := misfit(scene, system.beams)).any():
-        add("mesh", missed * largest, missed.max() * forces, 1.0)
+        most = {name: missed.max() * size for name, size in largest.items()}
+        add("mesh", most | {"strain": missed * largest["strain"]}, 1.0, 1.0)
     if sampling is not None:
-        add("time", sampling, nothing[1], 1.0)
-    add("stations", between_stations(strain), nothing[1], 2.0)
+        add("time", {"strain": sampling}, 1.0, 1.0)
+    add("stations", {name: between_stations(curve) for name, curve in curves.items()}, 1.0, 2.0)
     if (left := left_out(choices)) is not None:
-        add("effects", left * largest, left * forces, 0.0)
-    return Errors(strains, by_joint, order, largest, forces)
+        add("effects", largest, left, 0.0)
+    return Errors(found, order, measures(scene, largest))
 
 
-def _change(recovered: Sequence[Array], base: Sequence[Array]) -> tuple[Array, Array]:
-    """Largest change of each member's strain and of the force in each joint; see `_recovered`."""
-    axial, bending, forces = (after - before for after, before in zip(recovered, base))
-    strain = (np.abs(axial) + np.abs(bending)).max(axis=(0, 2))
-    return strain, np.linalg.norm(forces, axis=-1).max(axis=1, initial=0.0)
-
-
-def _by_blows(scene: Scene, system: System, history: History) -> tuple[Array, Array] | None:
-    """Strain of each member and force in each joint by the nodes that sliders pass; see `passing`. Modes add up."""
+def _by_blows(scene: Scene, system: System, history: History) -> dict[str, Array] | None:
+    """Give the errors by the nodes that sliders pass; see `passing`. Modes add up."""
     free, step = unloaded(system), scene.period / scene.analysis.sub_intervals
-    parts = [_recovered(scene, free, part) for part in ringing(system, history, step)]
+    parts = [Quantities.of(scene, free, part).sizes for part in ringing(system, history, step)]
     if not parts:
         return None
-    strain = sum((np.abs(axial) + np.abs(bending)).max(axis=2) for axial, bending, _ in parts)
-    force = sum(np.linalg.norm(forces, axis=-1) for *_, forces in parts)
-    return strain.max(axis=0), force.max(axis=1, initial=0.0)
+    return {name: np.sum([part[name] for part in parts], axis=0).max(axis=0, initial=0.0) for name in parts[0]}
 
 
 def left_out(choices: Sequence[Choice]) -> float | None:
@@ -309,26 +307,3 @@ def _advice(scene: Scene, source: str, times: float) -> str:
     }[source]
     assert not isinstance(now, str)  # all modes leave none out
     return f"Take at least {math.ceil(MARGIN * now * times)} {name}"
-
-
-def _stations(system: System) -> Array:
-    """Places at which strains are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
-    mesh, terms = system.beams.mesh, system.terms
-    if system.beams.spread is None and terms.tension is None and terms.law is None:
-        return np.linspace(0, 1, STATIONS)
-    return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1))
-
-
-def _recovered(scene: Scene, system: System, history: History) -> tuple[Array, Array, Array]:
-    """Axial and bending strain at few stations, ``(angles, members, stations)``, forces ``(joints, angles, 2)``."""
-    found = reactions(system, nodal_forces(system, history))
-    s, loads = _stations(system), point_loads(system, found)
-    ea, ei, _, fibre = stiffnesses(scene, s)
-    if element_tension(system, history) is None:
-        axial, _, moment = section_forces(system, history, s, loads)
-        axial, moment = (part.reshape(len(part), *ea.shape) for part in (axial, moment))
-    else:
-        members = recover_members(system, history, s, loads)
-        axial, moment = members.axial_force, members.moment
-    forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, len(axial), 2)
-    return axial / ea, moment * np.abs(fibre).max(axis=-1) / ei, forces

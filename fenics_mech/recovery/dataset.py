@@ -35,8 +35,16 @@ from fenics_mech.scene.springs import Hinge
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
     "strain_error": ("1", "error of the member's strain by each source, estimated"),
+    "deflection_error": ("m", "error of the member's deflection by each source, estimated"),
     "joint_force_error": ("N", "error of the joint's force by each source, estimated"),
+    "drive_effort_error": ("N m", "error of each drive's effort by each source, estimated; N along a slide"),
     "relative_error": ("1", "largest error of a strain by each source, over the member's largest strain"),
+    "deflection_relative_error": (
+        "1",
+        "largest error of a deflection by each source, over the member's largest deflection",
+    ),
+    "joint_force_relative_error": ("1", "largest error of a joint force by each source, over the largest of all"),
+    "drive_effort_relative_error": ("1", "largest error of an effort by each source, over the largest effort"),
     "error_order": ("1", "power of the number of steps, elements, modes and so on with which the error falls"),
     "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
@@ -84,6 +92,14 @@ ATTRIBUTES = {
 }
 
 
+OF_ERRORS = {  # by quantity: its variable, the prefix of its relative errors (strains have none), and its dimension
+    "strain": ("strain", "", "member"),
+    "deflection": ("deflection", "deflection_", "member"),
+    "joint_force": ("joint_force", "joint_force_", "joint"),
+    "torque": ("drive_effort", "drive_effort_", "drive"),
+}
+
+
 def collect(
     scene: Scene, system: System, history: History, modes: Modes | None, choices: Sequence[Choice] = ()
 ) -> Result:
@@ -95,9 +111,9 @@ def collect(
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     _, sampling = variables.pop("sampling_error", (None, None))
-    strain = variables["strain"][1]
+    strain, bent = variables["strain"][1], np.linalg.norm(variables["deflection"][1], axis=-1, keepdims=True)
     variables["largest_strain"] = (("member",), _largest(scene, system, history, strain))
-    errors = estimated(scene, system, history, strain, sampling, choices)
+    errors = estimated(scene, system, history, {"strain": strain, "deflection": bent}, sampling, choices)
     errors.judge(scene)
     refuse_far(scene, system, members)
     coordinates: dict[str, object] = {
@@ -172,18 +188,18 @@ def _largest(scene: Scene, system: System, history: History, strain: np.ndarray)
 
 
 def _of_errors(errors: Errors) -> xr.Dataset:
-    """Errors by source, and the largest relative one by all of them."""
-    sources = list(errors.strain)
-    return xr.Dataset(
-        {
-            "strain_error": (("source", "member"), np.stack(list(errors.strain.values()))),
-            "joint_force_error": (("source", "joint"), np.stack([errors.force[source] for source in sources])),
-            "relative_error": (("source",), list(errors.relative.values())),
-            "error_order": (("source",), [float(errors.order[source]) for source in sources]),
-        },
-        {"source": sources},
-        {"error_estimate": errors.total, "too_coarse": int(errors.too_large)},
-    )
+    """Errors by source of every quantity that the scene has, and the largest relative ones by all of them."""
+    variables: dict[str, Any] = {}
+    attributes: dict[str, float] = {}
+    for what, (name, prefix, places) in OF_ERRORS.items():
+        if not errors.measure[what].size and what == "torque":
+            continue
+        variables[f"{name}_error"] = (("source", places), np.stack(list(errors.errors[what].values())))
+        variables[f"{prefix}relative_error"] = (("source",), list(errors.relative(what).values()))
+        attributes[f"{prefix}error_estimate"] = errors.total(what)
+    sources = list(errors.order)
+    variables["error_order"] = (("source",), [float(errors.order[source]) for source in sources])
+    return xr.Dataset(variables, {"source": sources}, attributes | {"too_coarse": int(errors.too_large)})
 
 
 def _of_modes(system: System, modes: Modes | None) -> xr.Dataset:

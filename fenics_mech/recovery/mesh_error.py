@@ -181,8 +181,7 @@ def _by_pins(
     on what they give: a link that is beyond its Euler load for a moment only would buckle. `tension` is that of the
     elements where a nonlinear law holds it, and no stiffness does.
     """
-    beams, contacts = system.beams, system.transformation.constraints.contacts
-    v = system.on_nodes(yielded(system, dict(zip(contacts, (pin.gap(system) for pin in pins)))))
+    beams, v = system.beams, _by_gaps(system, pins)
     ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
     force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
     if tension is not None:
@@ -195,6 +194,16 @@ def _by_pins(
         of_elements -= each(beams.element_gyroscopic, in_member_axes(beams.mesh, turning))
     force += _by_inertia(system, inertia, turning) - system.assembled_from_members(of_elements)
     return ends + of_elements, force
+
+
+def moved_by_gaps(system: System, history: History) -> Array:
+    """Displacement that the nodes lack as travelling pins follow them, ``(angles, nodal dofs)``; see `_by_pins`."""
+    return _by_gaps(system, point_loads(system, reactions(system, nodal_forces(system, history))))
+
+
+def _by_gaps(system: System, pins: Sequence[PointLoad]) -> Array:
+    contacts = system.transformation.constraints.contacts
+    return system.on_nodes(yielded(system, dict(zip(contacts, (pin.gap(system) for pin in pins)))))
 
 
 def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import LEAST
+from fenics_mech.recovery.quantities import SMALL_MEMBER
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
 from fenics_mech.studies.cost_grid import meshed
@@ -74,7 +74,7 @@ def difference(strain: Array, other: Array) -> Difference:
     the first, at which the other's Fourier series is evaluated.
     """
     largest = np.abs(other).max(axis=(0, 2, 3))
-    measure = np.maximum(largest, LEAST * largest.max())
+    measure = np.maximum(largest, SMALL_MEMBER * largest.max())
     one, two = at_common_angles(strain, other)
     relative = np.abs(one - two).max(axis=(0, 3)) / measure[:, None]
     return Difference(float(relative.max()), float(relative[:, relative.shape[1] // 2].max()))

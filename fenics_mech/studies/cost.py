@@ -19,7 +19,8 @@ import xarray as xr
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import LEAST, NUMERICAL
+from fenics_mech.recovery.accuracy import NUMERICAL
+from fenics_mech.recovery.quantities import SMALL_MEMBER
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
@@ -220,7 +221,7 @@ def measured(result: Result, own: Converged | None, whole: Converged) -> dict[st
     if sources:
         largest = np.abs(found).max(axis=(0, 2, 3))
         of_each = result.data["strain_error"].sel(source=sources).sum("source").to_numpy()
-        numbers["estimate"] = float((of_each / np.maximum(largest, LEAST * largest.max())).max())
+        numbers["estimate"] = float((of_each / np.maximum(largest, SMALL_MEMBER * largest.max())).max())
         if own is not None:
             numbers["estimate_ratio"] = numbers["estimate"] / max(numbers["error"], TINY)
     return numbers

@@ -46,6 +46,9 @@ KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions
     "bow": (("member",), "1", "largest distance of the member's axis from its chord, over its length"),
     "rotation": (("member",), "rad", "largest rotation of the member's axis by deflection"),
     "error_estimate": ((), "1", "estimated error of the strains by all sources, relative to the largest"),
+    "deflection_error_estimate": ((), "1", "estimated error of the deflections, relative to the largest"),
+    "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
+    "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
 }
 TEXTS = {
     "error": "kind of error that the point ended with",
@@ -146,8 +149,7 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
         values["multiplier"] = _length(data["multiplier"], "part").to_numpy()
         values["growth_rate"] = data["growth_rate"].to_numpy()
     values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
-    if "error_estimate" in data.attrs:
-        values["error_estimate"] = np.array(data.attrs["error_estimate"])
+    values |= {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
     return {
         "effects": ", ".join(acting),
         "not_estimated": data.attrs.get("not_estimated", ""),

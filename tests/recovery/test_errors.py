@@ -13,6 +13,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.recovery.accuracy import Errors, between_stations, left_out
 from fenics_mech.recovery.joints import joint_names
+from fenics_mech.recovery.quantities import names_of
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from tests.demos.machines import crane, scene
@@ -435,14 +436,17 @@ def test_forces_are_refused_where_strains_are_not():
     """Named by joint, and by body where a pin holds more than two."""
     machine = load(DEMOS / "jansen.toml")
     names = joint_names(machine)
-    strain, force = np.zeros(len(machine.members())), 60.0 * (np.array(names) == "BL:left_c")
-    errors = Errors({"mesh": strain}, {"mesh": force}, {"mesh": 4.0}, np.ones_like(strain), np.full(len(names), 100.0))
+    sizes = {name: np.full(len(parts), 100.0) for name, parts in names_of(machine).items()}
+    by_quantity = {name: {"mesh": 0.0 * size} for name, size in sizes.items()}
+    by_quantity["joint_force"]["mesh"] = 60.0 * (np.array(names) == "BL:left_c")
+    errors = Errors(by_quantity, {"mesh": 4.0}, sizes)
     with pytest.raises(
         UnresolvedError, match=r"the elements are too long: the force in joint 'BL:left_c' is .* by 0\.6 "
     ):
         errors.judge(machine)
     assert errors.too_large
-    assert not replace(errors, forces=2 * errors.forces).too_large
+    larger = {name: 2 * size for name, size in sizes.items()}
+    assert not replace(errors, measure=larger).too_large
 
 
 def test_strain_between_stations():
