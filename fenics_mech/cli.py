@@ -26,7 +26,9 @@ app = typer.Typer(
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Make warnings errors: numbers that cannot be meant.")]
-Tolerance = typer.Option("--tol", help="Largest error of the strains, as 1e-3 or 0.1%: it chooses mesh and steps.")
+Tolerance = typer.Option(
+    "--tol", help="Largest error, 1e-3 or 0.1% of the strains or deflection=1%: it chooses mesh and steps. Repeatable."
+)
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
 
@@ -57,14 +59,15 @@ def _loaded(path: Path, strict: bool) -> Scene:
     return scene
 
 
-def _analysed(path: Path, refine: int, strict: bool, tolerance: str | None = None) -> Scene:
+def _analysed(path: Path, refine: int, strict: bool, tolerance: list[str] | None = None) -> Scene:
     """Load a scene that is to be analysed; a tolerance in it, or one given here, chooses the mesh itself."""
-    from fenics_mech.scene import refined  # noqa: PLC0415
+    from fenics_mech.scene import refined, stated_tolerance  # noqa: PLC0415
 
     scene = _loaded(path, strict)
-    scene = scene if tolerance is None else scene.changed(tolerance=tolerance)
+    scene = scene.changed(tolerance=stated_tolerance(tolerance)) if tolerance else scene
     if refine and scene.tolerance is not None:
-        what = f"--refine asks for a mesh, and the tolerance of {scene.tolerance:g} chooses it"
+        told = " and ".join(f"{share:g}" for share in scene.tolerances.values())
+        what = f"--refine asks for a mesh, and the tolerance of {told} chooses it"
         raise MechanismError(f"{what}: give one of them")
     return refined(scene, refine)
 
@@ -76,7 +79,7 @@ def run(
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
     csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
     refine: Refine = 0,
-    tolerance: Annotated[str | None, Tolerance] = None,
+    tolerance: Annotated[list[str] | None, Tolerance] = None,
     strict: Strict = False,
 ) -> None:
     """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
@@ -168,7 +171,8 @@ def effects(
     compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
-        str | None, typer.Option("--tol", help="Largest error of the strains (or 1%): effects above half of it act.")
+        list[str] | None,
+        typer.Option("--tol", help="Largest error of the strains (or 1%): effects above half of it act."),
     ] = None,
     strict: Strict = False,
 ) -> None:

@@ -81,14 +81,16 @@ class Trial:
     ----------
     knobs
         The choices.
-    errors, orders
-        What it estimates of the strains' error by each source, and with which power that should fall.
+    errors
+        Relative errors that it estimates, by quantity and then by source.
+    orders
+        With which power the errors of each source should fall.
     dofs
         Its degrees of freedom.
     """
 
     knobs: Knobs
-    errors: Mapping[str, float]
+    errors: Mapping[str, Mapping[str, float]]
     orders: Mapping[str, float]
     dofs: int
 
@@ -105,16 +107,17 @@ class Trial:
         return ""
 
 
-def slow_order(trials: Sequence[Trial], source: str) -> float | None:
+def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
     """Power with which an error fell from the last trial but one to the last, where it is below half of what it should.
 
-    None where it is not, or where the error or its number hardly changed.
+    It is the error of a quantity by a source. None where the power is not so low, or where the error or its number
+    hardly changed.
     """
-    if len(trials) < 2 or source not in trials[-2].errors:
+    if len(trials) < 2 or source not in trials[-2].errors[what]:
         return None
     before, last = trials[-2:]
     grew = last.knobs.number(source) / before.knobs.number(source)
-    fell = before.errors[source] / max(last.errors[source], 1e-300)
+    fell = before.errors[what][source] / max(last.errors[what][source], 1e-300)
     if grew < GREW or fell <= 1:
         return None
     order = math.log(fell) / math.log(grew)

@@ -16,6 +16,7 @@ from fenics_mech.kinematics import positions_for_corners, refuse_unresolved, sol
 from fenics_mech.knobs import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import left_out
+from fenics_mech.recovery.quantities import ERROR_VARIABLES
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.floquet import TOLERANCE as NEUTRAL
 from fenics_mech.scene import Scene
@@ -29,11 +30,17 @@ LARGEST_JUDGED = 0.1  # error of a motion that may be called unstable
 MOST_WITHOUT_ANSWER = 200  # sub-intervals, or the scene's own, after which no answer is an answer
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
 REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
+WORDS = {
+    "strain": "strains",
+    "deflection": "deflections",
+    "joint_force": "joint forces",
+    "torque": "efforts of the drives",
+}
 Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
 
 
 def within(scene: Scene, analyse: Analyse) -> Result:
-    """Analyse a scene so that its strains are within its tolerance of the converged ones.
+    """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
 
     Parameters
     ----------
@@ -49,9 +56,8 @@ def within(scene: Scene, analyse: Analyse) -> Result:
         a motion that is unstable.
     SceneError
         When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
-        scene asks for another solver, scheme or reduction than the tolerance takes.
+        scene asks for another solver, scheme or reduction than the tolerance takes, or has none of a quantity named.
     """
-    assert scene.tolerance is not None
     _refuse_stated(scene)
     chosen, choices = choose(scene)
     _refuse_unknown(chosen)
@@ -67,20 +73,34 @@ def within(scene: Scene, analyse: Analyse) -> Result:
             continue
         except (TooLargeError, MemoryError) as error:
             raise _not_met(chosen, trials, f"the next needs more memory than there is, {_numbers(knobs)}") from error
-        found = result.data[["relative_error", "error_order"]].to_dataframe().drop("effects", errors="ignore")
-        errors, orders = ({str(k): float(v) for k, v in found[name].items()} for name in found)
-        total, enough = sum(errors.values()), ENOUGH * scene.tolerance
-        if not trial.analysis.allow_unstable and _grows(result) and total <= max(LARGEST_JUDGED, enough):
+        this = Trial(knobs, *_errors(scene, result), int(result.data.attrs["dofs"]))
+        missed = _missed(scene, this)
+        judged = not missed or sum(this.errors["strain"].values()) <= LARGEST_JUDGED
+        if not trial.analysis.allow_unstable and _grows(result) and judged:
             analyse(trial, choices)  # says so
-        if total <= enough:
+        if not missed:
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
             left = left_out(choices) or 0.0
-            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], errors, done, left)
+            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], this, done, left)
             return result
-        trials.append(Trial(knobs, errors, orders, int(result.data.attrs["dofs"])))
+        trials.append(this)
         knobs = _next(chosen, trials)
     raise _not_met(chosen, trials, f"{MOST_ROUNDS} rounds were made")
+
+
+def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
+    """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
+    data = result.data.drop_sel(source="effects", errors="ignore")
+    sources = [str(source) for source in data["source"].to_numpy()]
+    names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
+    errors = {what: dict(zip(sources, data[name].to_numpy().tolist())) for what, name in names.items()}
+    return errors, dict(zip(sources, data["error_order"].to_numpy().tolist()))
+
+
+def _missed(scene: Scene, trial: Trial) -> list[str]:
+    """Quantities whose tolerance a trial does not meet."""
+    return [what for what, most in scene.tolerances.items() if not sum(trial.errors[what].values()) <= ENOUGH * most]
 
 
 def _periodic(scene: Scene) -> bool:
@@ -103,33 +123,41 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
     SolverError
         When that is more than memory or time allow.
     """
-    assert scene.tolerance is not None
     last = trials[-1]
+    more: dict[str, tuple[float, float]] = {}
+    for what in _missed(scene, last):
+        for source, error in last.errors[what].items():
+            if error > SHARE * scene.tolerances[what]:
+                (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
+                more[source] = max(by, before), max(least_by, least_before)
     finer = least = last.knobs
-    for source, error in last.errors.items():
-        if error <= SHARE * scene.tolerance:
-            continue
-        power = slow_order(trials, source) if error > scene.tolerance else None
-        if power is None or not (_jumping(scene) or slow_order(trials[:-1], source)):
-            power = max(last.orders[source], 1.0)
-        by = (error / (SHARE * scene.tolerance)) ** (1 / max(power, 1.0))
-        finer = finer.finer(source, min(MARGIN * by, LARGEST_STEP))
-        by = min(error / SHARE, sum(last.errors.values()) / ENOUGH) / scene.tolerance
-        least = least.finer(source, MARGIN * by ** (1 / power))
+    for source, (by, least_by) in more.items():
+        finer, least = finer.finer(source, by), least.finer(source, least_by)
     if what := last.too_large(least, _periodic(scene)):
         too_many = f"so many {what} take too much memory or time"
         raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")
     return least if last.too_large(finer, _periodic(scene)) else finer
 
 
+def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:
+    """Give how many times as many steps or elements an error asks for, and how many it needs at least."""
+    last, tolerance = trials[-1], scene.tolerances[what]
+    error = last.errors[what][source]
+    power = slow_order(trials, what, source) if error > tolerance else None
+    if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
+        power = max(last.orders[source], 1.0)
+    by = (error / (SHARE * tolerance)) ** (1 / max(power, 1.0))
+    least = min(error / SHARE, sum(last.errors[what].values()) / ENOUGH) / tolerance
+    return min(MARGIN * by, LARGEST_STEP), MARGIN * least ** (1 / power)
+
+
 def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
     """Say that the tolerance is not met, what error is left, by what, and what to do."""
     if not trials:
-        return SolverError(f"the tolerance of {scene.tolerance:g} cannot be met: {why}. Leave it out")
+        return SolverError(f"the tolerance of {_stated(scene)} cannot be met: {why}. Leave it out")
     last = trials[-1]
-    worst = max(last.errors, key=last.errors.__getitem__)
-    order = slow_order(trials, worst)
-    falls = f", which falls with the power {order:.1f} of the {NUMBERS[worst]} only" if order is not None else ""
+    missed = _missed(scene, last) or list(scene.tolerances)
+    told = " and ".join(_left(trials, what) for what in missed)
     advice = "Give a larger tolerance"
     if _jumping(scene):
         advice += (
@@ -137,9 +165,25 @@ def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
             "many modes follow, or material damping, which ends those"
         )
     return SolverError(
-        f"the tolerance of {scene.tolerance:g} is not met: with {_numbers(last.knobs)} the strains are uncertain by "
-        f"{sum(last.errors.values()):.2g}, {last.errors[worst]:.2g} of it by the {worst}{falls}; {why}. {advice}"
+        f"the tolerance of {_stated(scene, missed)} is not met: with {_numbers(last.knobs)} {told}; {why}. {advice}"
     )
+
+
+def _stated(scene: Scene, quantities: Sequence[str] | None = None) -> str:
+    """Name the tolerances of some quantities, or of all, and what they are of where that is not strains alone."""
+    names = list(scene.tolerances) if quantities is None else quantities
+    alone = list(scene.tolerances) == ["strain"]
+    return " and ".join(f"{scene.tolerances[what]:g}{'' if alone else ' of ' + WORDS[what]}" for what in names)
+
+
+def _left(trials: Sequence[Trial], what: str) -> str:
+    """Say what error of a quantity is left, and by what."""
+    errors = trials[-1].errors[what]
+    worst = max(errors, key=errors.__getitem__)
+    order = slow_order(trials, what, worst)
+    falls = f", which falls with the power {order:.1f} of the {NUMBERS[worst]} only" if order is not None else ""
+    total = sum(errors.values())
+    return f"the {WORDS[what]} are uncertain by {total:.2g}, {errors[worst]:.2g} of it by the {worst}{falls}"
 
 
 def _numbers(knobs: Knobs) -> str:
@@ -173,6 +217,10 @@ def _refuse_unknown(scene: Scene) -> None:
         what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
     elif _periodic(scene) and not damped:
         what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
+    elif "torque" in scene.tolerances and not scene.drives:
+        what, hint = "the torque of a drive, as the scene drives nothing", "tolerances of other quantities"
+    elif "joint_force" in scene.tolerances and not scene.joints:
+        what, hint = "joint forces, as the scene has no joints", "tolerances of other quantities"
     else:
         return
     raise SceneError(
@@ -220,17 +268,21 @@ def _fewest_steps(scene: Scene) -> int:
     return steps if analysis.allow_coarse else positions_for_corners(scene, steps)
 
 
-def _account(scene: Scene, elements: int, errors: dict[str, float], rounds: int, left: float) -> str:
+def _account(scene: Scene, elements: int, trial: Trial, rounds: int, left: float) -> str:
     """Say what was chosen, and why: the mesh has so many elements in all."""
-    analysis = scene.analysis
+    analysis, alone = scene.analysis, list(scene.tolerances) == ["strain"]
     parts = [f"{elements} elements"]
     if analysis.method == "periodic":
         parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
     if analysis.reduction != "none":
         parts.append(f"reduced to modes up to {analysis.cutoff:.4g} Hz")
     parts.append(f"{analysis.stations} stations")
-    least = ", ".join(f"{source} {error:.1g}" for source, error in errors.items())
+    met = " and ".join(f"{WORDS[what]} to {most:g}" for what, most in scene.tolerances.items())
+    least = "; ".join(
+        ("" if alone else f"{WORDS[what]}: ")
+        + ", ".join(f"{source} {error:.1g}" for source, error in trial.errors[what].items())
+        for what in scene.tolerances
+    )
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
-    said = f"strains to {scene.tolerance:g}, met by {', '.join(parts)} (errors: {least}; {trials})"
-    assert scene.tolerance is not None
-    return f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > scene.tolerance else said
+    said = f"{met}, met by {', '.join(parts)} (errors: {least}; {trials})"
+    return f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > scene.neglected else said

@@ -20,6 +20,7 @@ from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import drive_efforts, effort_units, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
+from fenics_mech.recovery.quantities import ERROR_VARIABLES
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.unseen import unseen
@@ -89,14 +90,6 @@ ATTRIBUTES = {
     "vibration_frequency": ("Hz", "ripples about the quasi-static curve in a cycle, over its duration"),
     "vibration_harmonic": ("1", "largest harmonic of the strain's distance from its quasi-static curve"),
     "vibration_mode": ("1", "mode whose natural frequency is nearest to the vibration's"),
-}
-
-
-OF_ERRORS = {  # by quantity: its variable, the prefix of its relative errors (strains have none), and its dimension
-    "strain": ("strain", "", "member"),
-    "deflection": ("deflection", "deflection_", "member"),
-    "joint_force": ("joint_force", "joint_force_", "joint"),
-    "torque": ("drive_effort", "drive_effort_", "drive"),
 }
 
 
@@ -191,8 +184,8 @@ def _of_errors(errors: Errors) -> xr.Dataset:
     """Errors by source of every quantity that the scene has, and the largest relative ones by all of them."""
     variables: dict[str, Any] = {}
     attributes: dict[str, float] = {}
-    for what, (name, prefix, places) in OF_ERRORS.items():
-        if not errors.measure[what].size and what == "torque":
+    for what, (name, prefix, places) in ERROR_VARIABLES.items():
+        if what == "torque" and not errors.measure[what].size:  # nothing is driven
             continue
         variables[f"{name}_error"] = (("source", places), np.stack(list(errors.errors[what].values())))
         variables[f"{prefix}relative_error"] = (("source",), list(errors.relative(what).values()))

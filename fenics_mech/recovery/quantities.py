@@ -20,6 +20,12 @@ STATIONS = 5  # of each member at which quantities are compared
 SMALL_MEMBER = 0.1  # of the mechanism's largest value that a member's own must have to be the measure of its error
 SMALL_EFFORT = 0.01  # of the largest joint force, at the link's size, that an effort must have for the same
 TINY = float(np.finfo(float).tiny)
+ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative errors (strains have none), its dimension
+    "strain": ("strain", "", "member"),
+    "deflection": ("deflection", "deflection_", "member"),
+    "joint_force": ("joint_force", "joint_force_", "joint"),
+    "torque": ("drive_effort", "drive_effort_", "drive"),
+}
 
 
 @dataclass(frozen=True)

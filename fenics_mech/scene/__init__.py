@@ -20,6 +20,7 @@ from fenics_mech.scene.models import (
     Scene,
 )
 from fenics_mech.scene.sections import CustomSection, RectangleSection, Section
+from fenics_mech.scene.tolerance import stated as stated_tolerance
 
 __all__ = [
     "Analysis",
@@ -52,4 +53,5 @@ __all__ = [
     "parse",
     "refined",
     "schema",
+    "stated_tolerance",
 ]

@@ -21,6 +21,7 @@ from fenics_mech.scene.loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
 from fenics_mech.scene.solvers import SolverOptions
 from fenics_mech.scene.springs import Damper, Spring
+from fenics_mech.scene.tolerance import Tolerance
 from fenics_mech.units import (
     Acceleration,
     Angle,
@@ -255,7 +256,7 @@ class Scene(Part):
 
     With a `tolerance`, the largest error of a strain relative to its member's largest, the program chooses elements,
     stations and, where no load varies, sub_intervals whatever is stated, and refuses another solver, scheme or
-    reduction than it takes.
+    reduction than it takes. A tolerance may be a table by quantity: strain, deflection, joint_force, torque.
     """
 
     name: Annotated[str, Field(max_length=LONGEST_NAME)] = "scene"
@@ -272,7 +273,7 @@ class Scene(Part):
     dampers: dict[Name, Damper] = Field(default_factory=dict)
     drive: Drives = ()
     effects: Literal["auto"] | tuple[str, ...] = ()
-    tolerance: Annotated[Share, Field(gt=1e-8, lt=1)] | None = None
+    tolerance: Tolerance = None
     damping: Damping = Damping()
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
@@ -310,8 +311,15 @@ class Scene(Part):
 
     @property
     def neglected(self) -> float:
-        """Share of the strains that ``effects = "auto"`` may neglect."""
-        return DEFAULT_NEGLECTED if self.tolerance is None else self.tolerance
+        """Share of the strains that ``effects = "auto"`` may neglect: the smallest tolerance of any quantity."""
+        return min(self.tolerances.values(), default=DEFAULT_NEGLECTED)
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """Tolerance of each quantity that has one."""
+        if self.tolerance is None:
+            return {}
+        return {"strain": self.tolerance} if isinstance(self.tolerance, float) else self.tolerance
 
     @property
     def drives(self) -> tuple[Drive, ...]:

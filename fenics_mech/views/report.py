@@ -14,6 +14,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import LARGEST_ERROR, NUMERICAL
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
+from fenics_mech.recovery.quantities import ERROR_VARIABLES
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
@@ -25,7 +26,6 @@ MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
 LARGEST_HARMONICS = 4  # that the summary names
 ROUNDING = 1e-9  # of the largest harmonic, below which others are rounding
-TINY = float(np.finfo(float).tiny)
 MINUS = "\N{MINUS SIGN}"
 
 
@@ -108,14 +108,10 @@ def _decisions(result: Result) -> Table:
         rest = "the others answer statically" if analysis.static_correction else "the others are left out"
         rows["joining"] = f"{analysis.join}, load {analysis.load} inside each sub-interval"
         rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
-    for name, text in (
-        ("error_estimate", "error estimate"),
-        ("cycle_change", "last cycle differs from the one before by"),
-    ):
-        if name in result.data.attrs:
-            rows[text] = f"{result.data.attrs[name]:.2g}"
     if "error_estimate" in result.data.attrs:
-        rows["error estimate"] += _errors(result)
+        rows["error estimate"] = _errors(result)
+    if "cycle_change" in result.data.attrs:
+        rows["last cycle differs from the one before by"] = f"{result.data.attrs['cycle_change']:.2g}"
     rows["damping"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
@@ -130,18 +126,36 @@ def _decisions(result: Result) -> Table:
 
 
 def _errors(result: Result) -> str:
-    """Tell the errors by their sources."""
-    data = result.data
-    by_source = dict(zip(data["source"].to_numpy(), data["relative_error"].to_numpy()))
-    text = f" of the strain ({', '.join(f'{source} {error:.1g}' for source, error in by_source.items())})"
-    if data.sizes["joint"]:
-        error = data["joint_force_error"] / max(float(np.abs(data["joint_force"]).max()), TINY)
-        text += f", {float(error.sum('source').max()):.2g} of the joint forces"
-        numerical = error.sel(source=[source for source in NUMERICAL if source in by_source])
-        text += " (TOO LARGE, expect wrong ones)" if float(numerical.sum("source").max()) > LARGEST_ERROR else ""
+    """Tell the largest relative error of each quantity, and that of the strains by source."""
+    data, told = result.data, []
+    numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
+    for what, name in _words(result).items():
+        prefix = ERROR_VARIABLES[what][1]
+        text = f"{name} {_percent(data.attrs[f'{prefix}error_estimate'])}"
+        wrong = float(data[f"{prefix}relative_error"].sel(source=numerical).sum()) > LARGEST_ERROR
+        told.append(text + (" (TOO LARGE, expect wrong ones)" if wrong and what != "strain" else ""))
+    by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
+    shares = ", ".join(f"{source} {_percent(error)}" for source, error in by_source)
+    text = f"{', '.join(told)} (of the strain: {shares})"
     if "not_estimated" in data.attrs:
         text += f"; NOT in it: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, expect wrong numbers" if data.attrs["too_coarse"] else "")
+
+
+def _words(result: Result) -> dict[str, str]:
+    """Give the quantities of a result that have an error, and their names."""
+    drives, data = result.scene.drives, result.data
+    turns = [result.scene.joints[drive.joint].kind not in ("slot", "prismatic") for drive in drives]
+    names = {"strain": "strain", "deflection": "deflection"}
+    if data.sizes["joint"]:
+        names["joint_force"] = "joint force"
+    if drives:
+        names["torque"] = "input torque" if turns == [True] else "drive effort"
+    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
 
 
 def _elements(scene: Scene) -> int:

@@ -128,7 +128,7 @@ def jump(tolerance):
 def falling(power, count):
     """Trials with twice the steps each, whose error of the time falls from 0.1 with a power, and should with 5."""
     return [
-        Trial(Knobs(16, 100 * 2**k, 41, 2e3), {"time": 0.1 * 2 ** (-power * k)}, {"time": 5.0}, 22)
+        Trial(Knobs(16, 100 * 2**k, 41, 2e3), {"strain": {"time": 0.1 * 2 ** (-power * k)}}, {"time": 5.0}, 22)
         for k in range(count)
     ]
 
