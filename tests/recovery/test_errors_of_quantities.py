@@ -116,7 +116,7 @@ def quick_return():
 @pytest.mark.parametrize(
     ("coarse", "finer", "sources", "most"),
     [
-        (lambda: seed(mesh__elements=2), {"mesh__elements": 6}, ["mesh"], 5.5),
+        (lambda: seed(mesh__elements=2), {"mesh__elements": 6}, ["mesh"], 2),
         (lambda: seed(analysis__sub_intervals=30), {"analysis__sub_intervals": 150}, ["time"], 6),
         (
             lambda: seed(mesh__elements=6).changed(
@@ -132,7 +132,7 @@ def quick_return():
             ),
             {"analysis__solver": "collocation", "analysis__sub_intervals": 90, "analysis__stability": False},
             ["time", "modes"],
-            5,
+            3,
         ),
         (
             lambda: seed_four_bar(analysis=STILL).changed(sections__coupler=TAPER, mesh__elements=1),
@@ -147,7 +147,8 @@ def quick_return():
 def test_told_over_true(coarse, finer, sources, most):
     """Of every member, joint and drive whose error is above 1e-6.
 
-    Measured: mesh 1.2 to 4.9, time 1.3 to 4.5, reduction 0.8 to 1.0, chapter 5 2.0 to 3.9, taper 1.8, pin 1.5 to 2.1.
+    Measured: mesh 1.0 to 1.1, time 1.3 to 4.5, reduction 0.6 to 1.0, chapter 5 0.6 to 1.9, taper 1.8 to 2.4 and pin 1.5
+    to 2.1, both raised by 2.
     """
     machine = coarse()
     found = told_over_true(analyse(machine).data, analyse(machine.changed(**finer)).data, sources)
