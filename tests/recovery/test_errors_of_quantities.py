@@ -116,13 +116,13 @@ def quick_return():
 @pytest.mark.parametrize(
     ("coarse", "finer", "sources", "most"),
     [
-        (lambda: seed(mesh__elements=2), {"mesh__elements": 6}, ["mesh"], 2),
+        (lambda: seed(mesh__elements=2), {"mesh__elements": 5}, ["mesh"], 2),
         (lambda: seed(analysis__sub_intervals=30), {"analysis__sub_intervals": 150}, ["time"], 6),
         (
             lambda: seed(mesh__elements=6).changed(
-                analysis__reduction="craig-bampton", analysis__cutoff=200.0, analysis__sub_intervals=120
+                analysis__reduction="craig-bampton", analysis__cutoff=200.0, analysis__sub_intervals=100
             ),
-            {"mesh__elements": 8, "analysis__reduction": "none"},
+            {"analysis__reduction": "none"},
             ["mesh"],
             2,
         ),
@@ -147,7 +147,7 @@ def quick_return():
 def test_told_over_true(coarse, finer, sources, most):
     """Of every member, joint and drive whose error is above 1e-6.
 
-    Measured: mesh 1.0 to 1.1, time 1.3 to 4.5, reduction 0.6 to 1.0, chapter 5 0.6 to 1.9, taper 1.8 to 2.4 and pin 1.5
+    Measured: mesh 1.1, time 1.3 to 4.5, reduction 0.6 to 1.1, chapter 5 0.6 to 1.9, taper 1.8 to 2.4 and pin 1.5
     to 2.1, both raised by 2.
     """
     machine = coarse()
@@ -170,8 +170,8 @@ def test_a_tolerance_of_the_deflection_is_met_and_one_of_the_strain_does_not_car
 
 def test_a_tolerance_of_deflections_and_torques_against_a_finer_run():
     result = analyse(load(DEMOS / "slider_crank.toml").changed(tolerance={"deflection": 1e-3, "torque": "0.2 %"}))
-    steps = {"analysis__sub_intervals": 10 * result.data.sizes["theta"], "analysis__stability": False}
-    exact = analyse(with_elements(result.scene, 6).changed(tolerance=None, **steps)).data
+    steps = {"analysis__sub_intervals": 4 * result.data.sizes["theta"], "analysis__stability": False}
+    exact = analyse(with_elements(result.scene, 4).changed(tolerance=None, **steps)).data
     found = told_over_true(result.data, exact, ["time", "mesh"])
     assert 1e-6 < found["deflection"][0] < 1e-3
     assert 1e-6 < found["drive_effort"][0] < 2e-3
