@@ -26,9 +26,7 @@ app = typer.Typer(
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Make warnings errors: numbers that cannot be meant.")]
-Tolerance = typer.Option(
-    "--tol", help="Largest error, 1e-3 or 0.1% of the strains or deflection=1%: it chooses mesh and steps. Repeatable."
-)
+Tolerance = typer.Option("--tol", help="Largest error, as 1e-3 (strains) or deflection=1%: it chooses mesh and steps.")
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
 
@@ -170,10 +168,7 @@ def effects(
     scene: SceneFile,
     compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
-    tolerance: Annotated[
-        list[str] | None,
-        typer.Option("--tol", help="Largest error of the strains (or 1%): effects above half of it act."),
-    ] = None,
+    tolerance: Annotated[list[str] | None, typer.Option("--tol", help="Effects above half of this error act.")] = None,
     strict: Strict = False,
 ) -> None:
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
