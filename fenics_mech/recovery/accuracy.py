@@ -6,7 +6,7 @@ They come from motions that the solver gives without that error.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -165,16 +165,8 @@ def estimated(
 
     for source, better in history.better.items():
         add(source, nothing, 1.0, better.order)
-        if better.history.displacement is not history.displacement or better.loads is not NOTHING:
-            there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
-            change = Quantities.of(scene, there, better.history.elastic) - base
-            if source == "mesh" and system.transformation.constraints.contacts:
-                change = change.with_nodes(system, moved_by_gaps(system, history.elastic))
-            add(source, change.largest, better.safety, better.order)
-        if better.hidden is not None:
-            beside, share = better.hidden
-            change = Quantities.of(scene, system, beside.elastic) - base
-            add(source, change.largest, 1 / share, better.order)
+    for source, change, times in _changes(scene, system, history, base):
+        add(source, change, times, history.better[source].order)
     if scene.analysis.method in ("periodic", "transient") and (blows := _by_blows(scene, system, history.elastic)):
         add("mesh", blows, 1.0, OF_SLIDERS)
     if (missed := misfit(scene, system.beams)).any():
@@ -186,6 +178,22 @@ def estimated(
     if (left := left_out(choices)) is not None:
         add("effects", largest, left, 0.0)
     return Errors(found, order, measures(scene, largest))
+
+
+def _changes(
+    scene: Scene, system: System, history: History, base: Quantities
+) -> Iterator[tuple[str, dict[str, Array], float]]:
+    """Give by source what the better motions change of each quantity, and how many times as large its error is."""
+    for source, better in history.better.items():
+        if better.history.displacement is not history.displacement or better.loads is not NOTHING:
+            there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
+            change = Quantities.of(scene, there, better.history.elastic) - base
+            if source == "mesh" and system.transformation.constraints.contacts:
+                change = change.with_nodes(system, moved_by_gaps(system, history.elastic))
+            yield source, change.largest, better.safety
+        if better.hidden is not None:
+            beside, share = better.hidden
+            yield source, (Quantities.of(scene, system, beside.elastic) - base).largest, 1 / share
 
 
 def _by_blows(scene: Scene, system: System, history: History) -> dict[str, Array] | None:
