@@ -150,7 +150,8 @@ def collect(
 def _units(scene: Scene) -> dict[str, str]:
     """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
     efforts = effort_units(scene)
-    found = {"drive_effort": efforts, "input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
+    found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
+    found |= dict.fromkeys(("drive_effort", "drive_effort_error"), efforts)
     for name, parts in (("spring_force", scene.springs), ("damper_force", scene.dampers)):
         found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts.values()]
     return {name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in found.items() if units}

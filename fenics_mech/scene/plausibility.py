@@ -376,9 +376,10 @@ def _damping(scene: Scene) -> Found:
 
 
 def _numerics(scene: Scene) -> Found:
-    if scene.tolerance is not None and scene.tolerance >= LARGEST_TOLERANCE:
-        share = f"{scene.tolerance:.6g} is {100 * scene.tolerance:.4g} % of the strains"
-        yield "tolerance", f'{share}: "{scene.tolerance:.6g} %" may be meant'
+    for quantity, share in scene.tolerances.items():
+        if share >= LARGEST_TOLERANCE:
+            place = "tolerance" if isinstance(scene.tolerance, float) else f"tolerance.{quantity}"
+            yield place, f'{share:.6g} is {100 * share:.4g} % of the {quantity}: "{share:.6g} %" may be meant'
     size = sum(_lengths(scene).values())
     for name, spring in scene.springs.items():
         if isinstance(spring, LineSpring) and (spring.length or 0.0) > LONGEST_SPRING * size:
