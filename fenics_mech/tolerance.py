@@ -207,7 +207,7 @@ def _refuse_stated(scene: Scene) -> None:
 def _refuse_unknown(scene: Scene) -> None:
     """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
     damping = scene.damping
-    damped = np.any(damping.ratio) or damping.material or damping.external or scene.dampers
+    damped = np.any(damping.ratio) or damping.material or damping.external or damping.relative or scene.dampers
     if scene.analysis.method == "transient":
         what, hint = (
             "a motion in time, whose steps it does not choose",

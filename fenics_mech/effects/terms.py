@@ -142,6 +142,9 @@ class ElementLaw(Protocol):
     def force(self, v: Array, rate: Array) -> Array:
         """Forces on the elements' ends in link axes, ``(angles, elements, 6)``."""
 
+    def of_stress(self) -> ElementLaw:
+        """Give the law without axial forces that are given, which are no stress of the elements' strain."""
+
     def lengthening(self, v: Array) -> Array:
         """Elongation of each element beside that of linear theory (m), ``(angles, elements)``."""
 
@@ -194,8 +197,10 @@ class Terms:
         Blocks of the elements in link axes, ``(angles or 1, elements, 6, 6)``.
     tension
         Axial force that the elements' stiffness was computed with (N), ``(angles, elements)``.
-    external, material
-        Damping per mass (1/s), and retardation time of the material (s): the force goes with the strain's rate.
+    external, relative
+        Drag per mass on the absolute velocity, and on that relative to the links' own axes (1/s).
+    material
+        Retardation time of the material (s): the force goes with the strain's rate.
     law
         A nonlinear force of the elements.
     """
@@ -213,6 +218,7 @@ class Terms:
     element_stiffness: Array | None = None
     tension: Array | None = None
     external: float = 0.0
+    relative: float = 0.0
     material: float = 0.0
     law: Law | None = None
 

@@ -123,7 +123,7 @@ class Equation:
         k = self._with(self.system.link_stiffness, self.system.added_stiffness, among)
         mass, damping, stiffness = _product(m, p), _product(d, p), _product(k, p)
         if first is not None and second is not None:
-            omega, alpha = (rate[among] for rate in (self.system.motion.omega, self.system.motion.alpha))
+            omega, alpha = (rate[among] for rate in (self.system.motion.omega, self.system.tangential))
             m_v = self._scaled(self.system.link_gyroscopic, omega)  # (4.29)
             m_a = self._scaled(self.system.link_gyroscopic, alpha)  # (4.30)
             m_a = m_a - self._scaled(m - self.system.link_rotary_mass, omega**2)
@@ -237,7 +237,9 @@ class Equation:
     def _link_damping(self, among: slice) -> sp.csr_matrix | Array:
         """Damping in link axes: by the material, by the surroundings, by dampers."""
         terms = self.system.terms
-        constant = terms.material * self.system.link_stiffness + terms.external * self.system.link_mass
+        constant = (
+            terms.material * self.system.link_stiffness + (terms.external + terms.relative) * self.system.link_mass
+        )
         return self._with(constant, terms.damping, among)
 
     def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...], among: slice) -> sp.csr_matrix | Array:

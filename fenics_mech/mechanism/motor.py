@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fenics_mech.effects import NOTHING, Entries
+from fenics_mech.effects import Entries
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.mechanism.system import System
@@ -47,8 +47,7 @@ def swing(system: System, unit: Motion) -> Array:
     unit
         Its rigid motion when the crank turns at 1 rad/s.
     """
-    velocity = replace(unit, acceleration=unit.velocity, alpha=unit.omega, omega=np.zeros_like(unit.omega))
-    return replace(system, motion=velocity, terms=NOTHING).rigid_acceleration
+    return replace(system, motion=unit).rigid_velocity
 
 
 def load_with_torque(system: System, unit: Motion) -> Array:
@@ -125,10 +124,10 @@ class MotorEquation(Equation):
         system, terms, link = self.system, self.system.terms, self.system.link_of_dof
         transformation, motion = system.transformation, system.motion
         field, lack = swing(system, self.unit), _lack(system)
-        omega, alpha = motion.omega[:, link], motion.alpha[:, link]
+        omega, alpha = motion.omega[:, link], system.tangential[:, link]
         s, centrifugal = system.nodal_gyroscopic.T, (system.nodal_mass - system.nodal_rotary_mass).T
         momentum = (system.nodal_mass.T @ field.T).T  # x^T m
-        drag = terms.external * momentum + _times_transposed(terms.damping, field)  # x^T D
+        drag = (terms.external + terms.relative) * momentum + _times_transposed(terms.damping, field)  # x^T D
         turning = 2 * (s @ (omega * field).T).T + drag  # x^T (2 m_v + D)
         held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T  # x^T m_a
         held += _times_transposed((*terms.stiffness, *terms.follower, *terms.convective), field)  # x^T S

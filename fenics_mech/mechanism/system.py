@@ -157,7 +157,10 @@ class System:
 
     @cached_property
     def rigid_acceleration(self) -> Array:
-        """Acceleration of the rigid motion, less gravity's, in link axes, ``(angles, nodal dofs)``; eq. (4.17)."""
+        """Acceleration of the rigid motion in link axes, ``(angles, nodal dofs)``; eq. (4.17).
+
+        Less gravity's, and with the drag per mass on the velocity: both forces go with the mass as inertia does.
+        """
         mesh, motion = self.beams.mesh, self.motion
         phi, omega, alpha = (array[:, mesh.node_link] for array in (motion.angle, motion.omega, motion.alpha))
         origin = motion.acceleration[:, mesh.node_link]
@@ -165,7 +168,26 @@ class System:
         along_x = c * origin[..., 0] + s * origin[..., 1] - alpha * y - omega**2 * x
         along_y = c * origin[..., 1] - s * origin[..., 0] + alpha * x - omega**2 * y
         rigid = np.stack([along_x, along_y, alpha], axis=-1).reshape(len(phi), -1)
+        if self.terms.external:
+            rigid += self.terms.external * self.rigid_velocity
         return rigid if self.terms.acceleration is None else rigid + self.terms.acceleration
+
+    @property
+    def tangential(self) -> Array:
+        """Rate of the links' axes by which v feels a force across it, ``alpha + c omega`` (1/s^2), ``(angles, links)``.
+
+        The first is Euler's; the second is the external drag c on the velocity ``omega x v``.
+        """
+        return self.motion.alpha + self.terms.external * self.motion.omega
+
+    @cached_property
+    def rigid_velocity(self) -> Array:
+        """Velocity of the rigid motion in link axes, ``(angles, nodal dofs)``."""
+        motion = self.motion
+        as_acceleration = replace(
+            motion, acceleration=motion.velocity, alpha=motion.omega, omega=np.zeros_like(motion.omega)
+        )
+        return replace(self, motion=as_acceleration, terms=NOTHING).rigid_acceleration
 
     @cached_property
     def load(self) -> Array:

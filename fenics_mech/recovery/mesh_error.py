@@ -263,10 +263,10 @@ def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
 def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Array, Array | None]:
     """Inertia of displacements of nodes, with drag, and what the gyroscopic matrix takes, ``(angles, nodal dofs)``."""
     first = _first(v, step, closed)
-    inertia = _second(v, step, closed) + system.terms.external * first
+    inertia = _second(v, step, closed) + (system.terms.external + system.terms.relative) * first
     if not system.terms.coupled:
         return inertia, None
-    omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.motion.alpha))
+    omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.tangential))
     return inertia - omega**2 * v, 2 * omega * first + alpha * v
 
 
@@ -326,11 +326,11 @@ def _pulled(system: System, v: Array, axial: Array) -> Array:
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
     """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members, with drag."""
     first = _first(z, step, closed)
-    second = _second(z, step, closed) + system.terms.external * first
+    second = _second(z, step, closed) + (system.terms.external + system.terms.relative) * first
     if not system.terms.coupled:
         return second
     mesh, motion = system.beams.mesh, system.motion
-    omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, motion.alpha))
+    omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, system.tangential))
     turning: Complex = (2j * omega) * first + (1j * alpha - omega**2) * z
     total: Complex = np.add(second, turning)
     return total

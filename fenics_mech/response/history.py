@@ -27,10 +27,11 @@ class History:
     displacement
         Coordinates q (m, rad), ``(angles, coordinates)``.
     inertia
-        Rigid and elastic acceleration of every nodal dof in link axes, and external damping over the mass (m/s^2,
-        rad/s^2), ``(angles, nodal dofs)``.
+        Rigid and elastic acceleration of every nodal dof in link axes, less gravity's, and the drag per mass on its
+        velocity (m/s^2, rad/s^2), ``(angles, nodal dofs)``.
     turning
-        What the gyroscopic matrix s is multiplied by, ``2 omega v' + alpha v``; None where the coupling is off.
+        What the gyroscopic matrix s is multiplied by, ``2 omega v' + alpha v`` and the drag per mass on ``omega v``;
+        None where the coupling is off.
     centripetal
         The share -omega^2 v of `inertia`, which the rotation of sections and point masses does not feel; None where
         the coupling is off.
@@ -136,14 +137,15 @@ def history_of(equation: Equation, q: Array, rate: Array, load: Array | None = N
     of_links = times(p, acceleration)
     if first is not None and second is not None:
         of_links += 2 * times(first, rate) + times(second, q)
-    inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.external * v_rate
+    drag_rate = system.terms.external + system.terms.relative
+    inertia = system.on_nodes(of_links) + system.rigid_acceleration + drag_rate * v_rate
     turning = centripetal = viscous = drag = None
     if equation.extra_damping is not None:
         forces = equation.extra_damping @ equation.straining(q, rate)[..., None]
         matrices = equation.links_stiffness, equation.linear.mass
         viscous, drag = (system.on_nodes(times(p, np.linalg.solve(matrix, forces)[..., 0])) for matrix in matrices)
     if first is not None and second is not None:
-        omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.motion.alpha))
+        omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.tangential))
         centripetal = -(omega**2) * v
         inertia += centripetal
         turning = 2 * omega * v_rate + alpha * v

@@ -216,12 +216,15 @@ class Damping(Part):
     material
         Retardation time of the material (s): its stress is E times the strain plus this times the strain's rate.
     external
-        Drag on the elastic velocity, in proportion to the mass (1/s).
+        Drag of the surroundings on the absolute velocity, the rigid motion's too, in proportion to the mass (1/s).
+    relative
+        The same on the velocity relative to the links' own axes: the surroundings turn with each link (1/s).
     """
 
     ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
     material: Annotated[Time, Field(ge=0)] = 0.0
     external: Annotated[Rate, Field(ge=0)] = 0.0
+    relative: Annotated[Rate, Field(ge=0)] = 0.0
 
 
 class Measurement(Part):

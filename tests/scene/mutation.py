@@ -41,7 +41,7 @@ PARTS: dict[str, Any] = {  # whole tables that a demo may lack
     },
     "impulses": {"i": {"at": "B", "angle": "90 deg", "impulse": [0, 0.01]}},
     "gravity": [0, -9.81],
-    "damping": {"ratio": [0.02, 0.01], "material": 1e-4, "external": 0.1},
+    "damping": {"ratio": [0.02, 0.01], "material": 1e-4, "external": 0.1, "relative": 0.1},
     "mesh": {"elements": 2, "grading": 1.2},
     "masses": {"m": {"at": "coupler.B", "mass": 0.1, "inertia": 1e-4}},
     "petsc": {"periodic_ksp_type": "gmres", "modes_eps_tol": 1e-9},
