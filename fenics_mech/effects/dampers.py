@@ -68,6 +68,40 @@ def damper_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array, rate: 
     return forces
 
 
+def damper_power(
+    scene: Scene, mesh: BeamMesh, motions: tuple[Motion, Motion], v: tuple[Array, Array], deformation: Array
+) -> Array:
+    """Power of all dampers on the bent mechanism (W), ``(angles,)``.
+
+    Their force does work on the rigid motion to second order, and to first order on the elastic one, as in `terms`.
+
+    Parameters
+    ----------
+    scene, mesh
+        The scene and its mesh.
+    motions
+        The rigid motion, and one of the same positions with other rates in which the forces do work.
+    v
+        Elastic displacement in link axes and its velocity, ``(angles, nodal dofs)``.
+    deformation
+        Rate of the displacement in which the forces do work, ``(angles, nodal dofs)``.
+    """
+    power = np.zeros(len(deformation))
+    for name, damper in scene.dampers.items():
+        true, virtual = (Separation.of(scene, mesh, motion, damper) for motion in motions)
+        n, c, rate = true.direction(motions[0], f"dampers.{name}"), damper.damping, true.rate
+        e, e_rate = true.elastic(v[0]), true.elastic_rate(*v)
+        bent, speed = true.value + e, rate + e_rate
+        whole, linear = c * speed, c * speed  # of a rotation
+        if n.shape[1] > 1:
+            whole = c * (np.sum(bent * speed, axis=1) / np.sum(bent**2, axis=1))[:, None] * bent
+            turned = (across(n) @ e[..., None])[..., 0] / true.length[:, None]
+            drift = np.sum(n * speed, axis=1) + np.sum(turned * rate, axis=1)
+            linear = c * (drift[:, None] * n + np.sum(n * rate, axis=1)[:, None] * turned)
+        power -= np.sum(whole * virtual.rate + linear * virtual.elastic_rate(v[0], deformation), axis=1)
+    return power
+
+
 EFFECT = Effect(
     name="dampers",
     meaning="viscous dampers between points, and viscous friction of joints",

@@ -22,6 +22,30 @@ def terms(situation: Situation) -> Terms:
     )
 
 
+def turned_back(situation: Situation) -> Terms:
+    """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad."""
+    found = []
+    for load in situation.scene.loads.values():
+        if isinstance(load, LineLoad):
+            line = _spread(situation, load).line
+            assert line is not None
+            found.append(Terms(line=np.concatenate([line[..., 2:], -line[..., :2]], axis=-1)))
+        else:
+            point, in_link = _force_at(situation, load)
+            forces = np.zeros((len(in_link), 3 * len(situation.beams.mesh.node_link)))
+            forces[:, point.dofs] = in_link @ QUARTER @ point.shift
+            found.append(Terms(force=forces))
+    return total(found)
+
+
+def _force_at(situation: Situation, load: Load) -> tuple[Attachment, Array]:
+    """Give where a load at a point acts, and its force in link axes (N), ``(angles, 2)``."""
+    point = Attachment.of(situation.scene, situation.beams.mesh, load.at)
+    factor = load.factor_at(situation.motion.theta)[:, None]
+    force = np.array(load.force)
+    return point, factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
+
+
 def _at_point(situation: Situation, load: Load) -> Terms:
     """Give a load at a point.
 
@@ -32,9 +56,7 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     label, _, at = load.at.partition("@")
     if at and not mesh.has_node(f"{label}@{float(at):.12g}"):
         return _inside(situation, load, factor)
-    point = Attachment.of(situation.scene, mesh, load.at)
-    force = np.array(load.force)
-    in_link = factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
+    point, in_link = _force_at(situation, load)
     forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
     forces[:, point.dofs] = in_link @ point.shift + factor * [0.0, 0.0, load.moment]
     if not load.follows:

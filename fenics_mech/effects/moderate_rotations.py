@@ -126,6 +126,10 @@ class OnElements:
         linear = self._of_strings(np.einsum("ei,tei->te", line, v + self.material * rate))[:, self.string]
         return tension[..., None] * (turned - line) + (tension - self.spread - linear)[..., None] * line
 
+    def of_stress(self) -> OnElements:
+        """Give the law without the axial forces that are given, `spread`."""
+        return replace(self, spread=0.0)
+
     def lengthening(self, v: Array) -> Array:
         """Elongation of each element beside that of linear theory (m), ``(angles, elements)``.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -63,6 +64,66 @@ def spring_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> dic
             )
         forces[name] = spring.stiffness * longer
     return forces
+
+
+def spring_power(scene: Scene, mesh: BeamMesh, rates: Motion, v: Array, deformation: Array) -> Array:
+    """Power of all springs on the bent mechanism (W), ``(angles,)``: minus the rate of their energy to second order.
+
+    With the elastic part e of the separation d, the energy is ``V(d) + V' e + e V'' e/2`` about the rigid motion.
+
+    Parameters
+    ----------
+    scene, mesh
+        The scene and its mesh.
+    rates
+        Rates of the links, true or virtual.
+    v, deformation
+        Elastic displacement in link axes, and its rate, ``(angles, nodal dofs)``.
+    """
+    power = np.zeros(len(v))
+    for separation, pull, tangent, bending in _pulls(scene, mesh, rates):
+        e, rate = separation.elastic(v), separation.rate
+        force = pull + (tangent @ e[..., None])[..., 0]
+        power -= np.sum(force * (rate + separation.elastic_rate(v, deformation)), axis=1)
+        if bending:
+            n, length = separation.value / separation.length[:, None], separation.length
+            along, turned = np.sum(n * rate, axis=1), (across(n) @ rate[..., None])[..., 0] / length[:, None]
+            aside = np.sum(e * (across(n) @ e[..., None])[..., 0], axis=1)
+            cross = np.sum(turned * e, axis=1) * np.sum(n * e, axis=1)
+            power -= bending / length * (along / length * aside / 2 + cross)
+    return power
+
+
+def spring_energy(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> Array:
+    """Energy of all springs to second order in v (J), ``(angles,)``, but for a constant; see `spring_power`."""
+    energy = np.zeros(len(v))
+    stiffness = [spring.stiffness for spring in scene.springs.values()]
+    for k, (separation, pull, tangent, _) in zip(stiffness, _pulls(scene, mesh, motion)):
+        e = separation.elastic(v)
+        energy += np.sum(pull * (e + pull / (2 * k)) + (tangent @ e[..., None])[..., 0] * e / 2, axis=1)
+    return energy
+
+
+def shortening_power(scene: Scene, mesh: BeamMesh, rates: Motion, v: Array, deformation: Array) -> Array:
+    """Of `spring_power`, the part that is linear in a displacement, ``(angles,)``."""
+    power = np.zeros(len(v))
+    for separation, pull, tangent, _ in _pulls(scene, mesh, rates):
+        change = (tangent @ separation.elastic(v)[..., None])[..., 0]
+        power -= np.sum(pull * separation.elastic_rate(v, deformation) + change * separation.rate, axis=1)
+    return power
+
+
+def _pulls(scene: Scene, mesh: BeamMesh, motion: Motion) -> Iterator[tuple[Separation, Array, Array, float]]:
+    """Give what lies between the ends of each spring, its pull and tangent, and stiffness times free length (N)."""
+    for name, spring in scene.springs.items():
+        separation, k, bending = Separation.of(scene, mesh, motion, spring), spring.stiffness, 0.0
+        if isinstance(spring, HingeSpring):
+            pull, tangent = separation.value - _free_angle(scene, mesh, spring), np.ones((len(separation.value), 1, 1))
+        else:
+            free = _free_length(scene, mesh, spring)
+            pull, tangent = _of_line(motion, name, separation, free)
+            bending = k * free
+        yield separation, k * pull, k * tangent, bending
 
 
 def _of_line(motion: Motion, name: str, separation: Separation, free: float) -> tuple[Array, Array]:

@@ -17,14 +17,16 @@ from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
+from fenics_mech.recovery.balance import energy_balance
 from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import drive_efforts, effort_units, joint_forces, nodal_forces, reactions
+from fenics_mech.recovery.joints import effort_units, joint_forces, nodal_forces, reactions
 from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
 from fenics_mech.recovery.quantities import ERROR_VARIABLES
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
 from fenics_mech.recovery.unseen import unseen
 from fenics_mech.recovery.validity import bow, euler_ratio, refuse_far, rotation
+from fenics_mech.recovery.virtual_work import Forces
 from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
 from fenics_mech.response.dispersion import MOST_OFF, frequency_error
@@ -57,6 +59,7 @@ ATTRIBUTES = {
     "joint_force": ("N", "force of the joint's first body on its second, fixed frame"),
     "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
     "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
+    "mean_power": ("W", "mean power that the cause gives to the mechanism, negative where it takes"),
     "drive_twist": ("rad", "angle of the crank ahead of its drive"),
     "drive_rate": ("rad/s", "rate of the crank"),
     "spring_force": ("N", "tension of each spring; of one at a joint the moment with which it turns its bodies back"),
@@ -118,8 +121,11 @@ def collect(
         "joint": list(by_joint),
         "component": ["x", "y"],
     }
+    balance = xr.Dataset()
     if scene.drives:
-        efforts = drive_efforts(scene, system.motion, found)
+        acting = Forces(scene, system, history)
+        efforts = acting.efforts()
+        balance = energy_balance(acting, efforts)
         variables["input_torque"] = (("theta",), efforts[scene.drives[0].joint])
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
         coordinates["drive"] = list(efforts)
@@ -129,7 +135,13 @@ def collect(
             "drive_rate": (("theta",), scene.cycle_rate + history.twist[1]),
         }
     data = xr.Dataset(variables, coordinates, stamp(scene) | _decisions(system, choices))
-    parts = _of_modes(system, modes), _of_stability(history.stability), _of_course(history.course), _of_errors(errors)
+    parts = (
+        _of_modes(system, modes),
+        _of_stability(history.stability),
+        _of_course(history.course),
+        _of_errors(errors),
+        balance,
+    )
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(scene, system) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")

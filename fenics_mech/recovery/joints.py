@@ -1,4 +1,4 @@
-"""Joint forces and drive torques: the multipliers of the joints' equations."""
+"""Joint forces: the multipliers of the joints' equations."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
@@ -123,24 +122,6 @@ def joint_names(scene: Scene) -> list[str]:
     """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first."""
     bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in scene.joints.items()}
     return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
-
-
-def drive_efforts(scene: Scene, motion: Motion, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:
-    """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
-    efforts = {}
-    for drive in scene.drives:
-        joint = scene.joints[drive.joint]
-        first, second = (point.split(".")[0] for point in joint.connect)
-        if isinstance(joint, Slot | Prismatic):
-            turned = motion.angle[:, motion.links.index(first)] if first != "ground" else np.zeros(len(motion.theta))
-            angle = scene.guide_angle(joint) + turned
-            force = found[drive.joint, second, 2]
-            efforts[drive.joint] = np.cos(angle) * force[:, 0] + np.sin(angle) * force[:, 1]
-        elif (drive.joint, second, 1) in found:
-            efforts[drive.joint] = found[drive.joint, second, 1][:, 0]
-        else:
-            efforts[drive.joint] = -found[drive.joint, first, 1][:, 0]
-    return efforts
 
 
 def effort_units(scene: Scene) -> list[str]:

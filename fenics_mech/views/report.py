@@ -48,6 +48,8 @@ def summary(result: Result) -> Group:
             parts.append(Text("(of the links without their axial forces)"))
     if "stability_limit" in result.data.attrs:
         parts.append(_stability(result))
+    if "mean_power" in result.data:
+        parts.append(_energy(result))
     parts += [_validity(result), *(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
     return Group(*parts)
 
@@ -78,6 +80,19 @@ def _validity(result: Result) -> Text:
         f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {'; '.join(beyond)}. effects = 'auto' takes what is needed.",
         style="bold red",
     )
+
+
+def _energy(result: Result) -> Text:
+    """Tell the mean power of drives, loads and damping, and how far they are from a balance."""
+    data = result.data
+    power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
+    whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
+    parts = [f"{cause} {number(MILLI * value)} mW" for cause, value in power.items()]
+    residual, error = data.attrs["power_residual"], data.attrs["power_balance_error"]
+    text = f"Mean power over the {whole}: {', '.join(parts)}; left over {number(MILLI * residual)} mW"
+    if not _acts(result, "coupling") and not _acts(result, "motor"):
+        return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
+    return Text(f"{text} ({error:.1g} of the largest).")
 
 
 def _stability(result: Result) -> Text:
@@ -296,4 +311,5 @@ def _damping(scene: Scene) -> str:
     parts = [", ".join(f"{100 * value:.4g} %" for value in ratios) + " of the modes"] if any(ratios) else []
     parts += [f"material {damping.material:.4g} s"] if damping.material else []
     parts += [f"external {damping.external:.4g} 1/s"] if damping.external else []
+    parts += [f"relative {damping.relative:.4g} 1/s"] if damping.relative else []
     return ", ".join(parts) or "none"

@@ -155,22 +155,17 @@ def _moved(scene, system, by):
 
 
 def test_springs_take_no_power_over_a_cycle():
-    # in collocation with all terms of the linear equation; forces act on the undeformed shape, so that the mean power
-    # vanishes with the compliance of the links only
+    # in collocation with all terms of the linear equation, on stiff links: the time steps leave 4e-7 of the torque
     springs = {"line": {"between": ("coupler.B", "ground.O"), "stiffness": 20.0}, "hinge": ANGLE}
-    means = []
-    for scale in (1e1, 1e2):
-        scene = stiff(
-            scale,
-            springs=springs,
-            effects=("coupling",),
-            damping={"material": 1e-5 / scale},
-            analysis={"sub_intervals": 48, "stability": False},
-        )
-        torque = analyse(scene).data["input_torque"].to_numpy()
-        means.append(abs(torque.mean()) / np.abs(torque).max())
-    assert means[0] < 2e-4
-    assert means[1] == pytest.approx(means[0] / 10, rel=0.3)
+    scene = stiff(
+        1e2,
+        springs=springs,
+        effects=("coupling",),
+        damping={"material": 1e-7},
+        analysis={"sub_intervals": 48, "stability": False},
+    )
+    torque = analyse(scene).data["input_torque"].to_numpy()
+    assert abs(torque.mean()) < 2e-6 * np.abs(torque).max()
 
 
 def test_spring_without_free_length_balances_a_weight():

@@ -110,13 +110,19 @@ def forces_on(scene, data):
 
 
 def gaps(scene, data):
-    """Largest gaps of the balances of each link and of all together: of force, then of moment, of the largest rate."""
+    """Largest gaps of the balances of force of each link and of all, and of moment of each, of the largest rate.
+
+    The effort of a drive is of the bent mechanism; its links are left to the balance of energy.
+    """
     rates, found = momenta(scene, data), forces_on(scene, data)
+    driven = {at.split(".")[0] for drive in scene.drives for at in scene.joints[drive.joint].connect}
     worst = []
-    for i in range(2):
-        each = [found[name][i] - rates[name][i] for name in scene.links]
+    for i, free in ((0, set(scene.links)), (1, set(scene.links) - driven)):
+        each = {name: found[name][i] - rates[name][i] for name in scene.links}
         scale = max(np.nanmax(np.abs(rates[name][i])) for name in scene.links)
-        worst += [max(np.nanmax(np.abs(gap)) for gap in each) / scale, np.nanmax(np.abs(sum(each))) / scale]
+        worst.append(max((np.nanmax(np.abs(each[name])) for name in free), default=0.0) / scale)
+        if i == 0:
+            worst.append(np.nanmax(np.abs(sum(each.values()))) / scale)
     return worst
 
 
@@ -146,7 +152,7 @@ def demo(name, motor=None, springs=(), **changes):
 )
 def test_joint_forces_make_the_momentum(name, changes, largest):
     scene = demo(name, **changes)
-    assert gaps(scene, analyse(scene).data) == pytest.approx([0] * 4, abs=largest)
+    assert gaps(scene, analyse(scene).data) == pytest.approx([0] * 3, abs=largest)
 
 
 def arm(steps=120, **rest):

@@ -1,0 +1,52 @@
+"""How the links move by each drive alone: influence coefficients, and the rates of the drives in a motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.kinematics.motion import Motion
+from fenics_mech.scene import Scene
+
+
+def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
+    """Give the velocities of the links when one drive moves at unit rate and the others stand still.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+    motion
+        Its positions; only these are used.
+
+    Returns
+    -------
+    list of Motion
+        One for each drive of the scene, at 1 rad/s or 1 m/s and without accelerations. Velocities are the derivatives
+        of the positions by the drive's angle or stroke (Nikravesh, Computer-Aided Analysis of Mechanical Systems,
+        1988, chapter 3).
+    """
+    loops = Loops.of(scene)
+    unit = np.broadcast_to(np.eye(loops.drives), (len(motion.theta), loops.drives, loops.drives))
+    sides = np.stack([loops.driven(unit[:, i]) for i in range(loops.drives)], axis=-1)
+    found = np.linalg.solve(loops.jacobian(_coordinates(motion.position, motion.angle)), sides)
+    rates = found.reshape(len(found), -1, 3, loops.drives)
+    still = motion.held()
+    return [replace(still, velocity=rates[:, :, :2, i], omega=rates[:, :, 2, i]) for i in range(loops.drives)]
+
+
+def drive_rates(scene: Scene, motion: Motion) -> Array:
+    """Give the rate of each drive in a motion (rad/s or m/s), ``(angles, drives)``."""
+    loops = Loops.of(scene)
+    driven = loops.jacobian(_coordinates(motion.position, motion.angle))[:, len(loops.names) - loops.drives :]
+    found = np.einsum("tdi,ti->td", driven, _coordinates(motion.velocity, motion.omega))
+    ordered = np.empty_like(found)
+    ordered[:, list(loops.drive_order)] = found
+    return ordered
+
+
+def _coordinates(vectors: Array, angles: Array) -> Array:
+    """Coordinates of the loops, or their rates, ``(angles, 3 links)``."""
+    return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)
