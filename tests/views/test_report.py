@@ -195,3 +195,15 @@ def test_springs_at_a_joint_give_a_moment():
     scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24})
     for springs, unit in (({"a": line}, "N"), ({"a": hinge}, "N m"), ({"a": line, "b": hinge}, "N, N m")):
         assert analyse(scene.changed(springs=springs)).data["spring_force"].attrs["units"] == unit
+
+
+def test_balance_of_energy_is_told():
+    analysis = {"sub_intervals": 120, "stability": False, "stations": 3}
+    scene = seed_four_bar(effects=("coupling",), damping={"material": 1e-3}, analysis=analysis)
+    result = analyse(scene)
+    drive, lost = (1e3 * float(result.data["mean_power"].sel(cause=name)) for name in ("drive", "material"))
+    text = " ".join(printed(summary(result)).split())
+    assert f"Mean power over the cycle: drive {drive:.4g} mW, material {lost:.4g} mW; left over " in text
+    assert "of the largest)." in text
+    still = analyse(scene.changed(effects=(), analysis__method="quasi-static"))
+    assert "leaves out the coupling, without which energy does not balance" in " ".join(printed(summary(still)).split())
