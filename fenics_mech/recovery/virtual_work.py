@@ -227,7 +227,7 @@ class Forces:
         )
         if shorter is not None:
             for name, power in self._by_shortening(rates, shorter).items():
-                powers[name] = powers[name] + power
+                powers[name] = powers.get(name, 0.0) + power
         return powers
 
     def _of_stress(self, rates: Rates) -> dict[str, Array]:
@@ -269,7 +269,7 @@ class Forces:
                 own["external drag"] = Acceleration(drag * first, drag * omega * u, self._still)
             straight = replace(rates, deformation=self._still)
             for name, acceleration in own.items():
-                found[name] = found[name] + acceleration.power(system, straight, self._still)
+                found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self._still)
         found["loads"] = self._of_loads(carried, u)
         found["springs"] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
         return found
