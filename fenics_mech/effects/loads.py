@@ -27,15 +27,19 @@ def turned_back(situation: Situation) -> Terms:
     found = []
     for load in situation.scene.loads.values():
         if isinstance(load, LineLoad):
-            line = _spread(situation, load).line
-            assert line is not None
-            found.append(Terms(line=np.concatenate([line[..., 2:], -line[..., :2]], axis=-1)))
+            found.append(line_turned_back(_spread(situation, load)))
         else:
             point, in_link = _force_at(situation, load)
             forces = np.zeros((len(in_link), 3 * len(situation.beams.mesh.node_link)))
             forces[:, point.dofs] = in_link @ QUARTER @ point.shift
             found.append(Terms(force=forces))
     return total(found)
+
+
+def line_turned_back(terms: Terms) -> Terms:
+    """Give loads along elements turned by a quarter clockwise."""
+    assert terms.line is not None
+    return Terms(line=np.concatenate([terms.line[..., 2:], -terms.line[..., :2]], axis=-1))
 
 
 def _force_at(situation: Situation, load: Load) -> tuple[Attachment, Array]:

@@ -186,8 +186,7 @@ def _changes(
     """Give by source what the better motions change of each quantity, and how many times as large its error is."""
     for source, better in history.better.items():
         if better.history.displacement is not history.displacement or better.loads is not NOTHING:
-            there = system if better.loads is NOTHING else system.with_terms(system.terms + better.loads)
-            change = Quantities.of(scene, there, better.history.elastic) - base
+            change = Quantities.of(scene, system, better.history.elastic, better.loads) - base
             if source == "mesh" and system.transformation.constraints.contacts:
                 change = change.with_nodes(system, moved_by_gaps(system, history.elastic))
             yield source, change.largest, better.safety

@@ -32,7 +32,7 @@ def energy_balance(forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
     -------
     xarray.Dataset
         `mean_power` (W) by `cause`: what the cause gives to the mechanism, negative where it takes. "stored" is what
-        the kinetic and the potential energy take up. As attributes `power_residual`, the sum (W), and
+        the kinetic energy and that of links and springs take up. As attributes `power_residual`, the sum (W), and
         `power_balance_error`, its size over the largest of them. Empty for a mechanism that is held or struck.
     """
     scene, motion = forces.scene, forces.system.motion
@@ -41,8 +41,10 @@ def energy_balance(forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
     rates = drive_rates(scene, motion)
     given = sum((effort * rates[:, i] for i, effort in enumerate(efforts.values())), np.zeros(len(rates)))
     powers = {"drives" if len(efforts) > 1 else "drive": given}
-    powers |= {name: power for name, power in forces.powers().items() if name in ("loads", *LOSSES) and power.any()}
-    if scene.analysis.method == "transient":
+    in_time = scene.analysis.method == "transient"
+    told = ("loads", *LOSSES, *(("weight",) if in_time else ()))  # that of weight is 0 over a cycle
+    powers |= {name: power for name, power in forces.powers().items() if name in told and power.any()}
+    if in_time:
         duration = float(np.ptp(motion.time))
         mean = {
             name: float(CubicSpline(motion.time, power).integrate(*motion.time[[0, -1]])) / duration
@@ -62,31 +64,20 @@ def energy_balance(forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
 
 
 def stored_energy(forces: Forces) -> Array:
-    """Kinetic and potential energy of the bent mechanism (J), ``(angles,)``, but for a constant."""
+    """Energy of motion, of links and of springs of the bent mechanism (J), ``(angles,)``, but for a constant."""
     system, rates, v = forces.system, forces.rates, forces.displacement
     mass, rotary, gyroscopic = system.nodal_mass, system.nodal_rotary_mass, system.nodal_gyroscopic
     velocity, swing = rates.rigid + rates.deformation, rates.turning * v
     momentum = (mass @ velocity.T / 2 + gyroscopic @ swing.T).T
     energy = np.sum(velocity * momentum + swing * ((mass - rotary) @ swing.T).T / 2, axis=1)
     energy += np.sum(v * (system.nodal_stiffness @ v.T).T, axis=1) / 2
-    energy += np.sum(forces.weight * (mass @ (_places(system) + v).T).T, axis=1)
     energy += spring_energy(forces.scene, system.beams.mesh, system.motion, v)
     if system.terms.law is not None:
         energy += _of_bowing(system, v)
     if forces.shortening is not None:
         u, first, _ = forces.shortening.in_time
         energy += np.sum(rates.rigid * (mass @ first.T + gyroscopic @ (rates.turning * u).T).T, axis=1)
-        energy += np.sum(forces.weight * (mass @ u.T).T, axis=1)
     return np.asarray(energy)
-
-
-def _places(system: System) -> Array:
-    """Places of the nodes of the rigid motion in link axes (m), ``(angles, nodal dofs)``."""
-    mesh, motion = system.beams.mesh, system.motion
-    phi, origin = motion.angle[:, mesh.node_link], motion.position[:, mesh.node_link]
-    c, s = np.cos(phi), np.sin(phi)
-    along, across = c * origin[..., 0] + s * origin[..., 1], c * origin[..., 1] - s * origin[..., 0]
-    return np.stack([along + mesh.node_xy[:, 0], across + mesh.node_xy[:, 1], phi], axis=-1).reshape(len(phi), -1)
 
 
 def _of_bowing(system: System, v: Array) -> Array:

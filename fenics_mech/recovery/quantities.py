@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import drive_efforts, joint_forces, joint_names, nodal_forces, reactions
+from fenics_mech.recovery.joints import joint_forces, joint_names, nodal_forces, reactions
 from fenics_mech.recovery.members import deflection_of_nodes, recover_members, stiffnesses
+from fenics_mech.recovery.virtual_work import Forces
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
@@ -51,15 +53,19 @@ class Quantities:
     effort: Array
 
     @classmethod
-    def of(cls, scene: Scene, system: System, history: History) -> Quantities:
-        """Recover them from a motion at few stations, without the forces of modal damping."""
+    def of(cls, scene: Scene, system: System, history: History, loads: Terms = NOTHING) -> Quantities:
+        """Recover them from a motion at few stations, without the forces of modal damping.
+
+        `loads` are those that act beside the system's own.
+        """
+        system = system if loads is NOTHING else system.with_terms(system.terms + loads)
         found = reactions(system, nodal_forces(system, history))
         s = _stations(system)
         members = recover_members(system, history, s, point_loads(system, found))
         ea, ei, _, fibre = stiffnesses(scene, s)
         count = len(members.moment)
         forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, count, 2)
-        efforts = np.array(list(drive_efforts(scene, system.motion, found).values())).reshape(-1, count)
+        efforts = np.array(list(Forces(scene, system, history, loads).efforts().values())).reshape(-1, count)
         return cls(
             axial=members.axial_force / ea,
             bending=members.moment * np.abs(fibre).max(axis=-1) / ei,

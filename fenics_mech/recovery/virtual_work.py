@@ -14,10 +14,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import NOTHING, Situation
+from fenics_mech.effects import NOTHING, Situation, Terms
 from fenics_mech.effects.dampers import damper_power
+from fenics_mech.effects.loads import line_turned_back, turned_back
 from fenics_mech.effects.loads import terms as load_terms
-from fenics_mech.effects.loads import turned_back
+from fenics_mech.effects.offsets import terms as offset_terms
 from fenics_mech.effects.springs import shortening_power, spring_power
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.influence import drive_influences
@@ -87,11 +88,14 @@ class Forces:
     ----------
     scene, system, history
         The scene, its mechanism and its motion.
+    beside
+        Loads of the system that are none of the scene, such as what stands for an error of its mesh.
     """
 
     scene: Scene
     system: System
     history: History
+    beside: Terms = NOTHING
 
     @property
     def bent(self) -> bool:
@@ -220,7 +224,8 @@ class Forces:
         mesh, motion, shape = self.system.beams.mesh, self.system.motion, self._shape
         powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
         powers |= self._of_stress(rates)
-        powers["loads"] = self._of_loads(rates, shape)
+        powers["loads"] = self._of_loads(rates, shape) + self._of_applied(self.beside, NOTHING, rates, shape)
+        powers["inertia"] = powers["inertia"] + self._of_mass_beside_axes(rates, shape)
         powers["springs"] = spring_power(self.scene, mesh, rates.motion, shape, rates.deformation)
         powers["dampers"] = damper_power(
             self.scene, mesh, (motion, rates.motion), (shape, self._velocity), rates.deformation
@@ -250,10 +255,24 @@ class Forces:
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:
         """Power of loads on the mechanism bent by v."""
-        situation = Situation(self.scene, self.system.beams, self.system.motion)
-        terms, turned = load_terms(situation), self.system.applied_by(turned_back(situation))
+        return self._of_applied(load_terms(self._situation), turned_back(self._situation), rates, v)
+
+    def _of_mass_beside_axes(self, rates: Rates, v: Array) -> Array:
+        """Power of the centrifugal force of mass that is beside its member's axis; see `effects.offsets`."""
+        if self.system.beams.layout.offsets is None:
+            return np.zeros(len(v))
+        terms = offset_terms(self._situation)
+        return self._of_applied(terms, line_turned_back(terms), rates, v)
+
+    def _of_applied(self, terms: Terms, turned: Terms, rates: Rates, v: Array) -> Array:
+        """Power of forces on the mechanism bent by v; `turned` are the same turned by a quarter clockwise."""
         force = self.system.applied_by(terms) - sum((entries.times(v) for entries in terms.follower), self._still)
-        return np.asarray(np.sum(force * (rates.rigid + rates.deformation) + turned * rates.turning * v, axis=1))
+        swung = self.system.applied_by(turned) * rates.turning * v
+        return np.asarray(np.sum(force * (rates.rigid + rates.deformation) + swung, axis=1))
+
+    @property
+    def _situation(self) -> Situation:
+        return Situation(self.scene, self.system.beams, self.system.motion)
 
     def _by_shortening(self, rates: Rates, shorter: Array) -> dict[str, Array]:
         """Work of the forces of the straight links in the shortening, and of what the shortening makes in theirs."""
@@ -271,6 +290,7 @@ class Forces:
             for name, acceleration in own.items():
                 found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self._still)
         found["loads"] = self._of_loads(carried, u)
+        found["inertia"] = found.get("inertia", 0.0) + self._of_mass_beside_axes(carried, u)
         found["springs"] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
         return found
 
