@@ -89,8 +89,8 @@ def test_energy_balances_beside_the_axes(axis):
     )
     data = scene.model_dump()
     data["sections"]["laminate"] |= {"axis": axis, "plies": plies}
-    # what 120 time steps leave; without the centrifugal force of mass beside the axes it is 0.8
-    assert imbalance(type(scene).model_validate(data)) < 4e-3
+    # what 120 time steps leave is 4e-3; without the centrifugal force of mass beside the axes it is 1.4 to 2.1
+    assert imbalance(type(scene).model_validate(data)) < 1e-2
 
 
 @pytest.mark.parametrize("effects", [(), ("geometric-stiffness",)])
