@@ -10,6 +10,7 @@ from contextlib import chdir, contextmanager
 from pathlib import Path
 
 from rich.console import Console, ConsoleOptions, RenderableType
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
 
@@ -89,15 +90,10 @@ def make_folder(folder: Path) -> None:
         raise MechanismError(f"cannot make the folder {folder}: {error.strerror}") from error
 
 
-def plain(text: str) -> str:
-    """Keep rich from reading brackets in a message as markup."""
-    return text.replace("[", r"\[")
-
-
 def warn(warnings: Sequence[str], strict: bool) -> None:
     """Print warnings, or with `strict` raise a `MechanismError` for them."""
     for text in warnings:
-        err.print(f"[bold yellow]warning:[/] {plain(text)}", soft_wrap=True, highlight=False)
+        err.print(f"[bold yellow]warning:[/] {escape(text)}", soft_wrap=True, highlight=False)
     if strict and warnings:
         many = f"{len(warnings)} warnings are errors" if len(warnings) > 1 else "1 warning is an error"
         raise MechanismError(f"{many} under --strict: change the numbers, or leave --strict out")

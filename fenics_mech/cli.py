@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.markup import escape
 
-from fenics_mech._console import err, make_folder, one_voice, out, plain, progress_bar, tell, tell_written, warn
+from fenics_mech._console import err, make_folder, one_voice, out, progress_bar, tell, tell_written, warn
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 
@@ -25,7 +26,9 @@ app = typer.Typer(
 )
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
-Strict = Annotated[bool, typer.Option("--strict", help="Make warnings errors: numbers that cannot be meant.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Stop with an error where numbers of the scene are implausible.")
+]
 Tolerance = typer.Option("--tol", help="Largest error, as 1e-3 (strains) or deflection=1%: it chooses mesh and steps.")
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
 
@@ -43,7 +46,7 @@ def main() -> None:
 
 
 def _fail(message: str) -> None:
-    err.print(f"[bold red]error:[/] {plain(message)}", soft_wrap=True, highlight=False)
+    err.print(f"[bold red]error:[/] {escape(message)}", soft_wrap=True, highlight=False)
     sys.exit(1)
 
 
@@ -168,7 +171,10 @@ def effects(
     scene: SceneFile,
     compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
-    tolerance: Annotated[list[str] | None, typer.Option("--tol", help="Effects above half of this error act.")] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option("--tol", help="Largest error, as 1e-3 or deflection=1%: effects above half of it act."),
+    ] = None,
     strict: Strict = False,
 ) -> None:
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""

@@ -29,10 +29,8 @@ def turned_back(situation: Situation) -> Terms:
         if isinstance(load, LineLoad):
             found.append(line_turned_back(_spread(situation, load)))
         else:
-            point, in_link = _force_at(situation, load)
-            forces = np.zeros((len(in_link), 3 * len(situation.beams.mesh.node_link)))
-            forces[:, point.dofs] = in_link @ QUARTER @ point.shift
-            found.append(Terms(force=forces))
+            x, y = load.force
+            found.append(_at_point(situation, load.model_copy(update={"force": (y, -x), "moment": 0.0})))
     return total(found)
 
 
@@ -40,14 +38,6 @@ def line_turned_back(terms: Terms) -> Terms:
     """Give loads along elements turned by a quarter clockwise."""
     assert terms.line is not None
     return Terms(line=np.concatenate([terms.line[..., 2:], -terms.line[..., :2]], axis=-1))
-
-
-def _force_at(situation: Situation, load: Load) -> tuple[Attachment, Array]:
-    """Give where a load at a point acts, and its force in link axes (N), ``(angles, 2)``."""
-    point = Attachment.of(situation.scene, situation.beams.mesh, load.at)
-    factor = load.factor_at(situation.motion.theta)[:, None]
-    force = np.array(load.force)
-    return point, factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
 
 
 def _at_point(situation: Situation, load: Load) -> Terms:
@@ -60,7 +50,9 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     label, _, at = load.at.partition("@")
     if at and not mesh.has_node(f"{label}@{float(at):.12g}"):
         return _inside(situation, load, factor)
-    point, in_link = _force_at(situation, load)
+    point = Attachment.of(situation.scene, mesh, load.at)
+    force = np.array(load.force)
+    in_link = factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
     forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
     forces[:, point.dofs] = in_link @ point.shift + factor * [0.0, 0.0, load.moment]
     if not load.follows:

@@ -222,6 +222,11 @@ class Terms:
     material: float = 0.0
     law: Law | None = None
 
+    @property
+    def drag(self) -> float:
+        """Drag per mass on the rate of the elastic displacement (1/s)."""
+        return self.external + self.relative
+
     def __add__(self, other: Terms) -> Terms:
         """Give both effects' terms."""
         names = [field.name for field in fields(self)]

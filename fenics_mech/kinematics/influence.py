@@ -28,6 +28,8 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
         of the positions by the drive's angle or stroke (Nikravesh, Computer-Aided Analysis of Mechanical Systems,
         1988, chapter 3).
     """
+    if not scene.drives:
+        return []
     loops = Loops.of(scene)
     unit = np.broadcast_to(np.eye(loops.drives), (len(motion.theta), loops.drives, loops.drives))
     sides = np.stack([loops.driven(unit[:, i]) for i in range(loops.drives)], axis=-1)

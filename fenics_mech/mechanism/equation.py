@@ -237,9 +237,7 @@ class Equation:
     def _link_damping(self, among: slice) -> sp.csr_matrix | Array:
         """Damping in link axes: by the material, by the surroundings, by dampers."""
         terms = self.system.terms
-        constant = (
-            terms.material * self.system.link_stiffness + (terms.external + terms.relative) * self.system.link_mass
-        )
+        constant = terms.material * self.system.link_stiffness + terms.drag * self.system.link_mass
         return self._with(constant, terms.damping, among)
 
     def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...], among: slice) -> sp.csr_matrix | Array:

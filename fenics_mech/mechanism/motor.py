@@ -127,7 +127,7 @@ class MotorEquation(Equation):
         omega, alpha = motion.omega[:, link], system.tangential[:, link]
         s, centrifugal = system.nodal_gyroscopic.T, (system.nodal_mass - system.nodal_rotary_mass).T
         momentum = (system.nodal_mass.T @ field.T).T  # x^T m
-        drag = (terms.external + terms.relative) * momentum + _times_transposed(terms.damping, field)  # x^T D
+        drag = terms.drag * momentum + _times_transposed(terms.damping, field)  # x^T D
         turning = 2 * (s @ (omega * field).T).T + drag  # x^T (2 m_v + D)
         held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T  # x^T m_a
         held += _times_transposed((*terms.stiffness, *terms.follower, *terms.convective), field)  # x^T S

@@ -263,7 +263,7 @@ def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
 def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Array, Array | None]:
     """Inertia of displacements of nodes, with drag, and what the gyroscopic matrix takes, ``(angles, nodal dofs)``."""
     first = _first(v, step, closed)
-    inertia = _second(v, step, closed) + (system.terms.external + system.terms.relative) * first
+    inertia = _second(v, step, closed) + system.terms.drag * first
     if not system.terms.coupled:
         return inertia, None
     omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.tangential))
@@ -326,7 +326,7 @@ def _pulled(system: System, v: Array, axial: Array) -> Array:
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
     """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members, with drag."""
     first = _first(z, step, closed)
-    second = _second(z, step, closed) + (system.terms.external + system.terms.relative) * first
+    second = _second(z, step, closed) + system.terms.drag * first
     if not system.terms.coupled:
         return second
     mesh, motion = system.beams.mesh, system.motion

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -137,7 +136,7 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
         for name in ("strain", "deflection")
     }
     sliding = np.array([scene.joints[drive.joint].kind in ("slot", "prismatic") for drive in scene.drives], dtype=bool)
-    arms = np.array([_size(scene, drive.joint) for drive in scene.drives])
+    arms = np.array([scene.size_at(drive.joint) for drive in scene.drives])
     efforts = np.zeros(len(sliding))
     for same in (sliding, ~sliding):
         efforts[same] = largest["torque"][same].max(initial=0.0)
@@ -147,13 +146,6 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
         "joint_force": np.full_like(largest["joint_force"], force),
         "torque": np.maximum(efforts, least),
     }
-
-
-def _size(scene: Scene, joint: str) -> float:
-    """Largest distance between two points of the links at a joint (m)."""
-    bodies = [point.split(".")[0] for point in scene.joints[joint].connect]
-    found = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
-    return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
 
 def _stations(system: System) -> Array:

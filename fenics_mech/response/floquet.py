@@ -86,13 +86,16 @@ class Stability:
         if not self.stable:
             worst, frequency = self.multipliers[0], self.frequency[0]
             steadily = frequency * self.period < TOLERANCE
-            how = "without vibrating (buckling)" if steadily else f"at {frequency:.4g} Hz"
+            how = (
+                "without vibrating (buckling)"
+                if steadily
+                else f"at {frequency:.4g} Hz in the axes of link {self.link[0]}"
+            )
             raise SolverError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
                 f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) {how}; mode "
-                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it, in the axes of link {self.link[0]}. Change the "
-                f"speed or give more damping, or more sub_intervals: these follow up to {self.limit:.4g} Hz. "
-                "analysis.allow_unstable lets it pass"
+                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping, or more "
+                f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
             )
 
     def nearest(self) -> tuple[float, str]:

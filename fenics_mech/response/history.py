@@ -137,7 +137,7 @@ def history_of(equation: Equation, q: Array, rate: Array, load: Array | None = N
     of_links = times(p, acceleration)
     if first is not None and second is not None:
         of_links += 2 * times(first, rate) + times(second, q)
-    drag_rate = system.terms.external + system.terms.relative
+    drag_rate = system.terms.drag
     inertia = system.on_nodes(of_links) + system.rigid_acceleration + drag_rate * v_rate
     turning = centripetal = viscous = drag = None
     if equation.extra_damping is not None:

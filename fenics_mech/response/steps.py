@@ -127,13 +127,16 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
                 place=f"loads.{name}.factor",
                 hint="Take more sub_intervals, or fewer and smoother values",
             )
-    return sense * np.concatenate(found)
+    return sense * np.unique(np.concatenate(found))
 
 
 def like_blows(scene: Scene) -> bool:
     """Whether loads rise or fall in a small part of a sub-interval, which is cut there: they act like impulses."""
     corners = corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages))
-    return bool((np.diff(np.sort(corners)) < SHORT * CYCLE / scene.analysis.sub_intervals).any())
+    jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
+    turned = np.unique(np.mod(np.append(corners, jumps), CYCLE))
+    apart = np.diff(turned, append=turned.min(initial=np.inf) + CYCLE)
+    return bool((apart < SHORT * CYCLE / scene.analysis.sub_intervals).any())
 
 
 def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:

@@ -385,6 +385,12 @@ class Scene(Part):
             for name, member in body.members.items()
         }
 
+    def size_at(self, joint: str) -> float:
+        """Largest distance between two points of the links at a joint (m)."""
+        bodies = (point.split(".")[0] for point in self.joints[joint].connect)
+        found = [list(self.links[body].points.values()) for body in bodies if body != "ground"]
+        return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
+
     def rigidity(self, label: str, s: NDArray[np.float64]) -> Rigidity:
         """Stiffness, mass and fibres of a member, by label, at places `s` (0..1) along it."""
         _, member = self.members()[label]

@@ -283,7 +283,7 @@ def _motion(scene: Scene) -> Found:
         sharpest = float(np.abs(jet.second).max()) * scene.cycle_rate**2
         what, key = f"{fastest:.6g} rad/s", "speed" if drive.speed is not None else "law"
         if _turns(scene, drive):
-            arm = _reach(scene, drive)
+            arm = scene.size_at(drive.joint)
             yield from _of_swing(f"{place}.law", drive, jet.value)
         else:
             what, arm, key = "the stroke", 1.0, "law"
@@ -299,13 +299,6 @@ def _motion(scene: Scene) -> Found:
             )
         elif arm * fastest > FASTEST_TIP:
             yield f"{place}.{key}", f"{what} moves the driven link's end at {arm * fastest:.4g} m/s{rpm}"
-
-
-def _reach(scene: Scene, drive: Drive) -> float:
-    """Size of the largest link at a drive's joint (m)."""
-    bodies = (point.split(".")[0] for point in scene.joints[drive.joint].connect)
-    points = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
-    return max((math.dist(a, b) for those in points for a in those for b in those), default=0.0)
 
 
 def _bent_by(scene: Scene, label: str, acceleration: float) -> float:
@@ -337,7 +330,7 @@ def _loads(scene: Scene) -> Found:
         label, _, s = (load.member, "", "") if isinstance(load, LineLoad) else load.at.partition("@")
         if label not in scene.members() or not (s or isinstance(load, LineLoad)):
             continue
-        largest = float(np.abs(load.factor_at(TURN / 720 * np.arange(720))).max())
+        largest = max(map(abs, load.factor_range))
         rigid, length = scene.rigidity(label, np.array([0.5])), math.dist(*scene.member_ends(label))
         if isinstance(load, LineLoad):
             size = max(math.hypot(*line) for line in (load.line, load.line_end or load.line))
@@ -370,9 +363,10 @@ def _damping(scene: Scene) -> Found:
             f"{damping.material:.6g} s is long beside a cycle of {scene.period:.4g} s: the material would creep rather "
             f"than vibrate{meant}",
         )
-    if damping.external > LARGEST_DRAG * rate:
-        what = f"{damping.external:.6g} 1/s stops the links' vibration within {1 / damping.external:.2g} s, "
-        yield "damping.external", what + f"and a cycle takes {scene.period:.4g} s"
+    for name, drag in (("external", damping.external), ("relative", damping.relative)):
+        if drag > LARGEST_DRAG * rate:
+            what = f"{drag:.6g} 1/s stops the links' vibration within {1 / drag:.2g} s, "
+            yield f"damping.{name}", what + f"and a cycle takes {scene.period:.4g} s"
 
 
 def _numerics(scene: Scene) -> Found:

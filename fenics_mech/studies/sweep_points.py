@@ -55,6 +55,7 @@ TEXTS = {
     "message": "what it said",
     "effects": "effects that acted",
     "not_estimated": "what its error estimate lacks",
+    "warnings": "numbers that can hardly be meant, one a line",
 }
 
 
@@ -153,6 +154,7 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
     return {
         "effects": ", ".join(acting),
         "not_estimated": data.attrs.get("not_estimated", ""),
+        "warnings": "\n".join(result.warnings),
         "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},
     }

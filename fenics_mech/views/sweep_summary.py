@@ -45,8 +45,9 @@ def sweep_summary(sweep: Sweep) -> Group:
         parts.append(Text(f"{text} `run` tells why.", style="bold red"))
     if told := _changing_effects(data, paths):
         parts.append(Text(told))
-    errors, messages, lacks = (
-        data[name].transpose(*paths).to_numpy().astype(str) for name in ("error", "message", "not_estimated")
+    errors, messages, lacks, warned = (
+        data[name].transpose(*paths).to_numpy().astype(str)
+        for name in ("error", "message", "not_estimated", "warnings")
     )
     doubts = data["peak_doubt"].transpose(*paths).to_numpy() if "peak_doubt" in data else np.zeros(1)
     if (doubtful := doubts > DOUBTFUL).any():
@@ -57,6 +58,10 @@ def sweep_summary(sweep: Sweep) -> Group:
     for lack in np.unique(lacks[lacks != ""]):
         at = _where(data, paths, np.argwhere(lacks == lack))
         parts.append(Text(f"NOT in the error estimates at {at}: {lack}"))
+    if (warned != "").any():
+        first = warned[tuple(np.argwhere(warned != "")[0])].splitlines()[0]
+        at = _where(data, paths, np.argwhere(warned != ""))
+        parts.append(Text(f"Warnings at {at}. The first says: {first}", style="bold yellow"))
     if (errors != "").any():
         parts.append(Text(f"{(errors != '').sum()} of {errors.size} points failed:"))
     for kind in np.unique(errors[errors != ""]):

@@ -11,7 +11,7 @@ from fenics_mech.building import refuse_unseen
 from fenics_mech.errors import SceneError
 from fenics_mech.expressions import Formula, Jet
 from fenics_mech.intervals import bounds_over
-from fenics_mech.response.steps import Steps
+from fenics_mech.response.steps import Steps, like_blows
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.loads import FactorHarmonics, Varying
 from fenics_mech.tolerance import _start
@@ -96,6 +96,19 @@ def test_steps_of_a_tolerance_are_cut_at_the_pulse():
     scene = struck(tolerance=0.02, analysis={"sub_intervals": 60})
     trial = _start(scene).of(scene)
     assert np.isin(TABLE["angles"], Steps.of(trial).start).all()
+
+
+@pytest.mark.parametrize(
+    ("factors", "named"),
+    [
+        ((TABLE,), True),  # rises and falls within 2e-6 rad
+        (({"kind": "pulse", "start": -1e-5, "end": 1e-5, "ramp": 0.0},), True),  # the same across angle 0
+        (({"kind": "pulse", "start": 0.5, "end": 1.5, "ramp": 0.0},) * 2, False),  # long, by two loads alike
+    ],
+)
+def test_what_is_much_shorter_than_a_step_is_named(factors, named):
+    loads = {f"p{i}": {"at": "coupler@0.5", "force": (0.0, 1.0), "factor": each} for i, each in enumerate(factors)}
+    assert like_blows(struck(loads=loads, analysis=BY_POINTS)) == named
 
 
 def test_corners_that_the_points_show_do_not_cut_steps():

@@ -55,6 +55,20 @@ def test_four_bar_held_against_a_load_needs_the_torque_of_virtual_work():
     assert float(data["input_torque"][0]) == pytest.approx(-force @ velocity / scene.drive.speed, rel=1e-10)
 
 
+@pytest.mark.parametrize("place", [0.01, 0.3, 0.5])
+def test_load_inside_a_member_that_moves_needs_the_torque_of_virtual_work(place):
+    # at some of these places an element carries the load inside, without a node of its own
+    from fenics_mech.kinematics import solve_motion
+
+    force, length = np.array([1.0, -2.0]), 0.2794
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 12})
+    loaded = scene.changed(loads={"press": {"at": f"coupler@{place}", "force": tuple(force)}})
+    torque = (analyse(loaded).data["input_torque"] - analyse(scene).data["input_torque"]).to_numpy()
+    motion = solve_motion(scene, scene.drive_angles(12))
+    velocity = motion.of_point("coupler", (place * length, 0.0))[1]
+    assert torque == pytest.approx(-velocity @ force / scene.drive.speed, rel=1e-9, abs=1e-10)
+
+
 def test_load_joins_the_inertia_in_the_quasi_static_answer():
     load = {"press": {"at": "follower.B", "force": (5.0, -3.0)}}
     analysis = {"method": "quasi-static", "sub_intervals": 12}
