@@ -12,12 +12,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import each
 from fenics_mech.beams import Beams
-from fenics_mech.beams.assembly import means
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import (
     AXIAL,
@@ -33,13 +30,20 @@ from fenics_mech.beams.varying import between_ends, lacking_shapes
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, SpreadLoad, applied_inside
 from fenics_mech.recovery.ends import balanced, element_forces, element_tension
+from fenics_mech.recovery.inertia import (
+    SHAPES,
+    at_elements,
+    by_mass_beside_axis,
+    by_rotary_inertia,
+    inertia_of,
+    nodal_in_members,
+    scaled,
+    shear_number,
+)
 from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
-SLOPES = (*(f.deriv() for f in CUBIC), Polynomial([1.0]))  # and the rotation of its sections
-AS_CUBICS = np.array([[f(0.0), f.deriv()(0.0), f(1.0), f.deriv()(1.0)] for f in SLOPES])  # that rotation by `CUBIC`
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,7 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     h = beams.mesh.cell_length[element]
     inertia, (ends, v) = inertia_of(system, history, element), balanced(system, history)
     axial, shear, moment = _statics(system, history, ends, inertia, loads, element, xi)
-    displacement = _hermite(system, v)[:, element]
+    displacement = nodal_in_members(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia, v)
     u, w = u + extra_u, w + extra_w
@@ -136,7 +140,7 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
         Of shape ``(angles, members, stations, 2)``.
     """
     element, xi = locate(system.beams, s)
-    u, w, _ = _of_nodes(_hermite(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
+    u, w, _ = _of_nodes(nodal_in_members(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
 
 
@@ -164,7 +168,7 @@ def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad 
     if line is None:
         return points
     offsets = system.beams.layout.offsets
-    return (*points, SpreadLoad(line, _shear_number(system.beams), None if offsets is None else offsets.neutral))
+    return (*points, SpreadLoad(line, shear_number(system.beams), None if offsets is None else offsets.neutral))
 
 
 def _statics(
@@ -190,9 +194,9 @@ def _statics(
     for each_load in _with_spread(system, loads):
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
     if beams.rotary_powers is not None:
-        moment += _rotary(system, history, beams.rotary_powers, element, xi)[0]
+        moment += by_rotary_inertia(system, history, beams.rotary_powers, element, xi)[0]
     if beams.mass_moment is not None:
-        moment += _offset(system, history, beams.mass_moment, element, xi)[0]
+        moment += by_mass_beside_axis(system, history, beams.mass_moment, element, xi)[0]
     return axial, shear, moment
 
 
@@ -205,95 +209,6 @@ def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
     parts = ("axial", "bending", "modulus", "fibre")
     ea, ei, modulus, fibre = (np.stack([getattr(rigidity, part) for rigidity in found]) for part in parts)
     return ea, ei, modulus, fibre
-
-
-def _hermite(system: System, nodal: Array) -> Array:
-    """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``."""
-    values, layout = in_member_axes(system.beams.mesh, nodal), system.beams.layout
-    return each(layout.tie, values) if layout.tied else values
-
-
-def _rotary(
-    system: System, history: History, powers: Array, element: NDArray[np.int64], xi: Array
-) -> tuple[Array, Array]:
-    """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
-
-    Both are ``(angles, places)``; `powers` are those of rho I.
-    """
-    beams = system.beams
-    h = beams.mesh.cell_length[element]
-    turning = history.inertia if history.centripetal is None else history.inertia - history.centripetal
-    rate = _rotation(system, turning, element)
-    terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
-    up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
-    particular = between_clamped_ends(SLOPES, xi, _at(_shear_number(beams), element), order=3)
-    bent = means(powers)[element] * h**3 * np.sum(rate * particular, -1)
-    return h * np.sum(rate * up_to, -1), bent
-
-
-def _rotation(system: System, nodal: Array, element: NDArray[np.int64]) -> Array:
-    """Rotation of the sections of elements by nodal values in link axes, by `SLOPES`, ``(angles, places, 5)``."""
-    h = system.beams.mesh.cell_length[element]
-    slopes, plain = _hermite(system, nodal)[:, element], in_member_axes(system.beams.mesh, nodal)[:, element]
-    rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # slope of w less angle of shear
-    rate[..., :4], rate[..., 4] = _scaled(slopes[..., NORMAL], h) / h[:, None], plain[..., 2] - slopes[..., 2]
-    return rate
-
-
-def _offset(
-    system: System, history: History, mass_moment: Array, element: NDArray[np.int64], xi: Array
-) -> tuple[Array, Array]:
-    """Moment, and EI times the deflection between clamped ends, by inertia along the member on the arm of its mass.
-
-    Both are ``(angles, places)``. Of that inertia the acceleration of the neutral line counts here; `_rotary` has the
-    rest. `mass_moment` is rho A e of the elements (kg).
-    """
-    h = system.beams.mesh.cell_length[element]
-    along = _of_neutral_line(system, history, element)[0]
-    particular = between_clamped_ends(SHAPES, xi, _at(_shear_number(system.beams), element), order=3)
-    on_arm = -mass_moment[element]
-    return on_arm * h * np.sum(along * integral(SHAPES, xi), -1), on_arm * h**3 * np.sum(along * particular, -1)
-
-
-def _shear_number(beams: Beams) -> Array | None:
-    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear."""
-    if beams.shear_rigidity is None:
-        return None
-    return beams.bending_rigidity / beams.shear_rigidity / beams.mesh.cell_length**2
-
-
-def _at(values: Array | None, element: NDArray[np.int64]) -> Array | None:
-    return None if values is None else values[element]
-
-
-def inertia_of(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Acceleration of the mass along and across the member in each element, as coefficients of `SHAPES`.
-
-    Returns
-    -------
-    tuple
-        Along and across, ``(angles, places, 6)`` each.
-    """
-    along, across = _of_neutral_line(system, history, element)
-    if system.beams.mass_moment is not None and system.beams.layout.offsets is not None:
-        arm = system.beams.layout.offsets.mass[element, None]  # the centre of mass moves by u - e phi, w
-        along[..., :4] -= arm * (_rotation(system, history.inertia, element) @ AS_CUBICS)
-        if history.turning is not None:
-            across[..., :4] -= arm * (_rotation(system, history.turning, element) @ AS_CUBICS)
-    return along, across
-
-
-def _of_neutral_line(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Acceleration of the neutral line, as `inertia_of` gives that of the mass."""
-    h = system.beams.mesh.cell_length[element]
-    inertia = _hermite(system, history.inertia)[:, element]
-    along = np.zeros((*inertia.shape[:2], 6))
-    across = np.zeros_like(along)
-    along[..., 4:], across[..., :4] = inertia[..., AXIAL], _scaled(inertia[..., NORMAL], h)
-    if history.turning is not None:
-        turning = _hermite(system, history.turning)[:, element]
-        along[..., :4], across[..., 4:] = -_scaled(turning[..., NORMAL], h), turning[..., AXIAL]  # the form s
-    return along, across
 
 
 def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
@@ -353,7 +268,11 @@ def between_nodes(
         From `inertia_of` and `balanced`, where they are known.
     """
     beams = system.beams
-    h, rho_a, number = beams.mesh.cell_length[element], beams.line_density[element], _at(_shear_number(beams), element)
+    h, rho_a, number = (
+        beams.mesh.cell_length[element],
+        beams.line_density[element],
+        at_elements(shear_number(beams), element),
+    )
     along, across = inertia_of(system, history, element) if inertia is None else inertia
     varies = beams.stiffness_powers is not None
     u, w = np.zeros((2, *along.shape[:2]))
@@ -361,9 +280,9 @@ def between_nodes(
         u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
         w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
     if beams.rotary_powers is not None:
-        w += _rotary(system, history, beams.rotary_powers, element, xi)[1]
+        w += by_rotary_inertia(system, history, beams.rotary_powers, element, xi)[1]
     if beams.mass_moment is not None:
-        w += _offset(system, history, beams.mass_moment, element, xi)[1]
+        w += by_mass_beside_axis(system, history, beams.mass_moment, element, xi)[1]
     for load in _with_spread(system, loads):
         if varies and isinstance(load, SpreadLoad):  # by the section's own stiffness below
             w += load.by_arm(element, xi, h)
@@ -412,15 +331,15 @@ def bent_by_tension(system: System, history: History, tension: Array, element: N
     It acts as the spread load ``T w''``. `tension` is that of the elements (N), ``(angles, elements)``.
     """
     beams = system.beams
-    h, number = beams.mesh.cell_length[element], _at(_shear_number(beams), element)
-    nodal = _scaled(_hermite(system, system.to_links(history.displacement))[:, element][..., NORMAL], h)
+    h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
+    nodal = scaled(nodal_in_members(system, system.to_links(history.displacement))[:, element][..., NORMAL], h)
     shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
     return tension[:, element] * h**2 / beams.bending_rigidity[element] * np.sum(nodal * shapes, -1)
 
 
 def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
     """Displacements u and w by the shape functions, and the slope of w."""
-    bent = _scaled(displacement[..., NORMAL], h)
+    bent = scaled(displacement[..., NORMAL], h)
     slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
     u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
     return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
@@ -432,8 +351,3 @@ def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int6
     angle = system.motion.angle[:, mesh.member_link[member]] + mesh.member_angle[member]
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * u - s * w, s * u + c * w], axis=-1)
-
-
-def _scaled(dofs: Array, h: Array) -> Array:
-    """Displacements and rotations of elements as those of unit elements: rotations times h."""
-    return dofs * np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)

@@ -28,15 +28,9 @@ from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import PointLoad, point_loads
 from fenics_mech.recovery.ends import element_tension, left_to_statics
+from fenics_mech.recovery.inertia import SHAPES, inertia_of
 from fenics_mech.recovery.joints import nodal_forces, reactions, without_elastic
-from fenics_mech.recovery.members import (
-    SHAPES,
-    bent_by_tension,
-    between_nodes,
-    forces_inside,
-    inertia_of,
-    strain_of,
-)
+from fenics_mech.recovery.members import bent_by_tension, between_nodes, forces_inside, strain_of
 from fenics_mech.response import History
 from fenics_mech.response.quasi_static import yielding_to
 from fenics_mech.scene import Prismatic
