@@ -146,9 +146,8 @@ def floquet(
     values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
     mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.pace, modes)
-    turned, link, vibrates = turns(axes, flow, states)
-    part = np.angle(values) / (2 * np.pi)  # of a turn
-    frequency = np.abs(np.round(turned - part) + part) / period
+    turned, link, vibrates = turns(axes, flow, values, states)
+    frequency = np.abs(turned) / period
     names = tuple(axes.names[i] for i in link)
     return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi))
 

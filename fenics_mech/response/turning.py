@@ -24,6 +24,7 @@ from fenics_mech.response.flow import Flow
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
+LEAST_SHARE = 0.3  # of the turns that its speed tells, which a disturbance has at least where it vibrates
 EQUAL = 1e-6  # relative distance of multipliers that count as one
 DEPENDENT = 1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate
 EVEN = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
@@ -85,8 +86,8 @@ class LinkAxes:
         return np.asarray((self.mass @ v.reshape(-1, v.shape[-1]).T).T).reshape(v.shape)
 
 
-def turns(axes: LinkAxes, flow: Flow, states: Complex) -> tuple[Array, Index, NDArray[np.bool_]]:
-    """Count the turns of disturbances in a cycle.
+def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple[Array, Index, NDArray[np.bool_]]:
+    """Count the turns of disturbances in a cycle: whole ones, and the part that their multipliers tell.
 
     With ``a = v - i v'/speed`` also a real disturbance turns, ``cos t`` being ``exp(i t)``. The angle between one step
     and the next is that of ``a_k^H m a_(k+1)``, which the modes' shapes do not enter but for how they change.
@@ -97,8 +98,8 @@ def turns(axes: LinkAxes, flow: Flow, states: Complex) -> tuple[Array, Index, ND
         The links' axes.
     flow
         The steps.
-    states
-        The disturbances at the start of the cycle, ``(disturbances, states)``.
+    values, states
+        The multipliers, and the disturbances at the start of the cycle, ``(disturbances, states)``.
 
     Returns
     -------
@@ -118,8 +119,10 @@ def turns(axes: LinkAxes, flow: Flow, states: Complex) -> tuple[Array, Index, ND
     ahead = v - 1j * velocity / speed[:, None]
     angle = np.angle(np.sum(ahead[:-1].conj() * axes.momenta(ahead[1:]), axis=-1))
     expected = speed * flow.duration[:, None]  # in a step; it may be more than half a turn
-    turned = np.sum(expected + np.mod(angle - expected + np.pi, 2 * np.pi) - np.pi, axis=0)
-    return turned / (2 * np.pi), link, np.abs(turned) > 0.3 * np.abs(speed) * np.sum(flow.duration)
+    turned = np.sum(expected + np.mod(angle - expected + np.pi, 2 * np.pi) - np.pi, axis=0) / (2 * np.pi)
+    part = np.angle(values) / (2 * np.pi)
+    turned = np.round(turned - part) + part
+    return turned, link, np.abs(turned) > LEAST_SHARE * np.abs(speed) * np.sum(flow.duration) / (2 * np.pi)
 
 
 def separated(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> Complex:

@@ -27,7 +27,7 @@ from fenics_mech.scene.factories import seed_four_bar
 
 ROOT = Path(__file__).parents[2]
 DEMO = str(ROOT / "demos" / "four_bar.toml")
-QUICK = "[analysis]\nmethod = 'quasi-static'\nsub_intervals = 120\nstations = 5\n"
+QUICK = "[analysis]\nmethod = 'quasi-static'\nsub_intervals = 200\nstations = 5\n"
 COMMAND = [sys.executable, "-m", "fenics_mech"]
 
 
@@ -186,7 +186,7 @@ main()
     ("size", "command", "whole"),
     [
         (60_000, ["run", "--no-plots"], set()),  # HDF5 ended the process
-        (265_000, ["run", "--csv", "--no-plots"], {"result.nc"}),
+        (425_000, ["run", "--csv", "--no-plots"], {"result.nc"}),
         (20_001, ["mesh"], {"mesh.msh", "mesh.vtu", "mesh.xdmf"}),  # small enough
         (20_000, ["modes"], {"frequencies.csv"}),
     ],
