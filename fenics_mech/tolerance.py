@@ -208,7 +208,9 @@ def _refuse_unknown(scene: Scene) -> None:
     """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
     damping = scene.damping
     damped = np.any(damping.ratio) or damping.material or damping.external or damping.relative or scene.dampers
-    if scene.analysis.method == "transient":
+    if damping.air is not None:
+        what, hint = "the drag of the air, which is linearised about the rigid motion", "elements and sub_intervals"
+    elif scene.analysis.method == "transient":
         what, hint = (
             "a motion in time, whose steps it does not choose",
             "analysis.time_tolerance and elements",

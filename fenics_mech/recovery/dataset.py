@@ -17,6 +17,7 @@ from fenics_mech.effects.springs import spring_forces
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
+from fenics_mech.recovery.air import drag_known, left_out, unlinear
 from fenics_mech.recovery.balance import energy_balance
 from fenics_mech.recovery.contacts import point_loads
 from fenics_mech.recovery.joints import effort_units, joint_forces, nodal_forces, reactions
@@ -97,9 +98,10 @@ ATTRIBUTES = {
 
 
 def collect(
-    scene: Scene, system: System, history: History, modes: Modes | None, choices: Sequence[Choice] = ()
+    scene: Scene, moving: System, history: History, modes: Modes | None, choices: Sequence[Choice] = ()
 ) -> Result:
-    """Recover strains, forces and deflections of a history and label them."""
+    """Recover strains, forces and deflections of a history of a moving mechanism and label them."""
+    neglected, system = left_out(scene, moving, history), drag_known(scene, moving, history)
     s = np.linspace(0, 1, scene.analysis.stations)
     members, elastic, found = _with_viscous_forces(system, history, s)
     by_joint = joint_forces(scene, found)
@@ -143,9 +145,9 @@ def collect(
         balance,
     )
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
-    still = _quasi_static(scene, system) if modes is not None else None
+    still = _quasi_static(scene, moving) if modes is not None else None
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
-    if unknown := not_estimated(scene, history):
+    if unknown := [*not_estimated(scene, history), *unlinear(neglected)]:
         data.attrs["not_estimated"] = "; ".join(unknown)
     if history.condition is not None and np.isfinite(history.condition):
         data.attrs["condition"] = history.condition

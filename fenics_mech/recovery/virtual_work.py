@@ -23,6 +23,7 @@ from fenics_mech.effects.springs import shortening_power, spring_power
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.influence import drive_influences
 from fenics_mech.mechanism import System
+from fenics_mech.recovery.air import air_loads
 from fenics_mech.recovery.joints import nodal_forces
 from fenics_mech.recovery.shortening import Shortening
 from fenics_mech.response import History
@@ -30,7 +31,7 @@ from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 CONSERVATIVE = ("inertia", "weight", "elastic", "springs")  # their work over a cycle is 0
-LOSSES = ("material", "modal damping", "external drag", "relative drag", "dampers")
+LOSSES = ("material", "modal damping", "external drag", "relative drag", "dampers", "air drag")
 
 
 @dataclass(frozen=True)
@@ -230,6 +231,8 @@ class Forces:
         powers["dampers"] = damper_power(
             self.scene, mesh, (motion, rates.motion), (shape, self._velocity), rates.deformation
         )
+        if self.scene.damping.air is not None:
+            powers["air drag"] = self._of_applied(*air_loads(self.scene, self.system, self.history), rates, shape)
         if shorter is not None:
             for name, power in self._by_shortening(rates, shorter).items():
                 powers[name] = powers.get(name, 0.0) + power
@@ -291,6 +294,9 @@ class Forces:
                 found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self._still)
         found["loads"] = self._of_loads(carried, u)
         found["inertia"] = found.get("inertia", 0.0) + self._of_mass_beside_axes(carried, u)
+        if self.scene.damping.air is not None:
+            air = air_loads(self.scene, system, self.history, rigid=True)
+            found["air drag"] = self._of_applied(*air, carried, u)
         found["springs"] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
         return found
 

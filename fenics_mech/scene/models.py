@@ -9,12 +9,13 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from fenics_mech.expressions import Jet
 from fenics_mech.scene.analysis import Analysis
 from fenics_mech.scene.base import Name, Part, PointName, check_texts
 from fenics_mech.scene.consistency import check_references
+from fenics_mech.scene.damping import Damping
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.loads import AnyLoad, Impulse, LineLoad
@@ -30,9 +31,6 @@ from fenics_mech.units import (
     Length,
     Mass,
     Modulus,
-    Rate,
-    Share,
-    Time,
 )
 
 Point = tuple[Length, Length]
@@ -192,39 +190,6 @@ class PointMass(Part):
     at: PointName
     mass: Annotated[Mass, Field(ge=0)] = 0.0
     inertia: Annotated[Inertia, Field(ge=0)] = 0.0
-
-
-def _below_critical(ratio: float) -> float:
-    if ratio >= 1:
-        raise ValueError(
-            f'must be less than 1, which is critical damping, found {ratio:g}: write "{ratio:g} %" for percent'
-        )
-    return ratio
-
-
-Ratio = Annotated[Share, Field(ge=0), AfterValidator(_below_critical)]
-
-
-class Damping(Part):
-    """Damping of the elastic motion; what is stated adds up.
-
-    Parameters
-    ----------
-    ratio
-        Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest). Its forces are a
-        viscous stress in the links.
-    material
-        Retardation time of the material (s): its stress is E times the strain plus this times the strain's rate.
-    external
-        Drag of the surroundings on the absolute velocity, the rigid motion's too, in proportion to the mass (1/s).
-    relative
-        The same on the velocity relative to the links' own axes: the surroundings turn with each link (1/s).
-    """
-
-    ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
-    material: Annotated[Time, Field(ge=0)] = 0.0
-    external: Annotated[Rate, Field(ge=0)] = 0.0
-    relative: Annotated[Rate, Field(ge=0)] = 0.0
 
 
 class Measurement(Part):

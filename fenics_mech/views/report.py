@@ -312,4 +312,6 @@ def _damping(scene: Scene) -> str:
     parts += [f"material {damping.material:.4g} s"] if damping.material else []
     parts += [f"external {damping.external:.4g} 1/s"] if damping.external else []
     parts += [f"relative {damping.relative:.4g} 1/s"] if damping.relative else []
+    if (air := damping.air) is not None:
+        parts += [f"air of {air.density:.4g} kg/m^3 with a drag coefficient of {air.coefficient:.4g}"]
     return ", ".join(parts) or "none"
