@@ -200,7 +200,8 @@ def test_isotropic_rotor_in_fixed_and_in_turning_axes(speed, damping):
 
 def test_instability_names_the_mode():
     with pytest.raises(
-        SolverError, match=r"unstable: .* grows by 2.14656 in each cycle .* at 0\.\d+ Hz in the axes of link \w+; mode 1 carries"
+        SolverError,
+        match=r"unstable: .* grows by 2.14656 in each cycle .* at 0\.\d+ Hz in the axes of link \w+; mode 1 carries",
     ):
         mathieu(1.0, 0.5).refuse_unstable()
     mathieu(1.0, 0.5, damping=0.4).refuse_unstable()
