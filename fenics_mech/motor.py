@@ -23,12 +23,12 @@ from fenics_mech.response.collocation import between, solve_collocation
 from fenics_mech.response.damping import modal_damping
 from fenics_mech.response.floquet import floquet
 from fenics_mech.response.flow import Flow
-from fenics_mech.response.history import history_of
+from fenics_mech.response.history import Closed, Inside, history_of
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.steps import Steps
 from fenics_mech.response.tableau import Tableau, better_than
 from fenics_mech.scene import Scene
-from fenics_mech.steady import axes_at, condition_of
+from fenics_mech.steady import axes_at, condition_of, shares_of
 
 Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
@@ -108,9 +108,20 @@ def _at_starts(
         better=collocation_better(scene, crank, orbit, flows[better], (modes, steps)),
         twist=twist,
         stability=stability,
-        condition=condition_of(orbit),
+        closed=Closed(condition_of(orbit), _inside(scene, system, orbit, cut)),
     )
     return crank.system, history
+
+
+def _inside(scene: Scene, system: System, orbit: Orbit, cut: tuple[Tableau, Steps]) -> Inside:
+    """Give the motion at the collocation points, with the crank's own motion there."""
+    tableau, steps = cut
+    theta = steps.angles(tableau.points, scene.cycle_rate)
+    q, rate, acceleration = orbit.displacement, orbit.velocity, orbit.acceleration
+    there = _turned(scene, system, theta, np.stack([q[:, -1], rate[:, -1], acceleration[:, -1]]))
+    damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
+    equation = Equation(there, damping)
+    return Inside(there, history_of(equation, q[:, :-1], rate[:, :-1]), shares_of(tableau, steps))
 
 
 def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: tuple[Array, Array]) -> Flow:

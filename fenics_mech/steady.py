@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.better import collocation_better, mesh_better, resonances_of, with_hidden
-from fenics_mech.building import rough_tension, settle, system_at, with_tension
+from fenics_mech.building import moved, rough_tension, settle, system_at, with_tension
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
@@ -25,8 +25,8 @@ from fenics_mech.response.equilibrium import naming_buckled
 from fenics_mech.response.floquet import Stability, floquet
 from fenics_mech.response.flow import Flow
 from fenics_mech.response.harmonic_balance import solve_harmonic_balance
-from fenics_mech.response.history import Better, history_of
-from fenics_mech.response.impulses import velocity_jumps
+from fenics_mech.response.history import Better, Closed, Inside, Struck, history_of
+from fenics_mech.response.impulses import jumps_at, velocity_jumps
 from fenics_mech.response.newton import Orbit
 from fenics_mech.response.resonance import blaming, magnification, refuse_magnified
 from fenics_mech.response.steps import Steps
@@ -230,7 +230,30 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> tuple[System, 
     if not cycle.linear:
         stability = cycle.stability(modes, cycle.motion(orbit))
     start, history = cycle.history(orbit, modes)
-    return start.system, replace(history, stability=stability, condition=condition)
+    within = Inside(
+        inside.system,
+        history_of(inside, orbit.displacement, orbit.velocity),
+        shares_of(tableau, steps),
+        _struck(scene, system, steps, orbit),
+    )
+    return start.system, replace(history, stability=stability, closed=Closed(condition, within))
+
+
+def shares_of(tableau: Tableau, steps: Steps) -> Array:
+    """Weights of the collocation points of all steps in a mean over the cycle, ``(steps x points,)``."""
+    return np.outer(steps.duration / steps.duration.sum(), tableau.weights).ravel()
+
+
+def _struck(scene: Scene, system: System, steps: Steps, orbit: Orbit) -> Struck | None:
+    """Give the state at the impulses of a motion by collocation, whose starts of steps are just after them."""
+    if not scene.impulses:
+        return None
+    at = steps.struck
+    motion = solve_motion(scene, steps.start[at], near=system.motion)
+    equation, jump = Equation(moved(scene, system, motion)), jumps_at(scene, system, steps.start[at])
+    together = (at[:, None] == at).astype(float) @ jump  # impulses at one angle strike at once
+    mean_rate = orbit.start_velocity[at] - together / 2
+    return Struck(equation.system, history_of(equation, orbit.start[at], mean_rate), jump)
 
 
 def condition_of(orbit: Orbit) -> float:
@@ -298,6 +321,5 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> tuple[Sys
         "harmonics": Better(history_of(cycle.start, *finer), HARMONIC_ORDER),
         "mesh": with_hidden(mesh, cycle.start, (q, rate), resonances, resonances.by_mesh),
     }
-    return system, replace(
-        history_of(cycle.start, q, rate), stability=stability, better=better, condition=series.condition
-    )
+    closed = Closed(series.condition)
+    return system, replace(history_of(cycle.start, q, rate), stability=stability, better=better, closed=closed)

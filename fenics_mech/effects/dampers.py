@@ -102,6 +102,25 @@ def damper_power(
     return power
 
 
+def shortening_power(
+    scene: Scene, mesh: BeamMesh, motions: tuple[Motion, Motion], v: tuple[Array, Array], deformation: Array
+) -> Array:
+    """Of `damper_power`, the part that is linear in a displacement, ``(angles,)``; parameters as there."""
+    power = np.zeros(len(deformation))
+    for name, damper in scene.dampers.items():
+        true, virtual = (Separation.of(scene, mesh, motion, damper) for motion in motions)
+        n, c, rate = true.direction(motions[0], f"dampers.{name}"), damper.damping, true.rate
+        e, e_rate = true.elastic(v[0]), true.elastic_rate(*v)
+        pull, change = rate, e_rate  # of a rotation
+        if n.shape[1] > 1:
+            turned = (across(n) @ e[..., None])[..., 0] / true.length[:, None]
+            along = np.sum(n * rate, axis=1)[:, None]
+            drift = np.sum(n * e_rate + turned * rate, axis=1)
+            pull, change = along * n, drift[:, None] * n + along * turned
+        power -= c * np.sum(pull * virtual.elastic_rate(v[0], deformation) + change * virtual.rate, axis=1)
+    return power
+
+
 EFFECT = Effect(
     name="dampers",
     meaning="viscous dampers between points, and viscous friction of joints",

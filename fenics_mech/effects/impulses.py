@@ -5,24 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.attachment import Attachment
+from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import Array, in_links
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
 
-def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> Array:
-    """Give the impulses of a scene on the nodal dofs in link axes (N s, N m s), ``(impulses, nodal dofs)``.
+def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, Array]:
+    """Give the impulses of a scene on the nodal dofs in link axes (N s, N m s), ``(impulses, nodal dofs)`` each.
 
     The motion is that at the impulses' angles, one for each.
+
+    Returns
+    -------
+    tuple
+        The impulses, and the same turned by a quarter clockwise: their work on v as a link turns by 1 rad.
     """
-    acting = np.zeros((len(scene.impulses), 3 * len(beams.mesh.node_link)))
+    acting, turned = np.zeros((2, len(scene.impulses), 3 * len(beams.mesh.node_link)))
     for i, impulse in enumerate(scene.impulses.values()):
         point = Attachment.of(scene, beams.mesh, impulse.at)
         in_link = in_links(motion, np.array(impulse.impulse))[i, point.link]
         acting[i, point.dofs] = in_link @ point.shift + [0.0, 0.0, impulse.angular_impulse]
-    return acting
+        turned[i, point.dofs] = in_link @ QUARTER @ point.shift
+    return acting, turned
 
 
 EFFECT = Effect(

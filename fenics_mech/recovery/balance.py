@@ -12,14 +12,18 @@ from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.mechanism import System
+from fenics_mech.recovery.blows import Blows
 from fenics_mech.recovery.virtual_work import LOSSES, Forces
 
 Array = NDArray[np.float64]
 TINY = float(np.finfo(float).tiny)
 
 
-def energy_balance(forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
+def energy_balance(forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
     """Give the mean power of every cause over a cycle, or over a motion in time.
+
+    Powers jump where loads jump and impulses strike. Their mean over a cycle by collocation is by the quadrature of its
+    steps, which end there.
 
     Parameters
     ----------
@@ -27,40 +31,64 @@ def energy_balance(forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
         The forces of a motion over a whole cycle, or in time.
     efforts
         Effort of each drive (N m or N), ``(angles,)``.
+    errors
+        Estimated error of each drive's effort (N m or N), ``(drives,)``.
 
     Returns
     -------
     xarray.Dataset
         `mean_power` (W) by `cause`: what the cause gives to the mechanism, negative where it takes. "stored" is what
-        the kinetic energy and that of links and springs take up. As attributes `power_residual`, the sum (W), and
-        `power_balance_error`, its size over the largest of them. Empty for a mechanism that is held or struck.
+        the kinetic energy and that of links and springs take up. As attributes `power_residual`, the sum (W),
+        `power_balance_error`, its size over the largest of them, and `power_error` (W), what the errors of the efforts
+        make of the drives' mean power at most. With impulses also `drive_impulse` (N m s or N s), the impulse of each
+        drive's effort at each of them. Empty for a mechanism that is held, or struck in a motion in time.
     """
     scene, motion = forces.scene, forces.system.motion
-    if not scene.drives or scene.analysis.method == "static" or scene.impulses or len(motion.theta) < 2:
-        return xr.Dataset()
-    rates = drive_rates(scene, motion)
-    given = sum((effort * rates[:, i] for i, effort in enumerate(efforts.values())), np.zeros(len(rates)))
-    powers = {"drives" if len(efforts) > 1 else "drive": given}
     in_time = scene.analysis.method == "transient"
-    told = ("loads", *LOSSES, *(("weight",) if in_time else ()))  # that of weight is 0 over a cycle
-    powers |= {name: power for name, power in forces.powers().items() if name in told and power.any()}
-    if in_time:
-        duration = float(np.ptp(motion.time))
-        mean = {
-            name: float(CubicSpline(motion.time, power).integrate(*motion.time[[0, -1]])) / duration
-            for name, power in powers.items()
-        }
-        energy = stored_energy(forces)
-        mean["stored"] = -float(energy[-1] - energy[0]) / duration
-    else:
-        mean = {name: float(power.mean()) for name, power in powers.items()}
-    residual = sum(mean.values())
-    largest = max(abs(value) for value in mean.values())
-    return xr.Dataset(
-        {"mean_power": (("cause",), list(mean.values()))},
-        {"cause": list(mean)},
-        {"power_residual": residual, "power_balance_error": abs(residual) / max(largest, TINY)},
+    struck_in_time = in_time and bool(scene.impulses)
+    if not scene.drives or scene.analysis.method == "static" or struck_in_time or len(motion.theta) < 2:
+        return xr.Dataset()
+    closed, found = forces.history.closed, xr.Dataset()
+    inside = None if closed is None else closed.inside
+    shares = np.full(len(motion.theta), 1 / len(motion.theta))
+    if inside is not None:
+        forces, shares = Forces(scene, inside.system, inside.history), inside.shares
+        efforts = forces.efforts()
+    rates = drive_rates(scene, forces.system.motion)
+    powers = _powers(forces, efforts, rates)
+    mean = _mean_in_time(forces, powers) if in_time else {name: float(shares @ power) for name, power in powers.items()}
+    if inside is not None and inside.struck is not None:
+        blows = Blows(scene, inside.struck)
+        mean[next(iter(mean))] += float(blows.by_drives.sum()) / scene.period
+        mean["impulses"] = float(blows.by_impulses.sum()) / scene.period
+        found["drive_impulse"] = (("impulse", "drive"), blows.efforts)
+        found = found.assign_coords(impulse=list(scene.impulses), drive=list(efforts))
+    residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
+    found["mean_power"] = (("cause",), list(mean.values()))
+    return found.assign_coords(cause=list(mean)).assign_attrs(
+        power_residual=residual,
+        power_balance_error=abs(residual) / max(largest, TINY),
+        power_error=float(errors @ np.abs(rates).mean(axis=0)),
     )
+
+
+def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str, Array]:
+    """Power of the drives, which is first, of loads and of damping (W), ``(angles,)`` each; see `energy_balance`."""
+    given = sum((effort * rates[:, i] for i, effort in enumerate(efforts.values())), np.zeros(len(rates)))
+    in_time = forces.scene.analysis.method == "transient"
+    told = ("loads", *LOSSES, *(("weight",) if in_time else ()))  # that of weight is 0 over a cycle
+    others = {name: power for name, power in forces.powers().items() if name in told and power.any()}
+    return {"drives" if len(efforts) > 1 else "drive": given} | others
+
+
+def _mean_in_time(forces: Forces, powers: dict[str, Array]) -> dict[str, float]:
+    """Mean of powers over a motion in time, and of what is stored (W)."""
+    time, energy = forces.system.motion.time, stored_energy(forces)
+    duration = float(np.ptp(time))
+    mean = {
+        name: float(CubicSpline(time, power).integrate(*time[[0, -1]])) / duration for name, power in powers.items()
+    }
+    return mean | {"stored": -float(energy[-1] - energy[0]) / duration}
 
 
 def stored_energy(forces: Forces) -> Array:

@@ -61,6 +61,7 @@ ATTRIBUTES = {
     "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
     "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
     "mean_power": ("W", "mean power that the cause gives to the mechanism, negative where it takes"),
+    "drive_impulse": ("N m s", "impulse of each drive's effort at each impulse; N s along a slide"),
     "drive_twist": ("rad", "angle of the crank ahead of its drive"),
     "drive_rate": ("rad/s", "rate of the crank"),
     "spring_force": ("N", "tension of each spring; of one at a joint the moment with which it turns its bodies back"),
@@ -127,7 +128,7 @@ def collect(
     if scene.drives:
         acting = Forces(scene, system, history)
         efforts = acting.efforts()
-        balance = energy_balance(acting, efforts)
+        balance = energy_balance(acting, efforts, np.sum(list(errors.errors["torque"].values()), axis=0))
         variables["input_torque"] = (("theta",), efforts[scene.drives[0].joint])
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
         coordinates["drive"] = list(efforts)
@@ -149,8 +150,8 @@ def collect(
     data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
     if unknown := [*not_estimated(scene, history), *unlinear(neglected)]:
         data.attrs["not_estimated"] = "; ".join(unknown)
-    if history.condition is not None and np.isfinite(history.condition):
-        data.attrs["condition"] = history.condition
+    if history.closed is not None and np.isfinite(history.closed.condition):
+        data.attrs["condition"] = history.closed.condition
     units = _units(scene)
     for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:
@@ -166,6 +167,7 @@ def _units(scene: Scene) -> dict[str, str]:
     efforts = effort_units(scene)
     found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
     found |= dict.fromkeys(("drive_effort", "drive_effort_error"), efforts)
+    found["drive_impulse"] = [f"{unit} s" for unit in efforts]
     for name, parts in (("spring_force", scene.springs), ("damper_force", scene.dampers)):
         found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts.values()]
     return {name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in found.items() if units}

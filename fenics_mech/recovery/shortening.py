@@ -74,6 +74,10 @@ class Shortening:
         v, rate = self.jets[0], self.system.transformation.derivatives(unit)[0]
         return self._moved((self._pair(v, v) / 2, self._pair(swung, v)), (self.system.values, rate))[1]
 
+    def by_velocity(self, change: Array) -> Array:
+        """Change of the rate of u by a change of v', ``(angles, nodal dofs)`` each."""
+        return self._moved((self._pair(change, self.jets[0]),), (self.system.values,))[0]
+
     def _pair(self, a: Array, b: Array) -> Array:
         """``a^T bow b`` of each element (m), ``(angles, elements)``."""
         dofs = element_dofs(self.system.beams.mesh)

@@ -14,8 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import NOTHING, Situation, Terms
-from fenics_mech.effects.dampers import damper_power
+from fenics_mech.effects import NOTHING, Situation, Terms, dampers
 from fenics_mech.effects.loads import line_turned_back, turned_back
 from fenics_mech.effects.loads import terms as load_terms
 from fenics_mech.effects.offsets import terms as offset_terms
@@ -118,17 +117,24 @@ class Forces:
 
     def _on_bent(self, unit: Motion) -> Array:
         """Effort of the drive that moves the links so, ``(angles,)``."""
+        rates = self.rates_of(unit)
+        shorter = None if self.shortening is None else self.shortening.by_drive(unit, rates.deformation)
+        return -np.sum(list(self._works(rates, shorter).values()), axis=0)
+
+    def rates_of(self, unit: Motion) -> Rates:
+        """Rates of the mechanism as one drive moves the links so and q is held; of its undeformed shape if not bent."""
+        if not self.bent:
+            return Rates.of(self.system, unit, self.still)
         rate = self.system.transformation.derivatives(unit)[0]
         swung = self.system.on_nodes(self.system.transformation.forward(rate, self.history.displacement))
-        shorter = None if self.shortening is None else self.shortening.by_drive(unit, swung)
-        return -np.sum(list(self._works(Rates.of(self.system, unit, swung), shorter).values()), axis=0)
+        return Rates.of(self.system, unit, swung)
 
     def _on_undeformed(self, unit: Motion) -> Array:
         """Effort of the drive that moves the links so, by the forces that the nodes need, ``(angles,)``."""
         forces = nodal_forces(self.system, self.history.elastic)
         if self.history.damping is not None:
             forces = forces + nodal_forces(replace(self.system, terms=NOTHING), self.history.damping)
-        return np.asarray(np.sum(forces * Rates.of(self.system, unit, self._still).rigid, axis=1))
+        return np.asarray(np.sum(forces * self.rates_of(unit).rigid, axis=1))
 
     def powers(self) -> dict[str, Array]:
         """Power of each cause of force in the motion itself (W), ``(angles,)`` each."""
@@ -146,15 +152,15 @@ class Forces:
         if self.history.velocity is not None and self.scene.analysis.method != "quasi-static":
             return self.history.velocity
         if self.scene.analysis.method == "static" or not self.scene.drives:
-            return self._still
+            return self.still
         rate = self.system.transformation.derivatives(self.system.motion)[0]
         carried = self.system.transformation.forward(rate, self.history.displacement)
         return _rate_of_cycle(self.displacement, self.scene.period) - self.system.on_nodes(carried)
 
     @cached_property
-    def _shape(self) -> Array:
+    def shape(self) -> Array:
         """Displacement in link axes of the shape on which forces do their work, ``(angles, nodal dofs)``."""
-        return self.displacement if self.bent else self._still
+        return self.displacement if self.bent else self.still
 
     @cached_property
     def rates(self) -> Rates:
@@ -162,38 +168,39 @@ class Forces:
         return Rates.of(self.system, self.system.motion, self._velocity)
 
     @cached_property
-    def _still(self) -> Array:
+    def still(self) -> Array:
+        """No displacement, ``(angles, nodal dofs)``."""
         return np.zeros_like(self.displacement)
 
     @cached_property
     def weight(self) -> Array:
         """Acceleration of the frame that acts as the weight does, ``(angles, nodal dofs)``."""
         weight = self.system.terms.acceleration
-        return self._still if weight is None else np.broadcast_to(weight, self.displacement.shape)
+        return self.still if weight is None else np.broadcast_to(weight, self.displacement.shape)
 
     @cached_property
     def _drags(self) -> dict[str, Acceleration]:
         """Accelerations whose inertia is the drag, on the absolute velocity and on the relative one."""
         terms, velocity = self.system.terms, self._velocity
         if self.scene.analysis.method == "quasi-static":
-            velocity = self._still
+            velocity = self.still
         absolute = terms.external * (self.system.rigid_velocity + velocity)
-        turning = terms.external * self.rates.turning * self._shape
+        turning = terms.external * self.rates.turning * self.shape
         found = {"external drag": (absolute, turning)} if terms.external else {}
-        found |= {"relative drag": (terms.relative * velocity, self._still)} if terms.relative else {}
-        return {name: Acceleration(*parts, self._still) for name, parts in found.items()}
+        found |= {"relative drag": (terms.relative * velocity, self.still)} if terms.relative else {}
+        return {name: Acceleration(*parts, self.still) for name, parts in found.items()}
 
     @cached_property
     def _accelerations(self) -> dict[str, Acceleration]:
         """Accelerations by cause: those of the motion, of weight and of drag."""
         history = self.history
-        turning = self._still if history.turning is None else history.turning
-        centripetal = self._still if history.centripetal is None else history.centripetal
-        own = history.inertia - self.weight - sum((a.of_nodes for a in self._drags.values()), self._still)
-        turning = turning - sum((a.turning for a in self._drags.values()), self._still)
+        turning = self.still if history.turning is None else history.turning
+        centripetal = self.still if history.centripetal is None else history.centripetal
+        own = history.inertia - self.weight - sum((a.of_nodes for a in self._drags.values()), self.still)
+        turning = turning - sum((a.turning for a in self._drags.values()), self.still)
         return {
             "inertia": Acceleration(own, turning, centripetal),
-            "weight": Acceleration(self.weight, self._still, self._still),
+            "weight": Acceleration(self.weight, self.still, self.still),
             **self._drags,
         }
 
@@ -208,12 +215,12 @@ class Forces:
             "weight": self.weight,
             "external drag": drag,
         }
-        return {name: Acceleration(part, self._still, self._still) for name, part in parts.items() if part.any()}
+        return {name: Acceleration(part, self.still, self.still) for name, part in parts.items() if part.any()}
 
     @cached_property
     def shortening(self) -> Shortening | None:
         """Displacement by the shortening of members whose axial forces are given."""
-        second = self._still
+        second = self.still
         if self.history.centripetal is not None:
             drag = self.system.terms.external + self.system.terms.relative
             own = self.system.rigid_acceleration + drag * self._velocity + self.history.centripetal
@@ -222,13 +229,13 @@ class Forces:
 
     def _works(self, rates: Rates, shorter: Array | None) -> dict[str, Array]:
         """Work of each cause in some rates, ``(angles,)`` each; `shorter` is the rate of the shortening's u."""
-        mesh, motion, shape = self.system.beams.mesh, self.system.motion, self._shape
+        mesh, motion, shape = self.system.beams.mesh, self.system.motion, self.shape
         powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
         powers |= self._of_stress(rates)
         powers["loads"] = self._of_loads(rates, shape) + self._of_applied(self.beside, NOTHING, rates, shape)
         powers["inertia"] = powers["inertia"] + self._of_mass_beside_axes(rates, shape)
         powers["springs"] = spring_power(self.scene, mesh, rates.motion, shape, rates.deformation)
-        powers["dampers"] = damper_power(
+        powers["dampers"] = dampers.damper_power(
             self.scene, mesh, (motion, rates.motion), (shape, self._velocity), rates.deformation
         )
         if self.scene.damping.air is not None:
@@ -248,7 +255,7 @@ class Forces:
         material = system.terms.material * (stiffness @ self._velocity.T).T
         if system.terms.law is not None:
             law = system.terms.law.on_elements.of_stress()
-            at_rest = system.assembled(law.force(self.displacement, self._still))
+            at_rest = system.assembled(law.force(self.displacement, self.still))
             elastic = elastic + at_rest
             material = material + system.assembled(law.force(self.displacement, self._velocity)) - at_rest
         forces = {"elastic": elastic, "material": material}
@@ -269,7 +276,7 @@ class Forces:
 
     def _of_applied(self, terms: Terms, turned: Terms, rates: Rates, v: Array) -> Array:
         """Power of forces on the mechanism bent by v; `turned` are the same turned by a quarter clockwise."""
-        force = self.system.applied_by(terms) - sum((entries.times(v) for entries in terms.follower), self._still)
+        force = self.system.applied_by(terms) - sum((entries.times(v) for entries in terms.follower), self.still)
         swung = self.system.applied_by(turned) * rates.turning * v
         return np.asarray(np.sum(force * (rates.rigid + rates.deformation) + swung, axis=1))
 
@@ -281,22 +288,25 @@ class Forces:
         """Work of the forces of the straight links in the shortening, and of what the shortening makes in theirs."""
         assert self.shortening is not None
         system, (u, first, second) = self.system, self.shortening.in_time
-        carried = Rates(rates.motion, self._still, rates.turning, shorter)
+        carried = Rates(rates.motion, self.still, rates.turning, shorter)
         found = {name: a.power(system, carried, u) for name, a in self._of_axial_forces.items()}
         if self.history.centripetal is not None:
             omega, alpha = self.rates.turning, system.motion.alpha[:, system.link_of_dof]
             centripetal = -(omega**2) * u
             own = {"inertia": Acceleration(second + centripetal, 2 * omega * first + alpha * u, centripetal)}
             if drag := system.terms.external:
-                own["external drag"] = Acceleration(drag * first, drag * omega * u, self._still)
-            straight = replace(rates, deformation=self._still)
+                own["external drag"] = Acceleration(drag * first, drag * omega * u, self.still)
+            straight = replace(rates, deformation=self.still)
             for name, acceleration in own.items():
-                found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self._still)
+                found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self.still)
         found["loads"] = self._of_loads(carried, u)
         found["inertia"] = found.get("inertia", 0.0) + self._of_mass_beside_axes(carried, u)
         if self.scene.damping.air is not None:
             air = air_loads(self.scene, system, self.history, rigid=True)
             found["air drag"] = self._of_applied(*air, carried, u)
+        found["dampers"] = dampers.shortening_power(
+            self.scene, system.beams.mesh, (system.motion, rates.motion), (u, first), shorter
+        )
         found["springs"] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
         return found
 

@@ -52,8 +52,8 @@ class History:
         By source of error ("time", "mesh", "modes"), the same motion without it, to first order.
     course
         How a motion in time came about.
-    condition
-        How many times a relative error of the cycle's equations comes out in the motion, where a solver tells.
+    closed
+        How a periodic motion came about.
     """
 
     displacement: Array
@@ -67,7 +67,7 @@ class History:
     twist: Array | None = None
     better: Mapping[str, Better] = field(default_factory=dict)
     course: Course | None = None
-    condition: float | None = None
+    closed: Closed | None = None
 
     @property
     def elastic(self) -> History:
@@ -122,6 +122,61 @@ class Better:
     loads: Terms = NOTHING
     unheld: bool = False
     hidden: tuple[History, float] | None = None
+
+
+@dataclass(frozen=True)
+class Struck:
+    """State of a mechanism at the impulses of its cycle.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angle of each impulse.
+    history
+        Its motion there, with the mean of the velocities before and after.
+    jump
+        Change of q' by each impulse, ``(impulses, coordinates)``.
+    """
+
+    system: System
+    history: History
+    jump: Array
+
+
+@dataclass(frozen=True)
+class Inside:
+    """A periodic motion at the collocation points of all its steps.
+
+    Parameters
+    ----------
+    system, history
+        The mechanism and its motion there.
+    shares
+        Weights of the points in a mean over the cycle, ``(points,)``.
+    struck
+        What impulses find, where there are some.
+    """
+
+    system: System
+    history: History
+    shares: Array
+    struck: Struck | None = None
+
+
+@dataclass(frozen=True)
+class Closed:
+    """How a periodic motion came about.
+
+    Parameters
+    ----------
+    condition
+        How many times a relative error of the cycle's equations comes out in the motion.
+    inside
+        The motion inside the steps, where these are by collocation.
+    """
+
+    condition: float
+    inside: Inside | None = None
 
 
 def history_of(equation: Equation, q: Array, rate: Array, load: Array | None = None) -> History:

@@ -24,7 +24,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.response.cyclic import BlockCyclic
 from fenics_mech.response.damping import damping_ratios
-from fenics_mech.response.history import History
+from fenics_mech.response.history import Closed, History
 from fenics_mech.response.oscillator import Oscillators
 from fenics_mech.response.quasi_static import displacement_under, solve_static
 from fenics_mech.response.resonance import blaming, magnification, of_modes, refuse_magnified
@@ -75,7 +75,7 @@ def solve_periodic(
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
         _refuse_ringing(scene, modes, state, free)
-    return replace(_superpose(system, modes, state, load, scene), condition=condition)
+    return replace(_superpose(system, modes, state, load, scene), closed=Closed(condition))
 
 
 @dataclass(frozen=True)

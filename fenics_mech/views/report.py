@@ -88,11 +88,16 @@ def _energy(result: Result) -> Text:
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
     parts = [f"{cause} {number(MILLI * value)} mW" for cause, value in power.items()]
-    residual, error = data.attrs["power_residual"], data.attrs["power_balance_error"]
+    residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text = f"Mean power over the {whole}: {', '.join(parts)}; left over {number(MILLI * residual)} mW"
     if not _acts(result, "coupling") and not _acts(result, "motor"):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
-    return Text(f"{text} ({error:.1g} of the largest).")
+    text = f"{text} ({error:.1g} of the largest)"
+    if abs(residual) > bound and error > ROUNDING:
+        text += (
+            f". This is MORE than the {number(MILLI * bound)} mW that the errors told of the drives' efforts explain"
+        )
+    return Text(f"{text}.")
 
 
 def _stability(result: Result) -> Text:

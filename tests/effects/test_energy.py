@@ -7,6 +7,7 @@ import pytest
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
+from tests.demos.machines import crane
 
 DEMOS = Path(__file__).parents[2] / "demos"
 REDUCED = {"analysis__reduction": "craig-bampton", "mesh__elements": 8}
@@ -21,6 +22,14 @@ PUSH = {
     "turning": {"at": "coupler.B", "force": (0.0, 0.5), "follows": True},
     "spread": {"member": "coupler", "line": (0.0, -2.0), "axes": "member"},
 }
+PULSE = {
+    "push": {"at": "follower.B", "force": (1.0, 2.0), "factor": {"kind": "pulse", "start": 1.01, "end": 2.53}},
+}
+BLOWS = {
+    "one": {"at": "coupler.B", "angle": 1.234, "impulse": (2e-3, -1e-3)},
+    "turning": {"at": "follower.B", "angle": 4.0, "impulse": (1e-3, 0.0), "angular_impulse": 1e-5},
+    "along": {"at": "coupler.A", "angle": 4.0, "impulse": (1e-3, 0.0)},
+}
 QUIET = {"analysis__stability": False, "damping__ratio": 0.0}
 EVERYTHING = {
     "gravity": (0.0, -9.81),
@@ -33,13 +42,15 @@ def imbalance(scene):
     """What is left over in the result's balance of mean powers, over what damping takes."""
     data = analyse(scene).data
     causes = dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy()))
-    lost = -sum(value for cause, value in causes.items() if cause not in ("drive", "drives", "loads", "stored"))
+    lost = -sum(
+        value for cause, value in causes.items() if cause not in ("drive", "drives", "loads", "impulses", "stored")
+    )
     return abs(sum(causes.values())) / lost
 
 
 @pytest.mark.parametrize(
     ("effects", "rest"),
-    [(("coupling",), {}), (("coupling", "moderate-rotations"), {}), (("coupling", "moderate-rotations"), EVERYTHING)],
+    [(("coupling",), {}), (("coupling", "moderate-rotations"), EVERYTHING)],
 )
 def test_damping_takes_out_what_the_drive_puts_in(seed, effects, rest):
     balance = {}
@@ -53,12 +64,12 @@ def test_damping_takes_out_what_the_drive_puts_in(seed, effects, rest):
 
 def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
     balance = {}
-    for steps in (240, 480):
+    for steps in (120, 240):
         changes = QUIET | {"damping__ratio": 0.02, "analysis__sub_intervals": steps}
         balance[steps] = imbalance(seed.changed(effects=("coupling",), **changes))
-    # the same; with 2 % of all modes the fast ones die out more slowly, and want smaller steps
-    assert balance[480] < 3e-5
-    assert balance[480] < balance[240] / 10
+    # the same; with 2 % of all modes the fast ones die out more slowly, and want smaller steps: 5e-5
+    assert balance[240] < 1e-4
+    assert balance[240] < balance[120] / 20
 
 
 @pytest.mark.parametrize(
@@ -69,7 +80,7 @@ def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
         ("four_bar", {"effects": ("coupling", "moderate-rotations"), **REDUCED}, 4e-3),
         ("four_bar", {"effects": ("coupling", "rotary-inertia"), "springs": SPRINGS, "dampers": DAMPERS}, 4e-3),
         ("four_bar", {"effects": ("coupling", "lumped-mass"), "analysis__allow_coarse": True}, 1.5e-2),
-        ("four_bar", {"effects": ("coupling",), "drive__motor": SHAFT}, 4e-3),
+        ("four_bar", {"effects": ("coupling",), "drive__motor": SHAFT, "analysis__sub_intervals": 80}, 4e-3),
         ("four_bar", {"effects": ("coupling", "inextensible"), "loads": PUSH, "gravity": (0.0, -9.81)}, 4e-3),
         ("manipulator", {"effects": ("coupling",)}, 4e-3),
         ("slider_crank", {"effects": ("coupling",), "damping__relative": 0.5}, 4e-3),
@@ -79,6 +90,43 @@ def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
 def test_energy_of_the_cycle_balances_with_every_effect(name, changes, largest):
     changes = {"analysis__stability": False, "analysis__sub_intervals": 120, "analysis__stations": 3} | changes
     assert imbalance(load(DEMOS / f"{name}.toml").changed(**changes)) < largest
+
+
+def test_residual_of_a_travelling_pin_is_within_the_errors_of_the_efforts():
+    # where the pin passes a node its slope turns at once, which no step sees: 3e-4, and 1e-4 with 6 elements. Equal
+    # samples of the jumping effort leave 0.12
+    scene = crane().changed(effects=("coupling",), analysis__stability=False, analysis__sub_intervals=240)
+    scene = scene.changed(analysis__stations=3, analysis__allow_coarse=True)
+    data = analyse(scene).data
+    assert data.attrs["power_balance_error"] < 2e-3
+    assert abs(data.attrs["power_residual"]) < data.attrs["power_error"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "largest"),
+    [  # at 120 Gauss steps, which keep energy, as far as they follow what is struck: 9e-4, 1.3e-3, 1.9e-3 and 6e-4
+        ({"impulses": BLOWS, "effects": ("coupling",)}, 3e-3),
+        ({"impulses": BLOWS, "effects": ("coupling", "geometric-stiffness")}, 3e-3),
+        ({"impulses": BLOWS, "effects": ("coupling", "lumped-mass", "rotary-inertia")}, 4e-3),
+        ({"loads": PULSE, "effects": ("coupling",)}, 1.5e-3),
+    ],
+)
+def test_energy_balances_where_forces_jump(changes, largest):
+    changes |= {"analysis__stability": False, "analysis__sub_intervals": 120, "analysis__stations": 3}
+    scene = load(DEMOS / "four_bar.toml").changed(analysis__scheme="gauss", analysis__allow_coarse=True, **changes)
+    assert imbalance(scene) < largest
+
+
+def test_dampers_do_their_work_on_the_shortening_of_bent_links():
+    scene = load(DEMOS / "four_bar.toml").changed(
+        effects=("coupling", "geometric-stiffness"),
+        dampers=DAMPERS,
+        analysis__sub_intervals=120,
+        analysis__stability=False,
+        analysis__stations=3,
+    )
+    # 4e-5 of the dampers' power is left at 120 steps, and 2e-6 at 240. Without that work it is 1.3e-4 and 9e-5
+    assert analyse(scene).data.attrs["power_balance_error"] < 6e-5
 
 
 @pytest.mark.parametrize("axis", ["neutral", "middle"])
