@@ -94,9 +94,7 @@ def _energy(result: Result) -> Text:
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > ROUNDING:
-        text += (
-            f". This is MORE than the {number(MILLI * bound)} mW that the errors told of the drives' efforts explain"
-        )
+        text += f", MORE than the estimated errors of the drives' efforts explain, {number(MILLI * bound)} mW"
     return Text(f"{text}.")
 
 
