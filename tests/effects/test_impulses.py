@@ -223,7 +223,7 @@ def test_damping_takes_what_a_blow_gives_to_an_oscillator():
 
 
 def test_drive_has_nothing_to_meet_where_a_mass_on_a_bent_massless_beam_is_struck_along_it():
-    # the mass takes all of the impulse, wherever the tip is; J times the deflection, 2e-4 J L, would be left undeflected
+    # the mass takes all of the impulse, wherever the tip is; J times the deflection, 1e-4 J L, is left without that arm
     along = {"at": "beam.B", "angle": 2.3, "impulse": (J * math.cos(2.3), J * math.sin(2.3))}
     data = analyse(turning_beam(effects=("coupling",), impulses={"across": blow(1.0), "along": along})).data
     assert np.abs(data["drive_impulse"].to_numpy()).max() < 1e-6 * J * L
