@@ -54,15 +54,11 @@ def imbalance(scene):
     return abs(sum(causes.values())) / lost
 
 
-@pytest.mark.parametrize(
-    ("effects", "rest"),
-    [(("coupling",), {}), (("coupling", "moderate-rotations"), EVERYTHING)],
-)
-def test_damping_takes_out_what_the_drive_puts_in(seed, effects, rest):
+def test_damping_takes_out_what_the_drive_puts_in(seed):
     balance = {}
     for steps in (120, 240):
-        changes = QUIET | rest | {"damping__material": 1.339e-4, "analysis__sub_intervals": steps}
-        balance[steps] = imbalance(seed.changed(effects=effects, **changes))
+        changes = QUIET | EVERYTHING | {"damping__material": 1.339e-4, "analysis__sub_intervals": steps}
+        balance[steps] = imbalance(seed.changed(effects=("coupling", "moderate-rotations"), **changes))
     # 1e-5 at 240 Radau steps, order 5 and more: the identity is exact, only the time scheme is not
     assert balance[240] < 3e-5
     assert balance[240] < balance[120] / 20
@@ -110,9 +106,8 @@ def test_residual_of_a_travelling_pin_is_within_the_errors_of_the_efforts():
 
 @pytest.mark.parametrize(
     ("changes", "largest"),
-    [  # at 120 Gauss steps, which keep energy, as far as they follow what is struck: 1.3e-3, 1.9e-3 and 6e-4
+    [  # at 120 Gauss steps, which keep energy, as far as they follow what is struck: 1.3e-3 and 6e-4
         ({"impulses": BLOWS, "effects": ("coupling", "geometric-stiffness")}, 3e-3),
-        ({"impulses": BLOWS, "effects": ("coupling", "lumped-mass", "rotary-inertia")}, 4e-3),
         ({"loads": PULSE, "effects": ("coupling",)}, 1.5e-3),
     ],
 )
@@ -122,7 +117,7 @@ def test_energy_balances_where_forces_jump(changes, largest):
     assert imbalance(scene) < largest
 
 
-@pytest.mark.parametrize("more", [(), ("geometric-stiffness",)])
+@pytest.mark.parametrize("more", [("lumped-mass", "rotary-inertia"), ("geometric-stiffness",)])
 def test_kinetic_energy_jumps_by_what_impulses_and_drive_give(more):
     blows = {name: BLOWS[name] for name in ("one", "turning")}  # at two angles
     coarse = {"analysis__sub_intervals": 60, "analysis__stability": False, "analysis__allow_coarse": True}
@@ -163,10 +158,12 @@ def test_energy_balances_beside_the_axes(axis):
     assert imbalance(type(scene).model_validate(data)) < 1e-2
 
 
-@pytest.mark.parametrize("effects", [(), ("geometric-stiffness",)])
-def test_energy_of_a_motion_in_time_balances_with_what_is_stored(effects):
+def test_energy_of_a_motion_in_time_balances_with_what_is_stored():
     scene = load(DEMOS / "four_bar.toml").changed(
-        effects=("coupling", *effects), analysis__method="transient", analysis__cycles=1, gravity=(0.0, -9.81)
+        effects=("coupling", "geometric-stiffness"),
+        analysis__method="transient",
+        analysis__cycles=1,
+        gravity=(0.0, -9.81),
     )
     # the energy at the ends is from the state alone, the power from the forces; samples in time leave 2e-4
     assert analyse(scene).data.attrs["power_balance_error"] < 5e-4
