@@ -122,9 +122,9 @@ class Loops:
 
     @property
     def size(self) -> float:
-        """Largest coordinate of a joint's point in its body (m)."""
+        """Largest coordinate of a joint's point in its body (m), or 1 m where all are at their bodies' origins."""
         parts = [np.abs(pairs.point).max() for pairs in (self.points, self.lines) if len(pairs)]
-        return float(max([*parts, np.finfo(float).tiny]))
+        return float(max(parts, default=0.0)) or 1.0
 
     @cached_property
     def scale(self) -> Array:

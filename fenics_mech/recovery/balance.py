@@ -16,6 +16,7 @@ from fenics_mech.recovery.blows import Blows
 from fenics_mech.recovery.virtual_work import LOSSES, Forces
 
 Array = NDArray[np.float64]
+SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses
 TINY = float(np.finfo(float).tiny)
 
 
@@ -38,10 +39,11 @@ def energy_balance(forces: Forces, efforts: dict[str, Array], errors: Array) -> 
     -------
     xarray.Dataset
         `mean_power` (W) by `cause`: what the cause gives to the mechanism, negative where it takes. "stored" is what
-        the kinetic energy and that of links and springs take up. As attributes `power_residual`, the sum (W),
-        `power_balance_error`, its size over the largest of them, and `power_error` (W), what the errors of the efforts
-        make of the drives' mean power at most. With impulses also `drive_impulse` (N m s or N s), the impulse of each
-        drive's effort at each of them. Empty for a mechanism that is held, or struck in a motion in time.
+        the kinetic energy and that of links and springs take up. As attributes `power_residual`, the sum (W);
+        `power_balance_error`, its size over the largest of them, or over `SMALL` of a power's mean magnitude;
+        `power_error` (W), what the errors of the efforts make of the drives' mean power at most. With impulses also
+        `drive_impulse` (N m s or N s), the impulse of each drive's effort at each of them. Empty for a mechanism that
+        is held, or struck in a motion in time.
     """
     scene, motion = forces.scene, forces.system.motion
     in_time = scene.analysis.method == "transient"
@@ -64,10 +66,11 @@ def energy_balance(forces: Forces, efforts: dict[str, Array], errors: Array) -> 
         found["drive_impulse"] = (("impulse", "drive"), blows.efforts)
         found = found.assign_coords(impulse=list(scene.impulses), drive=list(efforts))
     residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
+    passed = max(float(np.abs(power).mean()) for power in powers.values())
     found["mean_power"] = (("cause",), list(mean.values()))
     return found.assign_coords(cause=list(mean)).assign_attrs(
         power_residual=residual,
-        power_balance_error=abs(residual) / max(largest, TINY),
+        power_balance_error=abs(residual) / max(largest, SMALL * passed, TINY),
         power_error=float(errors @ np.abs(rates).mean(axis=0)),
     )
 

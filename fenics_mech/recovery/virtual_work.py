@@ -29,7 +29,6 @@ from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-CONSERVATIVE = ("inertia", "weight", "elastic", "springs")  # their work over a cycle is 0
 LOSSES = ("material", "modal damping", "external drag", "relative drag", "dampers", "air drag")
 
 
@@ -149,10 +148,10 @@ class Forces:
     @cached_property
     def _velocity(self) -> Array:
         """Rate of the displacement with which the links strain, ``(angles, nodal dofs)``."""
-        if self.history.velocity is not None and self.scene.analysis.method != "quasi-static":
-            return self.history.velocity
-        if self.scene.analysis.method == "static" or not self.scene.drives:
+        if self.scene.analysis.method in ("static", "quasi-static") or not self.scene.drives:
             return self.still
+        if self.history.velocity is not None:
+            return self.history.velocity
         rate = self.system.transformation.derivatives(self.system.motion)[0]
         carried = self.system.transformation.forward(rate, self.history.displacement)
         return _rate_of_cycle(self.displacement, self.scene.period) - self.system.on_nodes(carried)
@@ -182,8 +181,6 @@ class Forces:
     def _drags(self) -> dict[str, Acceleration]:
         """Accelerations whose inertia is the drag, on the absolute velocity and on the relative one."""
         terms, velocity = self.system.terms, self._velocity
-        if self.scene.analysis.method == "quasi-static":
-            velocity = self.still
         absolute = terms.external * (self.system.rigid_velocity + velocity)
         turning = terms.external * self.rates.turning * self.shape
         found = {"external drag": (absolute, turning)} if terms.external else {}
@@ -318,8 +315,3 @@ def _rate_of_cycle(values: Array, period: float) -> Array:
     order[2 * order == count] = 0.0
     spectrum = 2j * np.pi / period * order[:, None] * np.fft.rfft(values, axis=0)
     return np.asarray(np.fft.irfft(spectrum, count, axis=0))
-
-
-def drive_efforts(scene: Scene, system: System, history: History) -> dict[str, Array]:
-    """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
-    return Forces(scene, system, history).efforts()

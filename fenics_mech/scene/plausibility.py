@@ -29,7 +29,7 @@ THINNEST, HIGHEST = (
 )  # height of a section over the member's length: foil of 0.1 mm in 1 m; a beam is longer
 NARROWEST, WIDEST = 1e-5, 5.0  # width over the length: a wire; a flap is wide
 FARTHEST_FIBRE = 10.0  # radii of gyration: a T has 3
-LONGEST = 50.0  # m
+LONGEST = 100.0  # m; jibs of tower cranes have 80
 LEAST_ALIKE, MOST_ALIKE = 1 / 200, 50.0  # shortest member over the next, which may be a stub; longest over the next
 HEAVIEST_POINT = 300.0  # mass at a point over that of all members
 LARGEST_INERTIA = 10.0  # over mass times length^2: beyond 1 the mass is farther away than the linkage reaches
@@ -94,8 +94,8 @@ def _materials(scene: Scene) -> Found:
             yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
         speed = math.sqrt(e / rho)
         if heavy and stiff and not SLOWEST <= speed <= FASTEST:
-            fitting = [f for f in (1e3, 1e-3) if SLOWEST < math.sqrt(e * f / rho) < FASTEST]
-            meant = f": {e * fitting[0]:.4g} Pa may be meant, or a density in another unit" * bool(fitting)
+            fitting = [e * f for f in (1e6, 1e3, 1e-3) if SLOWEST < math.sqrt(e * f / rho) < FASTEST]
+            meant = f": {fitting[0]:.4g} Pa may be meant, or a density in another unit" if fitting else ""
             yield (
                 f"{place}.modulus",
                 f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "

@@ -89,7 +89,7 @@ ABSOLUTE = Number(0, 1e30)
 TIMES = Number(1, 1_000_000, whole=True)
 FEW = Number(1, 1000, whole=True)
 
-KRYLOV = "cgne cr gcr minres symmlq gmres fgmres lgmres bcgs bcgsl ibcgs fbcgs cgs tfqmr tcqmr bicg lsqr"
+KRYLOV = "gmres fgmres lgmres gcr bcgs bcgsl ibcgs fbcgs tfqmr tcqmr"  # of systems that are not symmetric
 FACTORS: dict[str, Kind] = {
     "pc_factor_fill": Number(1, 20),
     "pc_factor_zeropivot": RELATIVE,
@@ -102,7 +102,7 @@ FACTORISED: dict[str, Kind] = FACTORS | {
     "pc_type": _names("lu cholesky"),
 }
 BLOCK: dict[str, Kind] = FACTORS | {
-    "ksp_type": _names(f"preonly richardson chebyshev cg {KRYLOV}"),
+    "ksp_type": _names(f"preonly {KRYLOV}"),
     "pc_type": _names("none jacobi sor ilu icc lu cholesky svd"),
     "pc_factor_levels": Number(0, 20, whole=True),
     "pc_factor_shift_type": _names("none nonzero positive_definite inblocks"),
@@ -120,7 +120,6 @@ CHECKED: dict[str, Kind] = (  # of a solver whose answer is put into the equatio
         "ksp_gmres_restart": FEW,
         "ksp_gmres_modifiedgramschmidt": Switch(),
         "ksp_bcgsl_ell": Number(1, 20, whole=True),
-        "ksp_richardson_scale": ABSOLUTE,
         "pc_type": _names("none jacobi bjacobi sor ilu icc lu cholesky asm gamg svd"),
         "pc_bjacobi_blocks": FEW,
         "pc_asm_blocks": FEW,
@@ -140,8 +139,6 @@ EIGENVALUES: dict[str, Kind] = {
 }
 SHIFTED: dict[str, Kind] = {
     "eps_type": _names("krylovschur arnoldi lapack subspace power gd jd lobpcg rqcg"),
-    "eps_target": ABSOLUTE,
-    "eps_target_magnitude": Switch(),
     "st_type": _names("shift sinvert cayley precond"),
     **_of("st_", FACTORISED),
 }

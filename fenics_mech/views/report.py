@@ -89,7 +89,7 @@ def _energy(result: Result) -> Text:
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
     parts = [f"{cause} {number(MILLI * value)} mW" for cause, value in power.items()]
     residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
-    text = f"Mean power over the {whole}: {', '.join(parts)}; left over {number(MILLI * residual)} mW"
+    text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(MILLI * residual)} mW"
     if not _acts(result, "coupling") and not _acts(result, "motor"):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"

@@ -10,7 +10,7 @@ import pytest
 from fenics_mech.building import mechanism
 from fenics_mech.recovery import reactions
 from fenics_mech.recovery.joints import nodal_forces
-from fenics_mech.recovery.virtual_work import drive_efforts
+from fenics_mech.recovery.virtual_work import Forces
 from fenics_mech.response import solve_static
 
 
@@ -19,7 +19,7 @@ def solved(moving_machine):
     scene = moving_machine.changed(analysis__sub_intervals=36)
     system = mechanism(scene)
     history = solve_static(system)
-    efforts = drive_efforts(scene, system, history)
+    efforts = Forces(scene, system, history).efforts()
     return scene, system.motion, reactions(system, nodal_forces(system, history)), efforts
 
 

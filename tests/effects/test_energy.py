@@ -200,3 +200,11 @@ def test_undamped_disturbances_keep_their_energy_in_the_full_equation_only(seed,
     data = analyse(scene).data["multiplier"].to_numpy()
     off = np.abs(np.hypot(*data.T) - 1).max()
     assert (off < 1e-5) == conserves
+
+
+def test_a_machine_without_losses_balances():
+    data = analyse(load(DEMOS / "four_bar.toml").changed(effects=(), analysis__method="quasi-static")).data
+    assert data.attrs["power_balance_error"] < 1e-4  # rounding over rounding would be 1
+    press = {"press": {"at": "coupler@0.25", "force": (1.0, -2.0)}}  # a dead load, which gives nothing over a cycle
+    loaded = load(DEMOS / "four_bar.toml").changed(effects=(), analysis__method="quasi-static", loads=press)
+    assert abs(analyse(loaded).data.attrs["power_residual"]) < 1e-8  # W; beside powers of 1 W

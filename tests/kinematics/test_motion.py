@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.reference.mecqbar import mecqbar
+from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.demos.machines import piston, welded_arm
 
@@ -131,6 +132,25 @@ def test_a_rough_angle_that_a_joint_contradicts_is_refused(away):
         solve_motion(piston().changed(links__piston__angle=np.radians(held + away)), THETA)
     near = solve_motion(piston().changed(links__piston__angle=np.radians(held + 20.0)), THETA)
     assert np.array_equal(near.angle, solve_motion(piston(), THETA).angle)
+
+
+@pytest.mark.parametrize("direction", [0.0, 30.0, 45.0, 60.0])
+def test_a_drive_along_a_slide_through_all_origins(direction):
+    section = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}
+    links = {"car": {"points": {"Q": (0, 0), "A": (0.1, 0)}}}
+    links["car"]["members"] = {"QA": {"ends": ("Q", "A"), "section": "s", "material": "m"}}
+    scene = build(
+        {
+            "materials": {"m": {"modulus": 7e10, "density": 2700}},
+            "sections": {"s": section},
+            "ground": {"points": {"O": (0, 0)}},
+            "links": links,
+            "joints": {"G": {"kind": "prismatic", "connect": ("ground.O", "car.Q"), "angle": f"{direction} deg"}},
+            "drive": {"joint": "G", "law": {"kind": "harmonics", "sine": [0.02]}, "period": 0.5},
+        }
+    )
+    place = 0.02 * np.sin(THETA)[:, None] * np.array([np.cos(np.radians(direction)), np.sin(np.radians(direction))])
+    assert np.allclose(solve_motion(scene, THETA).of_point("car", (0.0, 0.0))[0], place, rtol=0, atol=1e-15)
 
 
 def test_a_rough_angle_that_a_weld_contradicts_is_refused():

@@ -40,6 +40,19 @@ MISTAKES = {  # the place of the only warning, and what it says
     "modulus in GPa": ({"materials.aluminium.modulus": 71}, "aluminium.modulus", "71 GPa = 7.1e+10 Pa is likely"),
     "modulus in MPa": ({"materials.aluminium.modulus": 71e3}, "aluminium.modulus", "71000 MPa = 7.1e+10 Pa is likely"),
     "MPa for GPa": ({"materials.aluminium.modulus": "71 MPa"}, "aluminium.modulus", "speed of sound of 162 m/s"),
+    "modulus in N/mm^2": ({"materials.aluminium.modulus": 210000}, "aluminium.modulus", "2.1e+11 Pa may be meant"),
+    "drag relative to the links": ({"damping.relative": 1e4}, "damping.relative", "within 0.0001 s"),
+    "load in kN for a moment": (
+        {
+            "loads.tap": {
+                "at": "coupler@0.5",
+                "force": [0, "10 kN"],
+                "factor": {"kind": "pulse", "start": "100 deg", "end": "100.1 deg"},
+            }
+        },
+        "loads.tap.force",
+        "strain",
+    ),
     "strength in MPa": ({"materials.aluminium.strength": 250}, "aluminium.strength", "250 MPa"),
     "width in mm": ({"sections.strip": STRIP | {"width": 12}}, "sections.strip.width", "12 mm = 0.012 m is likely"),
     "height in mm": ({"sections.strip": STRIP | {"height": 1.6}}, "sections.strip.height", "1.6 mm = 0.0016 m"),

@@ -20,6 +20,8 @@ FORBIDDEN = {
     "a viewer": ('modes_eps_view = "ascii:victim.txt"', "modes_eps_view", "unknown option of a solver"),
     "a monitor": ('periodic_ksp_monitor = "ascii:victim.txt"', "periodic_ksp_monitor", "unknown option of a solver"),
     "a file of options": ('modes_options_file = "scene.toml"', "modes_options_file", "unknown option of a solver"),
+    "other modes than the lowest": ("modes_eps_target = 1e9", "modes_eps_target", "unknown option of a solver"),
+    "a method for symmetric systems": ('periodic_ksp_type = "cg"', "periodic_ksp_type", "must be one of"),
     "another option behind a value": (
         'static_pc_type = "lu -log_view :victim.txt"',
         "static_pc_type",
@@ -76,10 +78,10 @@ def test_schema_lists_the_options():
 
 def test_options_of_a_scene_are_given_as_they_are(demo_text):
     lines = 'periodic_ksp_type = "gmres"', "periodic_ksp_rtol = 1e-12", "modes_eps_max_it = 100"
-    text = "\n".join([demo_text, "[petsc]", *lines, "modes_eps_target_magnitude = true"])
+    text = "\n".join([demo_text, "[petsc]", *lines, "periodic_ksp_gmres_modifiedgramschmidt = true"])
     assert parse(text).petsc == {
         "periodic_ksp_type": "gmres",
         "periodic_ksp_rtol": 1e-12,
         "modes_eps_max_it": 100,
-        "modes_eps_target_magnitude": True,
+        "periodic_ksp_gmres_modifiedgramschmidt": True,
     }

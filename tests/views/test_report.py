@@ -203,7 +203,7 @@ def test_balance_of_energy_is_told():
     result = analyse(scene)
     drive, lost = (1e3 * float(result.data["mean_power"].sel(cause=name)) for name in ("drive", "material"))
     text = " ".join(printed(summary(result)).split())
-    assert f"Mean power over the cycle: drive {drive:.4g} mW, material {lost:.4g} mW; left over " in text
+    assert f"Mean power over the cycle: drive {drive:.4g} mW, material {lost:.4g} mW; imbalance " in text
     assert "of the largest)." in text
     still = analyse(scene.changed(effects=(), analysis__method="quasi-static"))
     assert "leaves out the coupling, without which energy does not balance" in " ".join(printed(summary(still)).split())
