@@ -30,13 +30,9 @@ def test_the_curve_is_that_of_appendix_g(effects):
         (above["coupler"], "eps2"),
         (below["follower"], "eps3"),
     ):
-        _compare(theta, strain, part)
-
-
-def _compare(theta: np.ndarray, strain: np.ndarray, part: str) -> None:
-    np.testing.assert_allclose(theta, 2 * np.pi * np.arange(24) / 24, rtol=1e-12)
-    printed, digit = _printed(part)
-    assert np.all(np.abs(strain - printed) < digit)
+        np.testing.assert_allclose(theta, 2 * np.pi * np.arange(24) / 24, rtol=1e-12)
+        printed, digit = _printed(part)
+        assert np.all(np.abs(strain - printed) < digit)
 
 
 def test_a_tolerance_of_the_scene_is_not_met_twice():
