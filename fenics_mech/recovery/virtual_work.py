@@ -73,10 +73,14 @@ class Acceleration:
 
     def power(self, system: System, rates: Rates, v: Array) -> Array:
         """Power of the inertia ``-m a`` in the rates of the mechanism bent by v, ``(angles,)``."""
-        mass, rotary, gyroscopic = system.nodal_mass, system.nodal_rotary_mass, system.nodal_gyroscopic
-        force = (mass @ self.of_nodes.T + gyroscopic @ self.turning.T - rotary @ self.centripetal.T).T
+        mass, rotary = system.nodal_mass, system.nodal_rotary_mass
+        force, velocity = (mass @ self.of_nodes.T - rotary @ self.centripetal.T).T, rates.rigid + rates.deformation
+        if not self.turning.any() and not v.any():  # then nothing calls for the gyroscopic matrix
+            return -np.sum(force * velocity, axis=1)
+        gyroscopic = system.nodal_gyroscopic
+        force = force + (gyroscopic @ self.turning.T).T
         swung = self.of_nodes * (gyroscopic @ v.T).T + self.turning * ((mass - rotary) @ v.T).T
-        return -np.sum(force * (rates.rigid + rates.deformation) + rates.turning * swung, axis=1)
+        return -np.sum(force * velocity + rates.turning * swung, axis=1)
 
 
 @dataclass(frozen=True)
