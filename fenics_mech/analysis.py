@@ -134,15 +134,7 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
     asked = scene.analysis.solver
     if any(drive.motor is not None for drive in scene.drives):
         return "motor"
-    beyond = bool(
-        terms.coupled
-        or terms.law
-        or terms.material
-        or terms.external
-        or terms.relative
-        or terms.damping
-        or terms.follower
-    )
+    beyond = bool(terms.coupled or terms.law or terms.material or terms.drag or terms.damping or terms.follower)
     beyond = beyond or bool(scene.impulses) or (terms.tension is not None and scene.analysis.tension == "settled")
     if beyond and asked == "sub-intervals":
         names = ", ".join(effect.name for effect in active(scene))

@@ -29,17 +29,15 @@ def terms(situation: Situation) -> Terms:
     """
     scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
     size = 3 * len(mesh.node_name)
-    found = []
     for name, spring in scene.springs.items():
-        separation = Separation.of(scene, mesh, motion, spring)
         if isinstance(spring, HingeSpring):
-            _refuse_winding(scene, motion, name, separation)
-            pull, tangent = separation.value - _free_angle(scene, mesh, spring), np.ones((len(separation.value), 1, 1))
-        else:
-            pull, tangent = _of_line(motion, name, separation, _free_length(scene, mesh, spring))
-        k = spring.stiffness
-        found.append(Terms(force=separation.force(k * pull, size), stiffness=(separation.entries(k * tangent),)))
-    return total(found)
+            _refuse_winding(scene, motion, name, Separation.of(scene, mesh, motion, spring))
+    return total(
+        [
+            Terms(force=separation.force(pull, size), stiffness=(separation.entries(tangent),))
+            for separation, pull, tangent, _ in _pulls(scene, mesh, motion)
+        ]
+    )
 
 
 def spring_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fenics_mech.effects import NOTHING, Terms
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import joint_forces, joint_names, nodal_forces, reactions
+from fenics_mech.recovery.joints import effort_units, joint_forces, joint_names, nodal_forces, reactions
 from fenics_mech.recovery.members import deflection_of_nodes, recover_members, stiffnesses
 from fenics_mech.recovery.virtual_work import Forces
 from fenics_mech.response import History
@@ -135,7 +135,7 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
         name: np.maximum(np.maximum(largest[name], SMALL_MEMBER * largest[name].max()), TINY)
         for name in ("strain", "deflection")
     }
-    sliding = np.array([scene.joints[drive.joint].kind in ("slot", "prismatic") for drive in scene.drives], dtype=bool)
+    sliding = np.array([unit == "N" for unit in effort_units(scene)], dtype=bool)
     arms = np.array([scene.size_at(drive.joint) for drive in scene.drives])
     efforts = np.zeros(len(sliding))
     for same in (sliding, ~sliding):

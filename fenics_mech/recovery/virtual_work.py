@@ -223,7 +223,7 @@ class Forces:
         """Displacement by the shortening of members whose axial forces are given."""
         second = self.still
         if self.history.centripetal is not None:
-            drag = self.system.terms.external + self.system.terms.relative
+            drag = self.system.terms.drag
             own = self.system.rigid_acceleration + drag * self._velocity + self.history.centripetal
             second = self.history.inertia - own
         return Shortening.of(self.scene, self.system, (self.displacement, self._velocity, second))

@@ -13,6 +13,7 @@ from rich.text import Text
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.accuracy import LARGEST_ERROR, NUMERICAL
+from fenics_mech.recovery.joints import effort_units
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.recovery.quantities import ERROR_VARIABLES
 from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
@@ -162,13 +163,12 @@ def _errors(result: Result) -> str:
 
 def _words(result: Result) -> dict[str, str]:
     """Give the quantities of a result that have an error, and their names."""
-    drives, data = result.scene.drives, result.data
-    turns = [result.scene.joints[drive.joint].kind not in ("slot", "prismatic") for drive in drives]
+    data = result.data
     names = {"strain": "strain", "deflection": "deflection"}
     if data.sizes["joint"]:
         names["joint_force"] = "joint force"
-    if drives:
-        names["torque"] = "input torque" if turns == [True] else "drive effort"
+    if result.scene.drives:
+        names["torque"] = "input torque" if effort_units(result.scene) == ["N m"] else "drive effort"
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 
