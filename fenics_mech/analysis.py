@@ -9,17 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
-from fenics_mech.better import of_mesh, still_better
-from fenics_mech.building import (
-    boundary_load,
-    mechanism,
-    modes_kept,
-    refuse_unseen,
-    scene_modes,
-    settle,
-    static_response,
-)
-from fenics_mech.choice import choose
+from fenics_mech.accuracy.mesh_residual import neglected
+from fenics_mech.accuracy.motion_errors import of_mesh, still_better
+from fenics_mech.accuracy.sub_interval_errors import Neighbours
 from fenics_mech.effects import Terms, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
@@ -28,20 +20,28 @@ from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_dense
 from fenics_mech.modes import Modes
-from fenics_mech.motor import by_motor
+from fenics_mech.planning.effect_choice import choose
+from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
-from fenics_mech.recovery.mesh_error import neglected
 from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response import History, solve_periodic
-from fenics_mech.response.periodic import SubIntervals, require_joined
-from fenics_mech.response.periodic_better import Neighbours
-from fenics_mech.response.steps import Steps
+from fenics_mech.response.motor_response import by_motor
+from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.periodic.sub_intervals import SubIntervals, require_joined
+from fenics_mech.response.setup import (
+    boundary_load,
+    mechanism,
+    modes_kept,
+    refuse_unseen,
+    scene_modes,
+    settle,
+    static_response,
+)
+from fenics_mech.response.transient.in_time import by_time
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
-from fenics_mech.steady import by_collocation, by_harmonic_balance
-from fenics_mech.tolerance import within
-from fenics_mech.unsteady import by_time
 
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery")
 

@@ -118,11 +118,11 @@ def run(
 def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
     """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
     from fenics_mech import views  # noqa: PLC0415
-    from fenics_mech.building import mechanism, names_of, scene_modes  # noqa: PLC0415
-    from fenics_mech.choice import choose  # noqa: PLC0415
+    from fenics_mech.accuracy.hidden_resonances import frequency_error  # noqa: PLC0415
     from fenics_mech.mechanism import RigidModes  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
-    from fenics_mech.response.dispersion import frequency_error  # noqa: PLC0415
+    from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415
+    from fenics_mech.response.setup import mechanism, names_of, scene_modes  # noqa: PLC0415
     from fenics_mech.scene import refined  # noqa: PLC0415
 
     loaded, _ = choose(refined(_loaded(scene, strict), refine))
@@ -179,7 +179,7 @@ def effects(
 ) -> None:
     """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
     from fenics_mech import views  # noqa: PLC0415
-    from fenics_mech.choice import choose  # noqa: PLC0415
+    from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
 
     loaded = _analysed(scene, 0, strict, tolerance).changed(effects="auto")
@@ -229,7 +229,7 @@ def sweep(
     from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
     from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
-    from fenics_mech.views.sweep import check_member, plot_sweep  # noqa: PLC0415
+    from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
     from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
     first = one_voice()
@@ -276,7 +276,7 @@ def follow(
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.follow import follow as follow_branch  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_range  # noqa: PLC0415
-    from fenics_mech.views.follow import branch_summary, plot_branch  # noqa: PLC0415
+    from fenics_mech.views.branch_plots import branch_summary, plot_branch  # noqa: PLC0415
 
     loaded = refined(_loaded(scene, strict), refine)
     path, ends = parse_range(loaded, over)
@@ -309,7 +309,7 @@ def cost(
     one_thread()  # before the numerical libraries are loaded
     from fenics_mech.scene import load  # noqa: PLC0415
     from fenics_mech.studies.cost import measure_costs, steps_of  # noqa: PLC0415
-    from fenics_mech.views.cost import cost_summary, write_cost  # noqa: PLC0415
+    from fenics_mech.views.cost_plots import cost_summary, write_cost  # noqa: PLC0415
 
     loaded = load(scene)
     if peers:
@@ -338,7 +338,7 @@ def scaling(
 
     one_thread()  # before the numerical libraries are loaded
     from fenics_mech.studies.scaling import measure_scaling, sizes  # noqa: PLC0415
-    from fenics_mech.views.scaling import scaling_summary, write_scaling  # noqa: PLC0415
+    from fenics_mech.views.scaling_plots import scaling_summary, write_scaling  # noqa: PLC0415
 
     make_folder(folder)
     asked = sizes(quick)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from fenics_mech.building import mechanism
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)

@@ -20,7 +20,7 @@ from fenics_mech import _fenicsx
 from fenics_mech._arrays import each
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.offsets import Offsets
+from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
 
 Array = NDArray[np.float64]

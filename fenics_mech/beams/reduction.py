@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech._petsc import to_scipy
-from fenics_mech.beams.assembly import Beams
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.span import Span, outside

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.span import outside
-from fenics_mech.beams.stretching import Stretching
 
 if TYPE_CHECKING:
     from fenics_mech.beams.reduction import Reduction

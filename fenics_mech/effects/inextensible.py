@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.offsets import refuse_offsets
+from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
 

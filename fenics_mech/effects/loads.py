@@ -9,7 +9,7 @@ from fenics_mech.beams.layout import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import Array, Entries, Inside, Situation, Terms, in_links, total
-from fenics_mech.scene.loads import LineLoad, Load
+from fenics_mech.scene.applied_loads import LineLoad, Load
 
 JUST_BEFORE = 1e-15  # of its place in an element, by which a load acts before a station there, as at a node
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs
-from fenics_mech.beams.offsets import refuse_offsets
+from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import RigidBody, Scene
 

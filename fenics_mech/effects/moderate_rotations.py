@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import each, summed, times
 from fenics_mech.beams.layout import element_dofs
-from fenics_mech.beams.stretching import Stretching
+from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.effects.effect import Effect, Survey
 from fenics_mech.effects.terms import Array, Index, Situation, Terms
 

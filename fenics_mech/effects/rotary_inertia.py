@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.assembly import Array, along_elements
+from fenics_mech.beams.element_matrices import Array, along_elements
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
 

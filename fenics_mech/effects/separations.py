@@ -13,7 +13,7 @@ from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Scene
-from fenics_mech.scene.springs import Hinge, Line
+from fenics_mech.scene.springs_dampers import Hinge, Line
 
 SHORTEST = 1e-9  # length of a line, of its longest over the cycle, below which it has no direction
 

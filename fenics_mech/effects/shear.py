@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech import _fenicsx
 from fenics_mech.beams import Beams
-from fenics_mech.beams.assembly import Array, along_elements, means
+from fenics_mech.beams.element_matrices import Array, along_elements, means
 from fenics_mech.beams.forms import bending
 from fenics_mech.beams.shapes import NORMAL
 from fenics_mech.effects.effect import Effect

@@ -15,7 +15,7 @@ from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.scene.springs import HingeSpring, LineSpring
+from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
 TURN = 2 * np.pi
 STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a torsional spring: measured

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.expressions import Jet
 from fenics_mech.kinematics.conditioning import (
     SINGULAR,
     links_moved,
@@ -21,6 +20,7 @@ from fenics_mech.kinematics.conditioning import (
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import GROUND, Array, Loops
 from fenics_mech.scene import Scene
+from fenics_mech.scene.formulas.expression import Jet
 
 TOLERANCE = 1e-13  # of the open loops, relative to the linkage's size
 COARSE_TOLERANCE = 1e-9  # the same on the coarse branch

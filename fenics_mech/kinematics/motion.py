@@ -12,7 +12,7 @@ from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Array, Loops
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis import MOST_SUB_INTERVALS
+from fenics_mech.scene.analysis_options import MOST_SUB_INTERVALS
 
 LARGEST_BETWEEN = 3.0  # acceleration between the angles of a cycle over that at them
 SHARP = 10.0  # acceleration over velocity, by the drive coordinate (rad), above which a velocity has a corner

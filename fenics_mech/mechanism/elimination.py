@@ -22,7 +22,7 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.constraints import Constraints, Equation
 from fenics_mech.mechanism.contact import Contact
-from fenics_mech.mechanism.inextensible import Inextensible
+from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Array, Jets
 from fenics_mech.mechanism.relative import relative_to_base
 

@@ -17,7 +17,7 @@ from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.effects import NOTHING, Entries, Terms
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.inextensible import Inextensible
+from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 

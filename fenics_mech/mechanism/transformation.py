@@ -19,7 +19,7 @@ from fenics_mech.beams import Beams
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
-from fenics_mech.mechanism.inextensible import Inextensible
+from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Array, Jets
 from fenics_mech.scene import Scene
 

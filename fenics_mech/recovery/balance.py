@@ -10,10 +10,10 @@ from scipy.interpolate import CubicSpline
 from fenics_mech._arrays import each
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects.springs import spring_energy
+from fenics_mech.forces.blows import Blows
+from fenics_mech.forces.virtual_work import LOSSES, Forces
 from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.blows import Blows
-from fenics_mech.recovery.virtual_work import LOSSES, Forces
 
 Array = NDArray[np.float64]
 SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses

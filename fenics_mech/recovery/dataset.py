@@ -10,31 +10,31 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fenics_mech.accuracy.estimate import Errors, estimated, not_estimated
+from fenics_mech.accuracy.hidden_resonances import MOST_OFF, frequency_error
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.validity import bow, euler_ratio, refuse_far, rotation
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.dampers import damper_forces
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import spring_forces
+from fenics_mech.forces.air import drag_known, left_out, unlinear
+from fenics_mech.forces.element_loads import point_loads
+from fenics_mech.forces.joint_forces import effort_units, joint_forces, nodal_forces, reactions
+from fenics_mech.forces.section_forces import MemberState, recover_members, section_forces, stiffnesses
+from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.forces.viscous import elastic_strain, sampling_error
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
-from fenics_mech.recovery.accuracy import Errors, estimated, not_estimated
-from fenics_mech.recovery.air import drag_known, left_out, unlinear
 from fenics_mech.recovery.balance import energy_balance
-from fenics_mech.recovery.contacts import point_loads
-from fenics_mech.recovery.joints import effort_units, joint_forces, nodal_forces, reactions
-from fenics_mech.recovery.members import MemberState, recover_members, section_forces, stiffnesses
-from fenics_mech.recovery.quantities import ERROR_VARIABLES
+from fenics_mech.recovery.peak_places import unseen
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import of_cycle
-from fenics_mech.recovery.unseen import unseen
-from fenics_mech.recovery.validity import bow, euler_ratio, refuse_far, rotation
-from fenics_mech.recovery.virtual_work import Forces
-from fenics_mech.recovery.viscous import elastic_strain, sampling_error
 from fenics_mech.response import History, solve_static
-from fenics_mech.response.dispersion import MOST_OFF, frequency_error
-from fenics_mech.response.floquet import Stability
-from fenics_mech.response.transient import Course
+from fenics_mech.response.stability.floquet import Stability
+from fenics_mech.response.transient.integration import Course
 from fenics_mech.scene import Scene
-from fenics_mech.scene.springs import Hinge
+from fenics_mech.scene.springs_dampers import Hinge
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),

@@ -6,12 +6,12 @@ The rest of the package is compared with them and shares no code with them.
 """
 
 from .gauss_legendre import CollocationResponse, gauss_legendre_periodic
-from .manipulator import ManipulatorModel, ManipulatorParameters
+from .manipulator_arm import ManipulatorModel, ManipulatorParameters
 from .mecqbar import AppendixComparison, Disagreement, compare_appendix_g, mecqbar
 from .nine_element import Coupling, NineElementModel
 from .parameters import FourBarParameters
-from .periodic import PeriodicResponse, periodic_response, quasi_static_response
-from .slider_crank import SliderCrankModel, SliderCrankParameters
+from .periodic_response import PeriodicResponse, periodic_response, quasi_static_response
+from .slider_crank_linkage import SliderCrankModel, SliderCrankParameters
 from .strain import LinkStrain, link_strain
 
 __all__ = [

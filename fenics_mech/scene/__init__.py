@@ -1,10 +1,10 @@
 """What the user states: links, members, sections, materials, joints, drive, analysis."""
 
+from fenics_mech.scene.applied_loads import Impulse, LineLoad, Load
 from fenics_mech.scene.drives import Drive, Expression, Harmonics, Table
 from fenics_mech.scene.factories import four_bar
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.scene.loads import Impulse, LineLoad, Load
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import (
     Analysis,

@@ -8,9 +8,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.drives import common_rate
-from fenics_mech.scene.loads import LineLoad
-from fenics_mech.scene.springs import Hinge, Line
+from fenics_mech.scene.springs_dampers import Hinge, Line
 
 if TYPE_CHECKING:
     from fenics_mech.scene.joints import Prismatic, Slot

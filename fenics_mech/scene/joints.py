@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from fenics_mech.scene.base import Name, Part, PointName
-from fenics_mech.units import Angle
+from fenics_mech.scene.units import Angle
 
 
 class Revolute(Part):

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.consistency import CLOSEST
-from fenics_mech.scene.loads import LineLoad
 from fenics_mech.scene.models import Mesh, Scene
 
 Array = NDArray[np.float64]

@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from fenics_mech.expressions import Jet
-from fenics_mech.scene.analysis import Analysis
+from fenics_mech.scene.analysis_options import Analysis
+from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.base import Name, Part, PointName, check_texts
 from fenics_mech.scene.consistency import check_references
-from fenics_mech.scene.damping import Damping
+from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, common_rate
+from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
-from fenics_mech.scene.loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
 from fenics_mech.scene.solvers import SolverOptions
-from fenics_mech.scene.springs import Damper, Spring
+from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.tolerance import Tolerance
-from fenics_mech.units import (
+from fenics_mech.scene.units import (
     Acceleration,
     Angle,
     Density,

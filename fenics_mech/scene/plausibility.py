@@ -11,11 +11,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fenics_mech.scene.applied_loads import FactorTable, LineLoad, Pulse
 from fenics_mech.scene.drives import Drive
-from fenics_mech.scene.loads import FactorTable, LineLoad, Pulse
 from fenics_mech.scene.models import Material, Scene
 from fenics_mech.scene.sections import CustomSection, Section
-from fenics_mech.scene.springs import HingeSpring, LineSpring
+from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
 TURN = 2 * math.pi
 LIGHTEST, HEAVIEST = 10.0, 23_000.0  # kg/m^3: from foam to osmium, 22,600

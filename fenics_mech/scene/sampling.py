@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.expressions import Formula
-from fenics_mech.intervals import bounds_over
+from fenics_mech.scene.formulas.expression import Formula
+from fenics_mech.scene.formulas.interval import bounds_over
 
 Array = NDArray[np.float64]
 CYCLE = 2 * math.pi

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 
 from fenics_mech.errors import SceneError, shortened
-from fenics_mech.units import in_unit
+from fenics_mech.scene.units import in_unit
 
 QUANTITIES = ("strain", "deflection", "joint_force", "torque")  # that a tolerance may name
 SMALLEST, LARGEST = 1e-8, 1.0  # of a tolerance

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.analysis import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.reference.mecqbar import compare_appendix_g, mecqbar
 from fenics_mech.reference.nine_element import NineElementModel
-from fenics_mech.reference.periodic import periodic_response
+from fenics_mech.reference.periodic_response import periodic_response
 from fenics_mech.reference.strain import link_strain
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
 
 Array = NDArray[np.float64]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.accuracy.quantities import SMALL_MEMBER
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.quantities import SMALL_MEMBER
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
 from fenics_mech.studies.cost_grid import meshed

@@ -16,11 +16,11 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from fenics_mech.accuracy.estimate import NUMERICAL
+from fenics_mech.accuracy.quantities import SMALL_MEMBER
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import NUMERICAL
-from fenics_mech.recovery.quantities import SMALL_MEMBER
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains

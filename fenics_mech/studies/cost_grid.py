@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from fenics_mech.choice import choose
 from fenics_mech.errors import SceneError
+from fenics_mech.planning.effect_choice import choose
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_meshes
 from fenics_mech.scene.models import Mesh

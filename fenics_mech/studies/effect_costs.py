@@ -17,9 +17,9 @@ from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
 from fenics_mech.analysis import analyse
-from fenics_mech.choice import choose
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SceneError
+from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 

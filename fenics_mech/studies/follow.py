@@ -13,15 +13,15 @@ import xarray as xr
 
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
-from fenics_mech.branch import check, family_of, first_motion, result_at
-from fenics_mech.choice import choose
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Saved, stored_scene
-from fenics_mech.response.continuation import Point, continued
-from fenics_mech.response.floquet import TOLERANCE
+from fenics_mech.response.continuation.arc_length import Point, continued
+from fenics_mech.response.continuation.branch import check, family_of, first_motion, result_at
+from fenics_mech.response.stability.floquet import TOLERANCE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep import stacked

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
+from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.joints import effort_units
 from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.recovery.signal import harmonics, last_cycle

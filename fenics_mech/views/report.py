@@ -10,14 +10,14 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.effects import EFFECTS
+from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.accuracy import LARGEST_ERROR, NUMERICAL
-from fenics_mech.recovery.joints import effort_units
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
-from fenics_mech.recovery.quantities import ERROR_VARIABLES
-from fenics_mech.recovery.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
-from fenics_mech.response.floquet import TOLERANCE as UNDAMPED
+from fenics_mech.response.stability.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.geometry import Array

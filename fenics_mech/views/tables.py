@@ -15,12 +15,12 @@ from rich.table import Table
 from rich.text import Text
 from scipy.integrate import trapezoid
 
+from fenics_mech.accuracy.hidden_resonances import MOST_OFF
 from fenics_mech.effects.effect import Choice
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
-from fenics_mech.response.dispersion import MOST_OFF
 from fenics_mech.scene import Scene
-from fenics_mech.scene.loads import LineLoad
+from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.views.geometry import Array
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from conftest import DEMOS
 from fenics_mech import analyse, load
 from fenics_mech.beams import assemble_beams, mesh_scene
 from fenics_mech.beams.export import plane_mesh
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import refined
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import nodes_of

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fenics_mech import analyse
 from fenics_mech.scene.build import build
-from fenics_mech.units import registry
+from fenics_mech.scene.units import registry
 
 UNITS = {
     "m": ["m", "mm", "cm", "inch", "ft"],

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism
+from fenics_mech.forces.element_loads import PointLoad
+from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.recovery.contacts import PointLoad
-from fenics_mech.recovery.members import recover_members
 from fenics_mech.response import History
+from fenics_mech.response.setup import mechanism
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,11 @@ shares nothing with the beams' mass matrices.
 import numpy as np
 import pytest
 
-from fenics_mech.building import mechanism
+from fenics_mech.forces.joint_forces import nodal_forces
+from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery import reactions
-from fenics_mech.recovery.joints import nodal_forces
-from fenics_mech.recovery.virtual_work import Forces
 from fenics_mech.response import solve_static
+from fenics_mech.response.setup import mechanism
 
 
 @pytest.fixture

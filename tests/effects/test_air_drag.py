@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism
 from fenics_mech.effects import Situation
 from fenics_mech.effects.air_drag import Flow
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.build import build
 
 LENGTH, WIDTH, HEIGHT, SPEED = 0.5, 0.02, 0.005, 20.0

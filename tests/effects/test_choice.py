@@ -7,8 +7,8 @@ import pytest
 from rich.console import Console
 
 from fenics_mech import load
-from fenics_mech.choice import choose, decided, examine
 from fenics_mech.effects import EFFECTS
+from fenics_mech.planning.effect_choice import choose, decided, examine
 from fenics_mech.studies.effect_costs import try_choice
 from fenics_mech.views import effects_table
 

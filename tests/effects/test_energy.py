@@ -8,11 +8,11 @@ import pytest
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
-from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.forces.blows import Blows
+from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery.balance import stored_energy
-from fenics_mech.recovery.blows import Blows
-from fenics_mech.recovery.virtual_work import Forces
-from fenics_mech.steady import by_collocation
+from fenics_mech.response.periodic.steady_state import by_collocation
+from fenics_mech.response.setup import mechanism, scene_modes
 from tests.demos.machines import crane
 
 DEMOS = Path(__file__).parents[2] / "demos"

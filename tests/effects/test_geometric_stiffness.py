@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fenics_mech.analysis import analyse
-from fenics_mech.building import mechanism, scene_modes, settle
-from fenics_mech.recovery.ends import mean_tension
-from fenics_mech.recovery.joints import nodal_forces
+from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.response import solve_static
-from fenics_mech.steady import by_collocation
+from fenics_mech.response.periodic.steady_state import by_collocation
+from fenics_mech.response.setup import mechanism, scene_modes, settle
 from fenics_mech.studies.effect_costs import difference
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.reference.mecqbar import mecqbar
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.files import load

@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import solve_bvp
 from scipy.special import ellipe, ellipk
 
+from fenics_mech.accuracy.validity import LARGEST_ROTATION
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
-from fenics_mech.recovery.validity import LARGEST_ROTATION
 from fenics_mech.scene.build import build
 
 LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0

@@ -8,11 +8,11 @@ from strips import INERTIA, RHO, STATIC, A, E, L, beam
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
-from fenics_mech.building import refuse_unseen
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import refuse_unseen
+from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.scene.loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.meshing import member_nodes
 
 EI = E * INERTIA

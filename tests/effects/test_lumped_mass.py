@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 

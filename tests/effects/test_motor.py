@@ -9,7 +9,7 @@ from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.motor import _equation
+from fenics_mech.response.motor_response import _equation
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 

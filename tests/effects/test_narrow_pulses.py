@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.branch import family_of
-from fenics_mech.building import refuse_unseen
 from fenics_mech.errors import SceneError
-from fenics_mech.expressions import Formula, Jet
-from fenics_mech.intervals import bounds_over
-from fenics_mech.response.steps import Steps, like_blows
+from fenics_mech.planning.meet_tolerance import _start
+from fenics_mech.response.continuation.branch import family_of
+from fenics_mech.response.periodic.steps import Steps, like_blows
+from fenics_mech.response.setup import refuse_unseen
+from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.scene.loads import FactorHarmonics, Varying
-from fenics_mech.tolerance import _start
+from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.formulas.interval import bounds_over
 
 WHERE, WIDTH, FORCE = 1.234561, 1e-6, 1e6  # rad, rad, N
 TABLE = {"kind": "table", "angles": (1.23456, WHERE, 1.234562), "values": (0.0, 1.0, 0.0)}

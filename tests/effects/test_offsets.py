@@ -9,9 +9,9 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 

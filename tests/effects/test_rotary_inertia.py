@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import coupling

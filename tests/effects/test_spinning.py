@@ -6,8 +6,8 @@ from scipy.integrate import solve_bvp
 from scipy.linalg import eigh
 
 from fenics_mech.analysis import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 
 LENGTH, AREA, INERTIA, MODULUS, DENSITY = 1.0, 1e-4, 1e-10, 70e9, 2700.0

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import eigh
 
-from fenics_mech.building import mechanism
 from fenics_mech.mechanism.equation import held_matrices
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.build import build
 
 DEMOS = Path(__file__).parents[2] / "demos"

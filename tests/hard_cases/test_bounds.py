@@ -14,8 +14,8 @@ from fenics_mech import analyse
 from fenics_mech._petsc import configured
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion
-from fenics_mech.response import quasi_static
-from fenics_mech.response.quasi_static import SMALLER
+from fenics_mech.response.static import quasi_static
+from fenics_mech.response.static.quasi_static import SMALLER
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.choice import choose, examine
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
+from fenics_mech.planning.effect_choice import choose, examine
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar
 

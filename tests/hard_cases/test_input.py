@@ -11,11 +11,11 @@ import pytest
 
 from fenics_mech.effects import active
 from fenics_mech.errors import MechanismError, SceneError
-from fenics_mech.expressions import FUNCTIONS as NAMES
-from fenics_mech.expressions import Formula, Jet
-from fenics_mech.intervals import FUNCTIONS, Interval, unbounded_at
 from fenics_mech.scene import load, parse
 from fenics_mech.scene.drawing import completed
+from fenics_mech.scene.formulas.expression import FUNCTIONS as NAMES
+from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.formulas.interval import FUNCTIONS, Interval, unbounded_at
 
 LOAD = '\n[loads.p]\nat = "coupler@0.5"\nforce = [1, 0]\n'
 SPRINGS = "\n[springs]\n"
@@ -179,7 +179,7 @@ def test_cycle_that_does_not_fit_into_memory_is_refused(seed):
 
 
 def test_drawing_that_loops_for_ever_is_ended(tmp_path, monkeypatch):
-    from fenics_mech.scene.drawing import files
+    from fenics_mech.scene.drawing import gmsh_files as files
 
     monkeypatch.setattr(files, "PATIENCE", 3)
     (tmp_path / "loop.geo").write_text("For i In {0:1e15}\n  x = i;\nEndFor\n")

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism
 from fenics_mech.mechanism.equation import held_matrices
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import four_bar
 
 FEW = settings(max_examples=4, derandomize=True, deadline=None)

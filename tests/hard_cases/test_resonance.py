@@ -11,8 +11,8 @@ from hard import arm, by_modes, natural
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.response.cyclic import BlockCyclic
-from fenics_mech.response.resonance import magnification, refuse_magnified
+from fenics_mech.response.periodic.cyclic import BlockCyclic
+from fenics_mech.response.stability.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
 
 SOLVERS = {

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import SceneError
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
 
 FINE = 10_000

@@ -10,7 +10,7 @@ from hard import arm, by_modes, natural
 
 import fenics_mech.analysis
 import fenics_mech.mechanism.equation
-import fenics_mech.response.periodic
+import fenics_mech.response.periodic.sub_intervals
 from fenics_mech import _guard, analyse
 from fenics_mech._guard import memory
 from fenics_mech.errors import SolverError, TooLargeError
@@ -82,7 +82,7 @@ def test_fast_modes_of_a_linkage_ring_and_are_refused():
     ("module", "name", "effects", "needed"),
     [
         (fenics_mech.mechanism.equation, "DENSE", ("coupling",), "180 positions with 27 degrees of freedom"),
-        (fenics_mech.response.periodic, "JOINED", (), "60 sub-intervals with 20 modes"),
+        (fenics_mech.response.periodic.sub_intervals, "JOINED", (), "60 sub-intervals with 20 modes"),
     ],
 )
 def test_memory_is_judged_before_every_position_is_solved(monkeypatch, module, name, effects, needed):

@@ -12,11 +12,11 @@ import pytest
 from scipy.linalg import eigh, null_space
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import AssemblyError
+from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.recovery.joints import nodal_forces
 from fenics_mech.response import solve_static
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 

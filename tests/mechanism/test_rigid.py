@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, names_of, scene_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.mechanism import RigidModes
+from fenics_mech.response.setup import mechanism, names_of, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 

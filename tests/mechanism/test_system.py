@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fenics_mech.building import mechanism
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import coupling
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse, load
-from fenics_mech.better import TAPERED
+from fenics_mech.accuracy.estimate import Errors, between_stations, left_out
+from fenics_mech.accuracy.motion_errors import TAPERED
+from fenics_mech.accuracy.quantities import names_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.recovery.accuracy import Errors, between_stations, left_out
-from fenics_mech.recovery.joints import joint_names
-from fenics_mech.recovery.quantities import names_of
+from fenics_mech.forces.joint_forces import joint_names
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from tests.demos.machines import crane, scene

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import fenics_mech.tolerance
+import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
+from fenics_mech.accuracy.estimate import Errors
+from fenics_mech.accuracy.quantities import SMALL_EFFORT, measures, names_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
-from fenics_mech.recovery.accuracy import Errors
-from fenics_mech.recovery.quantities import SMALL_EFFORT, measures, names_of
 from fenics_mech.scene import schema, stated_tolerance
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
@@ -178,7 +178,7 @@ def test_a_tolerance_of_deflections_and_torques_against_a_finer_run():
 
 
 def test_an_error_names_the_quantities_whose_tolerance_is_not_met(monkeypatch):
-    monkeypatch.setattr(fenics_mech.tolerance, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(fenics_mech.planning.meet_tolerance, "MOST_ROUNDS", 1)
     with pytest.raises(
         SolverError,
         match=r"tolerance of 1e-06 of deflections is not met: .* the deflections are .* of it by the mesh; 1",

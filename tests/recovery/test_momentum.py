@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import simpson
 
 from fenics_mech import analyse, load
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.run_up import solve_motion_in_time
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 

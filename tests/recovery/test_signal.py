@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fenics_mech import Result, analyse
-from fenics_mech.building import mechanism
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.signal import harmonics, nearest_mode, ripples
-from fenics_mech.response.harmonic_balance import solve_harmonic_balance
+from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 
 CURVES = st.integers(3, 40).flatmap(lambda n: arrays(float, n, elements=st.floats(-1e3, 1e3, allow_subnormal=False)))

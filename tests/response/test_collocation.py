@@ -8,11 +8,11 @@ from synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, p
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
-from fenics_mech.response import newton
-from fenics_mech.response.collocation import between, corrected, solve_collocation
-from fenics_mech.response.flow import Flow
-from fenics_mech.response.steps import Steps
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.periodic import newton
+from fenics_mech.response.periodic.collocation import between, corrected, solve_collocation
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene.factories import seed_four_bar
 
 

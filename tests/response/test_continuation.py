@@ -8,10 +8,10 @@ from forced import folds
 
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Matrices
-from fenics_mech.response import continuation
-from fenics_mech.response.collocation import solve_collocation
-from fenics_mech.response.continuation import Family, Point, continued, paced
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.continuation import arc_length as continuation
+from fenics_mech.response.continuation.arc_length import Family, Point, continued, paced
+from fenics_mech.response.periodic.collocation import solve_collocation
+from fenics_mech.response.periodic.tableau import Tableau
 
 DAMPING, CUBIC, FORCE = 0.04, 0.25, 0.1
 COUNT, TABLEAU = 40, Tableau.of("gauss", 3)

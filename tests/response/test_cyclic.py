@@ -5,8 +5,8 @@ import pytest
 from petsc4py import PETSc
 
 from fenics_mech.errors import SolverError
-from fenics_mech.response import cyclic
-from fenics_mech.response.cyclic import BlockCyclic
+from fenics_mech.response.periodic import cyclic
+from fenics_mech.response.periodic.cyclic import BlockCyclic
 
 
 def system(multipliers, count=90, size=8):

@@ -8,11 +8,11 @@ import pytest
 from synthetic import arm
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, scene_modes
+from fenics_mech.accuracy import hidden_resonances as dispersion
+from fenics_mech.accuracy.hidden_resonances import Resonances, enough_modes, frequency_error
 from fenics_mech.modes import Modes
-from fenics_mech.response import dispersion
-from fenics_mech.response.dispersion import Resonances, enough_modes, frequency_error
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
 
 ANGLE = np.linspace(0, 2 * np.pi, 48, endpoint=False)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech.response.feedback import OPEN, fed_back
+from fenics_mech.accuracy.feedback import OPEN, fed_back
 
 ANGLE = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 FORMS = np.array([np.ones_like(ANGLE), np.cos(2 * ANGLE), np.sin(2 * ANGLE), np.cos(7 * ANGLE), np.sin(7 * ANGLE)])

@@ -8,10 +8,10 @@ from synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, plac
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Matrices
-from fenics_mech.response.floquet import floquet
-from fenics_mech.response.flow import Flow
-from fenics_mech.response.tableau import Tableau
-from fenics_mech.response.turning import LinkAxes
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.stability.floquet import floquet
+from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
 
 OMEGA, ZETA = np.array([2.0, 7.3, 20.0]), np.array([0.01, 0.02, 0.05])

@@ -8,7 +8,7 @@ from synthetic import PERIOD, Duffing, Manufactured, oscillators, places, plain
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.response.harmonic_balance import solve_harmonic_balance
+from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fenics_mech.response.oscillator import Oscillators
+from fenics_mech.response.periodic.oscillator import Oscillators
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.02, 0.6, 0.999])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fenics_mech.accuracy.linear_response import change_in_time, too_fast
 from fenics_mech.mechanism.equation import Matrices
-from fenics_mech.response.perturbation import change_in_time, too_fast
 
 TIME = np.linspace(0, 1, 401)
 SLOW, FAST = 2 * np.pi * 10, 2 * np.pi * 500

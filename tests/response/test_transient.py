@@ -7,16 +7,16 @@ from scipy.interpolate import make_interp_spline
 from synthetic import arm
 
 from fenics_mech import analyse
-from fenics_mech.building import mechanism, moved
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.forces.viscous import delayed
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.viscous import delayed
-from fenics_mech.response import coefficients
-from fenics_mech.response.coefficients import Coefficients
-from fenics_mech.response.impulses import blows_between
-from fenics_mech.response.tableau import Tableau
-from fenics_mech.response.transient import Blows, Schedule, integrate
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import mechanism, moved
+from fenics_mech.response.transient import coefficients
+from fenics_mech.response.transient.coefficients import Coefficients
+from fenics_mech.response.transient.integration import Blows, Schedule, integrate
+from fenics_mech.response.velocity_jumps import blows_between
 from fenics_mech.scene.factories import seed_four_bar
 
 BDF = {"transient_ts_type": "bdf", "transient_ts_bdf_order": 5}

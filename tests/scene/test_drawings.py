@@ -11,9 +11,9 @@ from conftest import DEMOS
 from fenics_mech import analyse, load
 from fenics_mech.beams import mesh_scene
 from fenics_mech.beams.export import plane_mesh, write_mesh
-from fenics_mech.building import mechanism, scene_modes
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import parse, schema
 from fenics_mech.scene.build import build
 from fenics_mech.scene.drawing import completed

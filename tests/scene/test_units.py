@@ -2,7 +2,7 @@
 
 import pytest
 
-from fenics_mech.units import in_unit
+from fenics_mech.scene.units import in_unit
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import parse
-from fenics_mech.scene.drawing import files
+from fenics_mech.scene.drawing import gmsh_files as files
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SCENE = (MESHES / "four_bar.toml").read_text()

@@ -17,7 +17,7 @@ from fenics_mech.studies.converged import Converged, Difference, at_common_angle
 from fenics_mech.studies.cost import Cost, Line, dataset, measure_costs, steps_of
 from fenics_mech.studies.cost_grid import equations_of, grid, meshed, reference_meshes
 from fenics_mech.studies.timing import THREADS, bare_seconds, timed
-from fenics_mech.views.cost import advice, cost_figure, cost_summary, front, front_table, write_cost
+from fenics_mech.views.cost_plots import advice, cost_figure, cost_summary, front, front_table, write_cost
 
 COUPLED, DEMOS = "coupling", Path(__file__).parents[2] / "demos"
 

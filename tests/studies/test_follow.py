@@ -13,18 +13,18 @@ sys.path.append(str(Path(__file__).parents[1] / "response"))
 from forced import folds
 
 from fenics_mech.analysis import analyse
-from fenics_mech.branch import Turning, result_at
-from fenics_mech.building import mechanism
 from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.response.steps import Steps
-from fenics_mech.response.tableau import Tableau
+from fenics_mech.response.continuation.branch import Turning, result_at
+from fenics_mech.response.periodic.steady_state import equation_inside
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.build import build
-from fenics_mech.steady import equation_inside
 from fenics_mech.studies.follow import END, Branch, follow
 from fenics_mech.studies.sweep_axes import parse_range
-from fenics_mech.views.follow import branch_figure, branch_summary, plot_branch
+from fenics_mech.views.branch_plots import branch_figure, branch_summary, plot_branch
 
 LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0
 EI, LINE = MODULUS * WIDTH * HEIGHT**3 / 12, DENSITY * WIDTH * HEIGHT

@@ -26,7 +26,7 @@ from fenics_mech.studies.scaling import (
     sizes,
 )
 from fenics_mech.studies.timing import THREADS
-from fenics_mech.views.scaling import SERIES, last_power, scaling_figure, scaling_summary, write_scaling
+from fenics_mech.views.scaling_plots import SERIES, last_power, scaling_figure, scaling_summary, write_scaling
 
 LAW = {"elements": 1e-3, "links": 2e-2, "positions": 5e-4}  # s per each
 

@@ -18,7 +18,7 @@ from fenics_mech.studies import sweep_points
 from fenics_mech.studies.sweep import Sweep, difference, run_sweep, stacked, unresolved
 from fenics_mech.studies.sweep_axes import parse_axes, unit_of
 from fenics_mech.studies.sweep_points import Gauge
-from fenics_mech.views.sweep import campbell_figure, plot_sweep, stability_figure, waterfall_figure
+from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
 
 LENGTH, RIGIDITY, MASS, RATIO, FIBRE, SWING = 0.3, 1.4, 0.2, 0.03, 1e-3, 1e-3

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 import fenics_mech.analysis
-import fenics_mech.knobs
-import fenics_mech.tolerance
+import fenics_mech.planning.discretisation
+import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError
 from fenics_mech.kinematics import missed_corner, solve_motion
-from fenics_mech.knobs import Knobs, Trial
+from fenics_mech.planning.discretisation import Knobs, Trial
+from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.response.steps import Steps
+from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
-from fenics_mech.tolerance import _next, within
 
 DEMOS = Path(__file__).parents[2] / "demos"
 TAPERED = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": "8e-12*(1 - 0.5*s)**3", "fibre": "8e-4"}
@@ -114,7 +114,7 @@ def runs(monkeypatch):
 
 
 def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
-    monkeypatch.setattr(fenics_mech.tolerance, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(fenics_mech.planning.meet_tolerance, "MOST_ROUNDS", 1)
     with pytest.raises(SolverError, match=r"0.0001 is not met: with 24 sub_intervals.* by the time; 1 rounds"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
 
@@ -150,7 +150,7 @@ def test_what_falls_too_slowly_is_told_early():
     [("MOST_ENTRIES", 1e5, "so many sub_intervals and elements"), ("MOST_STATIONS", 20, "so many stations")],
 )
 def test_what_takes_too_much_is_told_before_it_is_tried(monkeypatch, runs, name, value, found):
-    monkeypatch.setattr(fenics_mech.knobs, name, value)
+    monkeypatch.setattr(fenics_mech.planning.discretisation, name, value)
     with pytest.raises(SolverError, match=rf"tolerance of 0.0001 is not met.* it would take about .*{found}"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
     assert all(scene.analysis.sub_intervals * 22**2 < 1e5 for scene in runs)
@@ -223,7 +223,7 @@ def test_a_narrow_pulse_is_not_missed():
     pulse = {"kind": "pulse", "start": 1.02, "end": 1.06, "ramp": 0.02}
     load = {"at": "rod@0.5", "force": [0, 2.0], "factor": pulse}
     scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=24, tolerance=0.1)
-    knobs = fenics_mech.tolerance._start(scene)
+    knobs = fenics_mech.planning.meet_tolerance._start(scene)
     assert knobs.steps < 2000
     edges = Steps.of(knobs.of(scene)).start
     for corner in (1.01, 1.03, 1.05, 1.07):
@@ -237,7 +237,7 @@ def test_a_corner_of_the_motion_is_not_missed():
         crank=0.1, coupler=0.4, follower=0.35, ground=0.65 - 1e-5, sections=[bar] * 3, material=steel, speed=10.0,
         damping={"ratio": 0.02}, tolerance=0.1,
     )  # fmt: skip
-    start = fenics_mech.tolerance._start(scene).sub_intervals
+    start = fenics_mech.planning.meet_tolerance._start(scene).sub_intervals
     missed = missed_corner(scene, solve_motion(scene, scene.drive_angles(24)))
     assert missed is not None
     assert start >= missed.enough > 100

@@ -11,8 +11,8 @@ from rich.console import Console
 from fenics_mech.studies.sweep import Sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.sweep_points import TEXTS
-from fenics_mech.views.sweep import campbell_figure, response_figure, waterfall_figure
 from fenics_mech.views.sweep_maps import strain_map
+from fenics_mech.views.sweep_plots import campbell_figure, response_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
 
 SPEEDS = "drive.speed=100 rpm:600 rpm:11"

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fenics_mech.errors import SceneError, shortened
-from fenics_mech.scene.drawing.files import Drawing, read_drawing
+from fenics_mech.scene.drawing.gmsh_files import Drawing, read_drawing
 from fenics_mech.scene.drawing.links import DrawnLink, Pin, trace
-from fenics_mech.units import in_unit
+from fenics_mech.scene.units import in_unit
 
 LINK_KEYS = ("section", "material", "mesh", "members")
 MEMBER_KEYS = ("section", "material", "mesh")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.scene.drawing.files import Drawing
+from fenics_mech.scene.drawing.gmsh_files import Drawing
 
 Array = NDArray[np.float64]
 CORNER = 1e-6  # smallest angle between two lines that are two members (rad)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
-from fenics_mech.units import in_unit
+from fenics_mech.scene.units import in_unit
 
 FOLDED = 1e-12  # rounding of a cosine, where the links lie in line
 

@@ -18,7 +18,7 @@ from fenics_mech.scene.sections.plain import (
 )
 from fenics_mech.scene.sections.polygon import PolygonPart, PolygonSection
 from fenics_mech.scene.sections.rigidity import Rigidity, Section
-from fenics_mech.scene.sections.varying import TaperSection, VariableSection
+from fenics_mech.scene.sections.variable import TaperSection, VariableSection
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene

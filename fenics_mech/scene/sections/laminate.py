@@ -10,7 +10,7 @@ from pydantic import Field
 
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, known, lines_from, shear_modulus
-from fenics_mech.units import Length
+from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Material

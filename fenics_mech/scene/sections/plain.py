@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, shear_modulus, stated_factor
-from fenics_mech.units import Area, Length, SecondMoment
+from fenics_mech.scene.units import Area, Length, SecondMoment
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Material

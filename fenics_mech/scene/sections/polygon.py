@@ -19,7 +19,7 @@ from fenics_mech.scene.sections.rigidity import (
     shear_modulus,
     stated_factor,
 )
-from fenics_mech.units import Length
+from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Material

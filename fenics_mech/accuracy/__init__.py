@@ -1,0 +1,1 @@
+"""Estimates of every error of a result, made from its solution."""

@@ -1,0 +1,159 @@
+"""What an error comes to that acts back on itself: ``(1 - T)^{-1} T q``, T giving the error that a motion makes.
+
+T q is its first order, which is enough where T changes little. Where a harmonic lies between the frequencies of a mode
+of the mesh and of the linkage it is not: there an eigenvalue of T is about 1, and what the mesh does not know of the
+motion is held by nothing but damping. As T is itself known to its first order, the largest answer of those that it
+leaves open is taken. The eigenvalues are found by Arnoldi's method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.effects import Terms
+from fenics_mech.forces.history import History
+from fenics_mech.mechanism import System
+
+Array = NDArray[np.float64]
+FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
+NEAR = 0.3  # of T's eigenvalues, from where it may
+LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
+FELT = 1e-3  # of a motion, from which a part of it is followed: less would have to be amplified 100 times to count
+OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
+TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
+HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
+LEAST_LOSS = 1e-3  # loss factor that is taken where there is less
+
+
+def fed_back(
+    first: Array,
+    again: Callable[[Array], Array],
+    unit: Array,
+    loss: float,
+    left_open: tuple[float, float] = OPEN,
+    within: float = np.inf,
+) -> tuple[Array, bool]:
+    """Give the error of a motion with all that it does to itself.
+
+    Source: Saad, Iterative Methods for Sparse Linear Systems (2003), section 6.4 (full orthogonalization).
+
+    Parameters
+    ----------
+    first
+        ``T q``, ``(angles, numbers)``.
+    again
+        Gives ``T x``; it is linear for small x.
+    unit
+        What numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
+    loss
+        Least loss factor of vibration, twice the damping ratio: at an eigenvalue that T may have as 1, its inverse is
+        the most by which anything is amplified.
+    left_open
+        By which share, at most, T may be wrong.
+    within
+        Size up to which `again` is linear.
+
+    Returns
+    -------
+    tuple
+        The error, and whether T may have an eigenvalue 1 that hardly anything damps, so that the error may be more.
+    """
+    size = float(np.linalg.norm(first * unit))
+    if not size:
+        return first, False
+    tried = min(size, within) or size
+    basis, projected, parts, held = [first / size], np.zeros((MOST + 1, MOST)), np.ones(1), True
+    for count in range(1, MOST + 1):
+        found = again(tried * basis[-1]) / tried
+        reach = _reach(basis[-1] * unit, found * unit)
+        for i, vector in enumerate(basis):
+            projected[i, count - 1] = np.sum(found * vector * unit**2)
+            found = found - projected[i, count - 1] * vector
+        projected[count, count - 1] = left = np.linalg.norm(found * unit)
+        before, held_before = parts, held
+        parts, nearest, held = _largest(projected[:count, :count], max(loss, LEAST_LOSS), left_open)
+        if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and nearest < NEAR):
+            break
+        basis.append(found / left)
+    else:  # an eigenvalue that only the last basis has is by chance: the smaller answer is without it
+        parts, held = min(before, parts, key=np.linalg.norm), held or held_before
+    return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
+
+
+def under_neglected(
+    system: System,
+    lack: Terms,
+    lack_of: Callable[[System, History], Terms],
+    change_by: Callable[[Terms], Array],
+    moved: Callable[[Array, Terms], History],
+    unit: Array,
+    loss: float,
+    within: float = np.inf,
+) -> tuple[History, Terms, bool]:
+    """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
+
+    The last value is that of `fed_back`.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    lack
+        What the elements neglect of the motion as it is.
+    lack_of
+        Gives that of another motion, of a mechanism on which such loads act.
+    change_by
+        Gives what loads change of the motion, ``(angles, numbers)``; it is linear.
+    moved
+        Gives the motion with such a change, under such loads.
+    unit
+        What the change's numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
+    loss, within
+        As of `fed_back`.
+    """
+    size = len(unit)
+
+    def under(loads: Terms) -> Array:
+        return np.concatenate([change_by(loads), loads.columns()], axis=1)
+
+    def parts(error: Array) -> tuple[Array, Terms]:
+        return error[:, :size], lack.of_columns(error[:, size:])
+
+    def again(error: Array) -> Array:
+        change, beside = parts(error)
+        there = system.with_terms(system.terms + beside)
+        return under(lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns()))
+
+    first = under(lack)
+    error, unheld = fed_back(first, again, np.pad(unit, (0, first.shape[1] - size)), loss, within=within)
+    change, beside = parts(error)
+    return moved(change, beside), beside, unheld
+
+
+def _reach(motion: Array, error: Array) -> float:
+    """Give the largest share of a harmonic of a motion that its error is."""
+    before, after = (np.linalg.norm(np.fft.rfft(part, axis=0), axis=1) for part in (motion, error))
+    felt = before > FELT * np.linalg.norm(before)
+    return float((after[felt] / before[felt]).max())
+
+
+def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> tuple[Array, float, bool]:
+    """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
+
+    Beside it T's largest eigenvalue of those that are nearly real, as others are at no resonance, and whether damping
+    holds those that are.
+    """
+    values = np.linalg.eigvals(projected)
+    values = values[np.abs(values.imag) < values.real]
+    nearest = float(np.abs(values).max(initial=0.0))
+    strength = min(1.0, (1 + left_open[1]) * nearest)
+    least, most = 1 + strength * np.array(left_open)
+    poles = values.real / np.abs(values) ** 2
+    inside = (poles >= least) & (poles <= most)
+    held, poles = bool((np.abs(values.imag) > HARDLY * values.real)[inside].all()), poles[inside]
+    shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + loss)])
+    found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
+    return found[np.linalg.norm(found, axis=1).argmax()], nearest, held

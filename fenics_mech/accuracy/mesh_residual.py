@@ -1,0 +1,355 @@
+"""What the elements neglect: the inertia of the deflection between their nodes, as a line load.
+
+The nodes of an element move as they should under any load that does not depend on the motion, but the deflection b that
+its own load adds between them has no inertia, and feels no axial force; nor do the nodes feel by how much that force T
+differs from its mean. In the equation of the nodes that leaves out ``-int (rho A b'' N + T b' N' + dT w' N') dx``, b''
+being an acceleration. The response to this load is the error, to its first order: it falls with the fourth power of the
+element's length in bending, with the second along the axis, and where an axial force varies much along a member. Where
+a section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`. And a pin that
+travels along a member follows the nodes, and not the deflection between them that its own force adds: that error falls
+with the third power, and under a slider that turns with the member with the first; see also `passing`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import each
+from fenics_mech.beams import Beams
+from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.beams.variable_sections import lacking_shapes, lacking_stiffness
+from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.forces.element_ends import element_tension, left_to_statics
+from fenics_mech.forces.element_loads import PointLoad, point_loads
+from fenics_mech.forces.inertia import SHAPES, inertia_of
+from fenics_mech.forces.joint_forces import nodal_forces, reactions, without_elastic
+from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, forces_inside, strain_of
+from fenics_mech.mechanism import System
+from fenics_mech.response import History
+from fenics_mech.response.static.quasi_static import yielding_to
+from fenics_mech.scene import Prismatic
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+Values = TypeVar("Values", Array, Complex)
+ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
+OF_WORK_ALONG, OF_WORK_ACROSS = np.linalg.inv(ALONG).T, np.linalg.inv(ACROSS[[1, 3]]).T  # linear loads of their work
+PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
+ORDER, OF_PINS, OF_LUMPS, OF_PULLED, OF_SLIDERS = 4, 3, 2, 2, 1  # in the length of the elements
+
+
+def order_of(system: System) -> float:
+    """Power of the elements' length with which the error falls."""
+    if system.beams.spread is not None:
+        return OF_LUMPS
+    contacts = system.transformation.constraints.contacts.values()
+    if any(isinstance(contact.scene.joints[contact.joint], Prismatic) for contact in contacts):
+        return OF_SLIDERS
+    if _pulled_unevenly(system):
+        return OF_PULLED
+    return OF_PINS if contacts else ORDER
+
+
+def _pulled_unevenly(system: System) -> bool:
+    """Whether the axial force varies along a member by more than its Euler load, as far as the rigid motion tells.
+
+    What an element's force differs from its mean is then most of the error. Measured: a blade in rotation, with 10
+    times that load, has the second power, and the seed, with 0.04 of it, the fourth.
+    """
+    mesh = system.beams.mesh
+    if system.terms.tension is None and system.terms.law is None:
+        return False
+    along = np.abs(in_member_axes(mesh, system.rigid_acceleration)[..., AXIAL]).mean(axis=-1)
+    change = along * system.beams.line_density * mesh.cell_length
+    euler = np.pi**2 * system.beams.bending_rigidity / mesh.member_length[mesh.cell_member] ** 2
+    of_members = np.add.reduceat(change / euler, np.flatnonzero(np.diff(mesh.cell_member, prepend=-1)), axis=1)
+    return bool((of_members > 1).any())
+
+
+def neglected(system: System, history: History, step: float | None, closed: bool = True) -> Terms:
+    """Give the loads that the elements neglect.
+
+    Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
+    are on its nodes, and those of a section that varies on its ends. Differences in time stand for derivatives: of what
+    is too fast for the positions they give less, and no noise.
+
+    Parameters
+    ----------
+    system, history
+        The mechanism and its motion at equal steps of time.
+    step
+        The step (s); None where the elastic motion has no inertia.
+    closed
+        Whether the last position is followed by the first.
+    """
+    if (spread := system.beams.spread) is not None:
+        along = replace(system, beams=replace(spread, reduction=system.beams.reduction))
+        return _by_lumps(system, along, history) + neglected(along, history, step, closed)
+    count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, history), system.beams.reduction
+    varies, contacts = system.beams.stiffness_powers is not None, system.transformation.constraints.contacts
+    if step is None and tension is None and not varies and not contacts:
+        return NOTHING
+    element, xi = _everywhere(system.beams)
+    pins = point_loads(system, reactions(system, nodal_forces(system, history))) if contacts else []
+    u, w = between_nodes(system, history, element, xi, pins)
+    if tension is not None:
+        w = w + bent_by_tension(system, history, tension, element, xi)
+    z = (u + 1j * w).reshape(len(u), count, -1)
+    line = None
+    if step is not None:
+        share = 1.0 if reduction is None else reduction.fineness ** float(-ORDER)
+        line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
+        if not system.terms.coupled:
+            line += _of_joints(system, history.displacement, step, closed)
+    force = None if tension is None else _by_tension(system, tension, z.imag)
+    if reduction is not None and (step is not None or tension is not None):
+        force = _sum(force, _by_statics(system, left_to_statics(system, history), tension, step, closed))
+    ends = _by_varying(system, history, element, xi) if varies else None
+    if tension is not None:
+        axial = forces_inside(system, history, element, xi, pins)[0]
+        of_line, of_nodes = _by_tension_inside(system, history, axial.reshape(z.shape))
+        line, force = _sum(line, of_line), _sum(force, of_nodes)
+    if contacts:
+        pulled = tension if system.terms.law is not None else None
+        of_ends, of_nodes = _by_pins(system, pins, step, closed, pulled)
+        ends, force = _sum(ends, of_ends), _sum(force, of_nodes)
+    return Terms(line=line, force=force, ends=ends)
+
+
+def _sum(first: Array | None, second: Array) -> Array:
+    return second if first is None else first + second
+
+
+def _by_lumps(system: System, along: System, history: History) -> Terms:
+    """Give the inertia of mass along the beams in place of that of lumps; `along` is the mechanism with such beams.
+
+    It is linear along each element; what that lacks of the consistent mass's forces is on the nodes.
+    """
+    element, xi = _everywhere(along.beams)
+    along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, history, element))
+    force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(PLACES))
+    line = _line(force)
+    lumps, beams = (without_elastic(replace(one, terms=NOTHING), history) for one in (system, along))
+    return Terms(line=line, force=lumps - beams - along.applied_by(Terms(line=line)))
+
+
+def _everywhere(beams: Beams) -> tuple[Index, Array]:
+    """`PLACES` in all elements: their elements, and places 0..1."""
+    count = len(beams.mesh.cell)
+    return np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+
+
+def _by_varying(system: System, history: History, element: Index, xi: Array) -> Array:
+    """Give the loads on the elements' ends by the shapes that elements lack whose sections vary: ``f S + dk v``.
+
+    S are those shapes, f the loads and the inertia along the elements, dk what their stiffness is too large.
+    """
+    beams, terms = system.beams, system.terms
+    count = len(beams.mesh.cell)
+    found = -each(lacking_stiffness(beams), strain_of(system, history, history.elastic.strained(system)))
+    density, shapes = _line_density(beams).ravel(), evaluate(SHAPES, xi)
+    parts = zip(inertia_of(system, history, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
+    for acceleration, lacking, of_line in parts:
+        load = -density * np.sum(acceleration * shapes, axis=-1)
+        if terms.line is not None:
+            load += np.sum(terms.line[:, element, of_line] * evaluate(LINEAR, xi), axis=-1)
+        per_place = load * np.tile(WEIGHTS, count) * beams.mesh.cell_length[element]
+        found += (per_place[..., None] * lacking).reshape(len(load), count, -1, 6).sum(axis=2)
+    return found
+
+
+def _by_pins(
+    system: System, pins: Sequence[PointLoad], step: float | None, closed: bool, tension: Array | None
+) -> tuple[Array, Array]:
+    """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes lack.
+
+    The linkage gives way to the pins' gaps by statics. That bends elements, whose stress and inertia act on their ends,
+    and moves springs and point masses, whose forces act on nodes. Axial forces are not in these statics, and act
+    on what they give: a link that is beyond its Euler load for a moment only would buckle. `tension` is that of the
+    elements where a nonlinear law holds it, and no stiffness does.
+    """
+    beams, v = system.beams, _by_gaps(system, pins)
+    ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
+    force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
+    if tension is not None:
+        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * WEIGHTS))
+    if step is None:
+        return ends, force
+    inertia, turning = _of_nodes(system, v, step, closed)
+    of_elements = -each(beams.element_mass, in_member_axes(beams.mesh, inertia))
+    if turning is not None:
+        of_elements -= each(beams.element_gyroscopic, in_member_axes(beams.mesh, turning))
+    force += _by_inertia(system, inertia, turning) - system.assembled_from_members(of_elements)
+    return ends + of_elements, force
+
+
+def moved_by_gaps(system: System, history: History) -> Array:
+    """Displacement that the nodes lack as travelling pins follow them, ``(angles, nodal dofs)``; see `_by_pins`."""
+    return _by_gaps(system, point_loads(system, reactions(system, nodal_forces(system, history))))
+
+
+def _by_gaps(system: System, pins: Sequence[PointLoad]) -> Array:
+    contacts = system.transformation.constraints.contacts
+    return system.on_nodes(yielded(system, dict(zip(contacts, (pin.gap(system) for pin in pins)))))
+
+
+def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
+    """Give the links' coordinates, ``(angles, links' coordinates)``, when the linkage gives way to gaps at its pins.
+
+    That is by statics without axial forces; see `Group.apart`.
+    """
+    slack = system.slack
+    apart = system.transformation.apart(system.motion, gaps)
+    q = yielding_to(slack, -_held(slack, apart, system.on_nodes(apart)))
+    return apart + system.transformation.forward(system.values, q)
+
+
+def _held(system: System, coordinates: Array, v: Array) -> Array:
+    """Forces on the mechanism's coordinates by displacements of the links, ``(angles, coordinates)``."""
+    elastic = system.transformation.backward(system.values, (system.link_stiffness @ coordinates.T).T)
+    for entries in system.added_stiffness:
+        elastic += system.on_coordinates(entries.times(v))
+    return elastic
+
+
+def at_the_start(system: System) -> Terms:
+    """Give the loads whose static answer is what the modes left out of reduced members swing by from a start at rest.
+
+    Ends held, a mode swings about its static answer to the load that begins there, with an amplitude of that answer.
+    """
+    beams, mass = system.beams, system.nodal_mass
+    assert beams.reduction is not None
+    still = History(np.zeros((len(system.motion.theta), system.size)), system.rigid_acceleration)
+    held = in_member_axes(beams.mesh, left_to_statics(system, still)[:1])
+    force = system.assembled_from_members(each(beams.element_stiffness, held))[0]
+    inner = np.zeros(len(force), dtype=bool)
+    for span in beams.reduction.spans:
+        inner[span.inner] = True
+    force[~inner] = 0.0
+    kept = beams.reduction.shape[:, len(beams.reduction.kept) :]
+    momenta = (mass @ kept).toarray()
+    force -= momenta @ ((kept.T @ force) / (kept.multiply(momenta).sum(axis=0).A1))
+    return Terms(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))
+
+
+def _by_statics(system: System, v: Array, tension: Array | None, step: float | None, closed: bool) -> Array:
+    """Forces on nodal dofs by inertia and axial force of displacements v that have none in the reduction."""
+    force = np.zeros_like(v)
+    if step is not None:
+        force += _by_inertia(system, *_of_nodes(system, v, step, closed))
+    if tension is not None:
+        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * WEIGHTS))
+    return force
+
+
+def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
+    force = -(system.nodal_mass @ inertia.T).T
+    return force if turning is None else force - (system.nodal_gyroscopic @ turning.T).T
+
+
+def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Array, Array | None]:
+    """Inertia of displacements of nodes, with drag, and what the gyroscopic matrix takes, ``(angles, nodal dofs)``."""
+    first = _first(v, step, closed)
+    inertia = _second(v, step, closed) + system.terms.drag * first
+    if not system.terms.coupled:
+        return inertia, None
+    omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.tangential))
+    return inertia - omega**2 * v, 2 * omega * first + alpha * v
+
+
+def _line(force: Complex) -> Array:
+    """Give the loads linear along each element that are to it what forces at `PLACES` are (N/m)."""
+    along = (force.real * WEIGHTS) @ evaluate(LINEAR, PLACES) @ OF_WORK_ALONG
+    across = (force.imag * WEIGHTS) @ evaluate(ROTATIONS, PLACES) @ OF_WORK_ACROSS
+    return np.concatenate([along, across], axis=-1)
+
+
+def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
+    """Give the load by which the inertia beside joints is that of the links' own axes, as it is everywhere else.
+
+    Without coupling the acceleration is P q'', and not (P q)''. That differs where the coordinates are not those of
+    nodes in link axes, in the elements beside joints, and so depends on the mesh.
+    """
+    nodal = _second(system.to_links(q), step, closed) - system.to_links(_second(q, step, closed))
+    ends = in_member_axes(system.beams.mesh, nodal)
+    return -system.beams.line_density[:, None] * ends[..., [0, 3, 1, 4]]
+
+
+def _by_tension(system: System, tension: Array, w: Array) -> Array:
+    """Give the forces on nodal dofs by the axial force on deflections w at `PLACES`, ``int T w N'' dx``."""
+    mesh = system.beams.mesh
+    bent = (w * WEIGHTS) @ evaluate(tuple(f.deriv(2) for f in CUBIC), PLACES)
+    ends = np.zeros((*tension.shape, 6))
+    ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
+    return system.assembled_from_members(ends)
+
+
+def _by_tension_inside(system: System, history: History, axial: Array) -> tuple[Array, Array]:
+    """Give the loads by what the axial force N at `PLACES` differs from its mean, ``-int (N - mean) w' N' dx``.
+
+    Its part that bends an element is linear along it, with the same moments at clamped ends; the rest is on the nodes.
+    """
+    mesh = system.beams.mesh
+    h, line = mesh.cell_length[:, None], np.zeros((*axial.shape[:2], 4))
+    more = (axial - axial @ WEIGHTS[:, None]) * WEIGHTS
+    ends = _pulled(system, system.to_links(history.displacement), more)
+    line[..., 2:] = ends[..., [2, 5]] / h**2 @ OF_WORK_ACROSS
+    return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
+
+
+def _pulled(system: System, v: Array, axial: Array) -> Array:
+    """Forces on the elements' ends by axial forces times `WEIGHTS` on nodal displacements, ``-int N w' N' dx``."""
+    mesh = system.beams.mesh
+    h = mesh.cell_length[:, None]
+    nodal = in_member_axes(mesh, v)[..., NORMAL]
+    nodal[..., 1::2] *= h
+    slopes = evaluate(tuple(f.deriv() for f in CUBIC), PLACES)
+    ends = np.zeros((*axial.shape[:2], 6))
+    ends[..., NORMAL] = -((axial * (nodal @ slopes.T)) @ slopes) / h
+    ends[..., [2, 5]] *= h
+    return ends
+
+
+def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
+    """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members, with drag."""
+    first = _first(z, step, closed)
+    second = _second(z, step, closed) + system.terms.drag * first
+    if not system.terms.coupled:
+        return second
+    mesh, motion = system.beams.mesh, system.motion
+    omega, alpha = (rate[:, mesh.member_link[mesh.cell_member], None] for rate in (motion.omega, system.tangential))
+    turning: Complex = (2j * omega) * first + (1j * alpha - omega**2) * z
+    total: Complex = np.add(second, turning)
+    return total
+
+
+def _first(values: Values, step: float, closed: bool) -> Values:
+    """First differences in time, ``(angles, ...)``."""
+    found = (np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) / (2 * step)
+    if not closed:
+        found[[0, -1]] = found[[1, -2]] if len(values) > 2 else 0
+    return found
+
+
+def _second(values: Values, step: float, closed: bool) -> Values:
+    """Second differences in time, ``(angles, ...)``."""
+    if len(values) < 3:
+        return np.zeros_like(values)
+    found = (np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2
+    if not closed:
+        found[[0, -1]] = found[[1, -2]]
+    return cast(Values, found)
+
+
+def _line_density(beams: Beams) -> Array:
+    """Mass per length at `PLACES` of every element (kg/m), ``(elements, places)``."""
+    if beams.density_powers is None:
+        return np.repeat(beams.line_density[:, None], len(PLACES), axis=1)
+    return beams.density_powers @ PLACES ** np.arange(beams.density_powers.shape[-1])[:, None]

@@ -1,0 +1,156 @@
+"""Quantities whose errors are estimated: strains, deflections, joint forces, and the efforts of drives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.forces.element_loads import point_loads
+from fenics_mech.forces.joint_forces import effort_units, joint_forces, joint_names, nodal_forces, reactions
+from fenics_mech.forces.section_forces import deflection_of_nodes, recover_members, stiffnesses
+from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.mechanism import System
+from fenics_mech.response import History
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+STATIONS = 5  # of each member at which quantities are compared
+SMALL_MEMBER = 0.1  # of the mechanism's largest value that a member's own must have to be the measure of its error
+SMALL_EFFORT = 0.01  # of the largest joint force, at the link's size, that an effort must have for the same
+TINY = float(np.finfo(float).tiny)
+ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative errors (strains have none), its dimension
+    "strain": ("strain", "", "member"),
+    "deflection": ("deflection", "deflection_", "member"),
+    "joint_force": ("joint_force", "joint_force_", "joint"),
+    "torque": ("drive_effort", "drive_effort_", "drive"),
+}
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """What is compared between two motions of a mechanism, or the difference of it.
+
+    Parameters
+    ----------
+    axial, bending
+        Strain of the axis and of the farther fibre, ``(angles, members, stations)``.
+    deflection
+        In the fixed frame (m), ``(angles, members, stations, 2)``.
+    force
+        In the joints (N), ``(angles, joints, 2)``.
+    effort
+        Of the drives (N m, or N along a slide), ``(angles, drives)``.
+    """
+
+    axial: Array
+    bending: Array
+    deflection: Array
+    force: Array
+    effort: Array
+
+    @classmethod
+    def of(cls, scene: Scene, system: System, history: History, loads: Terms = NOTHING) -> Quantities:
+        """Recover them from a motion at few stations, without the forces of modal damping.
+
+        `loads` are those that act beside the system's own.
+        """
+        system = system if loads is NOTHING else system.with_terms(system.terms + loads)
+        found = reactions(system, nodal_forces(system, history))
+        s = _stations(system)
+        members = recover_members(system, history, s, point_loads(system, found))
+        ea, ei, _, fibre = stiffnesses(scene, s)
+        count = len(members.moment)
+        forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, count, 2)
+        efforts = np.array(list(Forces(scene, system, history, loads).efforts().values())).reshape(-1, count)
+        return cls(
+            axial=members.axial_force / ea,
+            bending=members.moment * np.abs(fibre).max(axis=-1) / ei,
+            deflection=members.deflection,
+            force=np.moveaxis(forces, 0, 1),
+            effort=efforts.T,
+        )
+
+    def __sub__(self, other: Quantities) -> Quantities:
+        """Give the difference of two motions."""
+        return Quantities(
+            self.axial - other.axial,
+            self.bending - other.bending,
+            self.deflection - other.deflection,
+            self.force - other.force,
+            self.effort - other.effort,
+        )
+
+    def with_nodes(self, system: System, v: Array) -> Quantities:
+        """Add the deflection by a displacement of the nodes in link axes, ``(angles, nodal dofs)``."""
+        deflection = deflection_of_nodes(system, v, _stations(system))
+        return replace(self, deflection=self.deflection + deflection)
+
+    @property
+    def sizes(self) -> dict[str, Array]:
+        """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
+        return {
+            "strain": (np.abs(self.axial) + np.abs(self.bending)).max(axis=2),
+            "deflection": np.linalg.norm(self.deflection, axis=-1).max(axis=2),
+            "joint_force": np.linalg.norm(self.force, axis=-1),
+            "torque": np.abs(self.effort),
+        }
+
+    @property
+    def largest(self) -> dict[str, Array]:
+        """Largest magnitude of each quantity, ``(members, joints or drives,)``."""
+        return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
+
+
+def names_of(scene: Scene) -> dict[str, list[str]]:
+    """Give the members, joints or drives that each quantity belongs to."""
+    members = list(scene.members())
+    return {
+        "strain": members,
+        "deflection": members,
+        "joint_force": joint_names(scene),
+        "torque": [drive.joint for drive in scene.drives],
+    }
+
+
+def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
+    """Give the values that errors are relative to, by quantity.
+
+    Strains and deflections are measured by the largest of their member, or by `SMALL_MEMBER` of the mechanism's where
+    that is more. Joint forces are measured by the largest of all joints. Efforts of drives are measured by the largest
+    of the drives that have the same unit. Where the mechanism is balanced that is next to nothing, and the measure is
+    `SMALL_EFFORT` of the largest joint force, times the size of the driven link for a torque.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    largest
+        As `Quantities.largest`.
+    """
+    force = max(float(largest["joint_force"].max(initial=0.0)), TINY)
+    of_members = {
+        name: np.maximum(np.maximum(largest[name], SMALL_MEMBER * largest[name].max()), TINY)
+        for name in ("strain", "deflection")
+    }
+    sliding = np.array([unit == "N" for unit in effort_units(scene)], dtype=bool)
+    arms = np.array([scene.size_at(drive.joint) for drive in scene.drives])
+    efforts = np.zeros(len(sliding))
+    for same in (sliding, ~sliding):
+        efforts[same] = largest["torque"][same].max(initial=0.0)
+    least = np.maximum(SMALL_EFFORT * force * np.where(sliding, 1.0, arms), TINY)
+    return {
+        **of_members,
+        "joint_force": np.full_like(largest["joint_force"], force),
+        "torque": np.maximum(efforts, least),
+    }
+
+
+def _stations(system: System) -> Array:
+    """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
+    mesh, terms = system.beams.mesh, system.terms
+    if system.beams.spread is None and terms.tension is None and terms.law is None:
+        return np.linspace(0, 1, STATIONS)
+    return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1))

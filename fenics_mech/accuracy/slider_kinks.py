@@ -1,0 +1,76 @@
+"""Vibration by the nodes that a slider passes, where it turns with the member that it travels along.
+
+It turns with its element's shape function, which lacks the bend by the couple under it; see `PointLoad.gap`. In the
+middle of an element that is a gap as large as the element is long, and none at nodes. So it has a kink at every node,
+whatever the length of the elements: there the slider's rate of rotation jumps by ``2 v M/EI``, v being its speed along
+the member and M the couple. The whole beam would carry it past smoothly. What such a blow puts into fast modes,
+differences between positions (see `mesh_error`) do not show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from fenics_mech.accuracy.mesh_residual import yielded
+from fenics_mech.effects import Terms
+from fenics_mech.forces.element_loads import PointLoad, point_loads
+from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import held_matrices
+from fenics_mech.response import History
+
+Array = NDArray[np.float64]
+MODES = 8  # that are looked at: the blows put less into higher ones
+BLOWS = 8  # that are looked at, the strongest
+MASSLESS = 1e-12  # of the largest 1/omega^2, up to which a mode has no mass, as with lumped ones
+
+
+def ringing(system: System, history: History, step: float) -> Iterator[History]:
+    """Give the amplitudes of one mode after another by the blows that positions at such a step (s) do not show.
+
+    They are at the positions before the blows, and 0 at all others. The modes are those of `unloaded`.
+    """
+    contacts = system.transformation.constraints.contacts
+    pins = point_loads(system, reactions(system, nodal_forces(system, history))) if contacts else []
+    jumps = [_jump(system, name, pin) for name, pin in zip(contacts, pins)]
+    if not np.any(jumps):
+        return
+    v = yielded(system, {name: (np.zeros_like(jump), jump) for name, jump in zip(contacts, jumps)})
+    momenta = (system.link_mass @ v.T).T
+    strength = np.einsum("ki,ki->k", v, momenta)
+    struck = [int(k) for k in np.argsort(strength)[-BLOWS:] if strength[k] > 0]
+    count = min(MODES, system.size)
+    amplitudes, accelerations = np.zeros((2, count, *history.displacement.shape))
+    free = unloaded(system)
+    on_coordinates = system.transformation.backward(system.values, momenta)
+    for k in struck:
+        mass, stiffness = (part[0] for part in held_matrices(free, slice(k, k + 1)))
+        last = [system.size - count, system.size - 1]
+        inverse, shapes = la.eigh(mass, stiffness, subset_by_index=last)  # 1/omega^2, and shapes of unit stiffness
+        omega = 1 / np.sqrt(np.maximum(inverse, MASSLESS * inverse[-1]))
+        unseen = 1 - np.sinc(omega * step / (2 * np.pi)) ** 2  # a blow that is spread over the steps beside it
+        amplitudes[:, k] = (unseen * omega * (shapes.T @ on_coordinates[k]) * shapes).T
+        accelerations[:, k] = -(omega[:, None] ** 2) * amplitudes[:, k]
+    for q, acceleration in zip(amplitudes, accelerations):
+        yield History(q, system.to_links(acceleration))
+
+
+def unloaded(system: System) -> System:
+    """Give the mechanism with its springs, and no other effect."""
+    return system.with_terms(Terms(stiffness=system.terms.stiffness))
+
+
+def _jump(system: System, name: str, pin: PointLoad) -> Array:
+    """By how much the rate of rotation jumps at a node between each position and the next (rad/s), ``(angles,)``.
+
+    At a distance a from a clamped end a couple M turns a beam by ``M a / EI``, to the first order of a.
+    """
+    element, place = system.transformation.constraints.contacts[name].place(system.motion, 3)
+    speed = np.abs(place[1]) * system.beams.mesh.cell_length[element]
+    flexibility = 1 / system.beams.bending_rigidity[element]
+    after = np.roll(element, -1)
+    return np.where(element != after, speed * pin.moment * (flexibility + np.roll(flexibility, -1)), 0.0)

@@ -1,0 +1,58 @@
+"""How far an answer may be trusted: axial forces against the Euler load, bow against length, rotations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fenics_mech.errors import SolverError
+from fenics_mech.forces.section_forces import MemberState
+from fenics_mech.mechanism import System
+from fenics_mech.scene import Scene
+
+LARGEST_EULER_RATIO = 0.05  # beyond it the axial force changes the bending by more than about as much
+LARGEST_BOW = 0.02  # of the length; beyond it bending shortens a member noticeably
+LARGEST_ROTATION = 0.3  # rad; there von Karman's strain makes a buckled beam's amplitude 0.8 % too large
+
+FARTHEST = 1.0  # rad, or of the length; a cantilever's end that turns by 1 rad in linear theory turns by 0.78
+
+
+def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
+    """Raise `SolverError` where deflections are far beyond small ones, unless the scene lets them pass."""
+    if scene.analysis.allow_large:
+        return
+    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
+    moved = np.linalg.norm(members.deflection - members.deflection[:, :, :1], axis=-1).max(axis=2) / lengths
+    turned = np.abs(members.rotation).max(axis=2)
+    if not max(turned.max(), moved.max()) > FARTHEST:
+        return
+    k, i = np.unravel_index(np.maximum(turned, moved).argmax(), turned.shape)
+    raise SolverError(
+        f"member {list(scene.members())[i]!r} turns by {turned[k, i]:.3g} rad and its points move apart by "
+        f"{moved[k, i]:.3g} of its length, by elastic deflection, at drive angle "
+        f"{np.degrees(system.motion.theta[k]):.6g} deg: small deflections end long before {FARTHEST:g}. Lower loads or "
+        "speed, keep away from resonances, buckling and dead centres, or take stiffer members or more damping; "
+        "analysis.allow_large lets it pass"
+    )
+
+
+def euler_ratio(scene: Scene, members: MemberState) -> np.ndarray:
+    """Largest axial force over the Euler load pi^2 EI/L^2 of each member, in tension or compression, ``(members,)``."""
+    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
+    stiffness = np.array([scene.rigidity(label, members.s).bending.min() for label in scene.members()])
+    euler = np.pi**2 * stiffness / lengths**2
+    return np.abs(members.axial_force).max(axis=(0, 2)) / euler
+
+
+def bow(scene: Scene, members: MemberState) -> np.ndarray:
+    """Largest distance of each member's axis from its chord, over its length, ``(members,)``."""
+    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
+    s = members.s[:, None]
+    chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
+    return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths
+
+
+def rotation(members: MemberState) -> np.ndarray:
+    """Largest rotation of each member's axis from its rigid position (rad), ``(members,)``."""
+    return np.abs(members.rotation).max(axis=(0, 2))

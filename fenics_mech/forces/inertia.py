@@ -1,0 +1,115 @@
+"""Inertia along elements, and what it adds between their ends: by the axis, by rotation, by mass beside the axis."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import each
+from fenics_mech.beams import Beams
+from fenics_mech.beams.element_matrices import means
+from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, between_clamped_ends, integral
+from fenics_mech.mechanism import System
+from fenics_mech.response import History
+
+Array = NDArray[np.float64]
+SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
+SLOPES = (*(f.deriv() for f in CUBIC), Polynomial([1.0]))  # and the rotation of its sections
+AS_CUBICS = np.array([[f(0.0), f.deriv()(0.0), f(1.0), f.deriv()(1.0)] for f in SLOPES])  # that rotation by `CUBIC`
+
+
+def nodal_in_members(system: System, nodal: Array) -> Array:
+    """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``."""
+    values, layout = in_member_axes(system.beams.mesh, nodal), system.beams.layout
+    return each(layout.tie, values) if layout.tied else values
+
+
+def by_rotary_inertia(
+    system: System, history: History, powers: Array, element: NDArray[np.int64], xi: Array
+) -> tuple[Array, Array]:
+    """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
+
+    Both are ``(angles, places)``; `powers` are those of rho I.
+    """
+    beams = system.beams
+    h = beams.mesh.cell_length[element]
+    turning = history.inertia if history.centripetal is None else history.inertia - history.centripetal
+    rate = _rotation(system, turning, element)
+    terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
+    up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
+    particular = between_clamped_ends(SLOPES, xi, at_elements(shear_number(beams), element), order=3)
+    bent = means(powers)[element] * h**3 * np.sum(rate * particular, -1)
+    return h * np.sum(rate * up_to, -1), bent
+
+
+def _rotation(system: System, nodal: Array, element: NDArray[np.int64]) -> Array:
+    """Rotation of the sections of elements by nodal values in link axes, by `SLOPES`, ``(angles, places, 5)``."""
+    h = system.beams.mesh.cell_length[element]
+    slopes, plain = nodal_in_members(system, nodal)[:, element], in_member_axes(system.beams.mesh, nodal)[:, element]
+    rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # slope of w less angle of shear
+    rate[..., :4], rate[..., 4] = scaled(slopes[..., NORMAL], h) / h[:, None], plain[..., 2] - slopes[..., 2]
+    return rate
+
+
+def by_mass_beside_axis(
+    system: System, history: History, mass_moment: Array, element: NDArray[np.int64], xi: Array
+) -> tuple[Array, Array]:
+    """Moment, and EI times the deflection between clamped ends, by inertia along the member on the arm of its mass.
+
+    Both are ``(angles, places)``. Of that inertia the acceleration of the neutral line counts here; `by_rotary_inertia`
+    has the rest. `mass_moment` is rho A e of the elements (kg).
+    """
+    h = system.beams.mesh.cell_length[element]
+    along = _of_neutral_line(system, history, element)[0]
+    particular = between_clamped_ends(SHAPES, xi, at_elements(shear_number(system.beams), element), order=3)
+    on_arm = -mass_moment[element]
+    return on_arm * h * np.sum(along * integral(SHAPES, xi), -1), on_arm * h**3 * np.sum(along * particular, -1)
+
+
+def shear_number(beams: Beams) -> Array | None:
+    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear."""
+    if beams.shear_rigidity is None:
+        return None
+    return beams.bending_rigidity / beams.shear_rigidity / beams.mesh.cell_length**2
+
+
+def at_elements(values: Array | None, element: NDArray[np.int64]) -> Array | None:
+    """Values of some elements; None where there are none."""
+    return None if values is None else values[element]
+
+
+def inertia_of(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Acceleration of the mass along and across the member in each element, as coefficients of `SHAPES`.
+
+    Returns
+    -------
+    tuple
+        Along and across, ``(angles, places, 6)`` each.
+    """
+    along, across = _of_neutral_line(system, history, element)
+    if system.beams.mass_moment is not None and system.beams.layout.offsets is not None:
+        arm = system.beams.layout.offsets.mass[element, None]  # the centre of mass moves by u - e phi, w
+        along[..., :4] -= arm * (_rotation(system, history.inertia, element) @ AS_CUBICS)
+        if history.turning is not None:
+            across[..., :4] -= arm * (_rotation(system, history.turning, element) @ AS_CUBICS)
+    return along, across
+
+
+def _of_neutral_line(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Acceleration of the neutral line, as `inertia_of` gives that of the mass."""
+    h = system.beams.mesh.cell_length[element]
+    inertia = nodal_in_members(system, history.inertia)[:, element]
+    along = np.zeros((*inertia.shape[:2], 6))
+    across = np.zeros_like(along)
+    along[..., 4:], across[..., :4] = inertia[..., AXIAL], scaled(inertia[..., NORMAL], h)
+    if history.turning is not None:
+        turning = nodal_in_members(system, history.turning)[:, element]
+        along[..., :4], across[..., 4:] = -scaled(turning[..., NORMAL], h), turning[..., AXIAL]  # the form s
+    return along, across
+
+
+def scaled(dofs: Array, h: Array) -> Array:
+    """Displacements and rotations of elements as those of unit elements: rotations times h."""
+    return dofs * np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)

@@ -1,0 +1,134 @@
+"""Joint forces: the multipliers of the joints' equations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.kinematics.loops import GROUND
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.elimination import Group
+from fenics_mech.mechanism.inextensibility import Inextensible
+from fenics_mech.response import History
+from fenics_mech.scene import Prismatic, Scene, Slot
+
+Array = NDArray[np.float64]
+
+
+def nodal_forces(system: System, history: History) -> Array:
+    """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``.
+
+    Where members are reduced, what acts inside them stands at their ends.
+    """
+    forces, strained = without_elastic(system, history), history.strained(system)  # (4.39)
+    reduction = system.beams.reduction
+    if reduction is None:
+        return forces + (system.nodal_stiffness @ strained.T).T
+    kept, count = reduction.kept, len(reduction.kept)
+    at_ends = np.zeros_like(forces)
+    at_ends[:, kept] = (reduction.shape[:, :count].T @ forces.T).T
+    at_ends[:, kept] += (reduction.stiffness[:count, :count] @ strained[:, kept].T).T
+    return at_ends
+
+
+def without_elastic(system: System, history: History) -> Array:
+    """Force that the nodes need from joints and from the links' stress, ``m a - f``, ``(angles, nodal dofs)``."""
+    terms, v = system.terms, system.to_links(history.displacement)
+    forces = (system.nodal_mass @ history.inertia.T).T - system.applied
+    for entries in system.added_stiffness:
+        forces += entries.times(v)
+    if history.turning is not None and history.centripetal is not None:
+        forces += (system.nodal_gyroscopic @ history.turning.T - system.nodal_rotary_mass @ history.centripetal.T).T
+    if history.velocity is not None:
+        for entries in terms.damping:
+            forces += entries.times(history.velocity)
+        if terms.law is not None:
+            forces += system.assembled(terms.law.on_elements.force(v, history.velocity))
+    return forces
+
+
+def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array]:
+    """Force or moment of every joint on every body that it holds, from `nodal_forces`.
+
+    Returns
+    -------
+    dict
+        By (joint, body, number of components): forces in the fixed frame (N), ``(angles, 2)``, and moments (N m),
+        ``(angles, 1)``.
+    """
+    found: dict[tuple[str, str, int], Array] = {}
+    for group, multipliers in _multipliers(system, forces):
+        start = 0
+        for equation in group.equations:
+            value = multipliers[:, start : start + equation.rows]
+            start += equation.rows
+            if equation.rows == 2 and equation.frame != GROUND:
+                value = _turned(value, system.motion.angle[:, equation.frame])
+            found[equation.joint, equation.body, equation.rows] = value
+    return found
+
+
+def _multipliers(system: System, forces: Array) -> Iterator[tuple[Group, Array]]:
+    """Groups of the joints' equations with their multipliers, ``(angles, rows)``."""
+    forces = system.transformation.on_unknowns(forces)
+    for group in system.transformation.groups:
+        nodal = group.dependent < system.transformation.height
+        residual = np.zeros((len(forces), len(group.dependent)))
+        residual[:, nodal] = forces[:, group.dependent[nodal]]
+        yield group, group.multipliers(system.motion, residual)
+
+
+def held_tension(system: System, held: Inextensible, history: History) -> Array:
+    """Axial force of elements that cannot stretch, less that of their own inertia (N), ``(angles, elements)``.
+
+    It is what the nodes need beside the joints' forces; 0 for all other elements.
+    """
+    forces = nodal_forces(system, history)
+    lack = -forces
+    for group, multipliers in _multipliers(system, forces):
+        lack += group.on_nodes(system.motion, multipliers, system.transformation.height)
+    return held.forces(lack)
+
+
+def joint_forces(scene: Scene, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:
+    """Force (N) that each joint exerts, in the fixed frame, ``(angles, 2)`` each.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    found
+        From `reactions`.
+
+    Returns
+    -------
+    dict
+        By name, see `joint_names`: the force of a joint's first body on its second, or of its pin on a body.
+    """
+    forces: list[Array] = []
+    for name, joint in scene.joints.items():
+        bodies = [point.split(".")[0] for point in joint.connect]
+        held = {body: found[name, body, 2] for body in bodies if (name, body, 2) in found}
+        for body in bodies:  # a body that has no equation takes what the others leave
+            if body not in held:
+                held[body] = -np.sum(list(held.values()), axis=0)
+        forces += [held[body] for body in bodies[1:]]
+    return dict(zip(joint_names(scene), forces))
+
+
+def joint_names(scene: Scene) -> list[str]:
+    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first."""
+    bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in scene.joints.items()}
+    return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
+
+
+def effort_units(scene: Scene) -> list[str]:
+    """Give the unit of each drive's effort: N where it slides, N m where it turns."""
+    return ["N" if isinstance(scene.joints[drive.joint], Slot | Prismatic) else "N m" for drive in scene.drives]
+
+
+def _turned(vectors: Array, angle: Array) -> Array:
+    c, s, (x, y) = np.cos(angle), np.sin(angle), vectors.T
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

@@ -1,0 +1,353 @@
+"""Section forces and deflection along the members, from equilibrium.
+
+The curvature of a Hermite element is a poor one (4 % off at mid-span with 3 elements). The forces at an element's ends
+are as good as the displacements, so the section forces follow from them and from the distributed inertia by statics.
+This is the same as adding the clamped-clamped particular solution to the Hermite displacement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams import Beams
+from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.shapes import (
+    AXIAL,
+    CUBIC,
+    LINEAR,
+    NORMAL,
+    between_clamped_ends,
+    between_fixed_ends,
+    evaluate,
+    integral,
+)
+from fenics_mech.beams.variable_sections import between_ends, lacking_shapes
+from fenics_mech.forces.element_ends import balanced, element_forces, element_tension
+from fenics_mech.forces.element_loads import PointLoad, SpreadLoad, applied_inside
+from fenics_mech.forces.inertia import (
+    SHAPES,
+    at_elements,
+    by_mass_beside_axis,
+    by_rotary_inertia,
+    inertia_of,
+    nodal_in_members,
+    scaled,
+    shear_number,
+)
+from fenics_mech.mechanism import System
+from fenics_mech.response import History
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MemberState:
+    """State of all members at the stations `s` (0..1), arrays of shape ``(angles, members, stations)``.
+
+    Parameters
+    ----------
+    s
+        Stations along every member, 0..1.
+    axial_force, shear_force, moment
+        N (N, tension positive), V = dM/ds (N) less the inertia of the sections' rotation, and M = EI phi', phi the
+        rotation of the sections: the slope w' where they stay normal to the axis (N m).
+    deflection
+        Elastic displacement of the members' axes in the fixed frame (m), ``(angles, members, stations, 2)``.
+    rotation
+        Rotation of the axis, its slope w' (rad).
+    """
+
+    s: Array
+    axial_force: Array
+    shear_force: Array
+    moment: Array
+    deflection: Array
+    rotation: Array
+
+    def with_forces(self, axial: Array, shear: Array, moment: Array) -> MemberState:
+        """Give this state with section forces added, see `section_forces`."""
+        axial, shear, moment = (force.reshape(self.moment.shape) for force in (axial, shear, moment))
+        return replace(
+            self,
+            axial_force=self.axial_force + axial,
+            shear_force=self.shear_force + shear,
+            moment=self.moment + moment,
+        )
+
+
+def recover_members(system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()) -> MemberState:
+    """Recover the members' state at stations `s`, the same on all members.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angles of the history.
+    history
+        Displacement and the inertia that balances it.
+    s
+        Places along the members, 0..1, shape ``(stations,)``.
+    loads
+        Point loads on the members, beside those at their ends.
+    """
+    beams = system.beams
+    element, xi = locate(beams, s)
+    h = beams.mesh.cell_length[element]
+    inertia, (ends, v) = inertia_of(system, history, element), balanced(system, history)
+    axial, shear, moment = _statics(system, history, ends, inertia, loads, element, xi)
+    displacement = nodal_in_members(system, v)[:, element]
+    u, w, slope = _of_nodes(displacement, h, xi)
+    extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia, v)
+    u, w = u + extra_u, w + extra_w
+    if beams.layout.offsets is not None:  # from the neutral line to the axis
+        sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
+        u += beams.layout.offsets.neutral[element] * (slope + sections)
+    tension = element_tension(system, history)
+    if tension is not None:  # the axial force acts on the bent axis
+        shear += tension[:, element] * slope
+        moment += tension[:, element] * (w - displacement[..., 1])
+    shape = (len(moment), len(beams.mesh.members), len(s))
+    return MemberState(
+        s=s,
+        axial_force=axial.reshape(shape),
+        shear_force=shear.reshape(shape),
+        moment=moment.reshape(shape),
+        deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
+        rotation=slope.reshape(shape),
+    )
+
+
+def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
+    """Displacement of the members in the fixed frame by that of the nodes alone (m).
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    v
+        Displacement of every nodal dof in link axes (m, rad), ``(angles, nodal dofs)``.
+    s
+        Places along the members, 0..1, ``(stations,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Of shape ``(angles, members, stations, 2)``.
+    """
+    element, xi = locate(system.beams, s)
+    u, w, _ = _of_nodes(nodal_in_members(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
+    return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
+
+
+def section_forces(
+    system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()
+) -> tuple[Array, Array, Array]:
+    """Give N, V and M on the straight axes at stations `s` of all members, ``(angles, members x stations)`` each.
+
+    Parameters are those of `recover_members`.
+    """
+    return forces_inside(system, history, *locate(system.beams, s), loads)
+
+
+def forces_inside(
+    system: System, history: History, element: NDArray[np.int64], xi: Array, loads: Sequence[PointLoad] = ()
+) -> tuple[Array, Array, Array]:
+    """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each."""
+    inertia, ends = inertia_of(system, history, element), element_forces(system, history)
+    return _statics(system, history, ends, inertia, loads, element, xi)
+
+
+def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
+    """Give all loads inside elements: point loads, and those spread along them."""
+    line, points = system.terms.line, (*loads, *applied_inside(system))
+    if line is None:
+        return points
+    offsets = system.beams.layout.offsets
+    return (*points, SpreadLoad(line, shear_number(system.beams), None if offsets is None else offsets.neutral))
+
+
+def _statics(
+    system: System,
+    history: History,
+    ends: Array,
+    inertia: tuple[Array, Array],
+    loads: Sequence[PointLoad],
+    element: NDArray[np.int64],
+    xi: Array,
+) -> tuple[Array, Array, Array]:
+    """N, V and M at places of elements, ``(angles, places)`` each, from the forces on the elements' ends."""
+    beams, h = system.beams, system.beams.mesh.cell_length[element]
+    for load in loads:
+        ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
+    if beams.layout.offsets is not None:
+        ends = beams.layout.offsets.on_neutral_line(ends)
+    end, (along, across) = ends[:, element], inertia
+    first, second = _mass_up_to(beams, element, xi)
+    axial = -end[..., 0] + h * np.sum(along * first, -1)
+    shear = end[..., 1] - h * np.sum(across * first, -1)
+    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(across * second, -1)
+    for each_load in _with_spread(system, loads):
+        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
+    if beams.rotary_powers is not None:
+        moment += by_rotary_inertia(system, history, beams.rotary_powers, element, xi)[0]
+    if beams.mass_moment is not None:
+        moment += by_mass_beside_axis(system, history, beams.mass_moment, element, xi)[0]
+    return axial, shear, moment
+
+
+def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
+    """Give EA (N), EI (N m^2), both ``(members, stations)``, and E (Pa) and places (m) of both outer fibres.
+
+    The latter two are ``(members, stations, 2)``; `s` are stations 0..1 along the members.
+    """
+    found = [scene.rigidity(label, s) for label in scene.members()]
+    parts = ("axial", "bending", "modulus", "fibre")
+    ea, ei, modulus, fibre = (np.stack([getattr(rigidity, part) for rigidity in found]) for part in parts)
+    return ea, ei, modulus, fibre
+
+
+def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
+    """Element and place 0..1 in it of each station of each member, both ``(members x stations,)``."""
+    mesh = beams.mesh
+    elements, places = [], []
+    for i, length in enumerate(mesh.member_length):
+        cells = np.flatnonzero(mesh.cell_member == i)
+        inside = np.clip(np.searchsorted(mesh.cell_start[cells], s * length, side="right") - 1, 0, None)
+        elements.append(cells[inside])
+        places.append(np.clip((s * length - mesh.cell_start[cells[inside]]) / mesh.cell_length[cells[inside]], 0, 1))
+    return np.concatenate(elements), np.concatenate(places)
+
+
+def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Array, Array]:
+    """Integrals, and twice repeated integrals, of rho A times `SHAPES` from an element's start to places xi (kg/m).
+
+    Each is ``(places, 6)``.
+    """
+    if beams.density_powers is None:
+        rho_a = beams.line_density[element, None]
+        return rho_a * integral(SHAPES, xi), rho_a * integral(SHAPES, xi, 2)
+    powers = beams.density_powers[element]
+    points, weights = np.polynomial.legendre.leggauss(
+        (powers.shape[-1] + 5) // 2
+    )  # exact to twice the number, less one
+    places = xi[:, None] * (1 + points) / 2
+    share = weights / 2 * xi[:, None]
+    share = share * np.einsum("sgp,sp->sg", places[..., None] ** np.arange(powers.shape[-1]), powers)
+    shapes = evaluate(SHAPES, places)
+    arm = xi[:, None] - places  # twice the integral of f up to xi is once that of (xi - t) f(t)
+    return np.einsum("sg,sgj->sj", share, shapes), np.einsum("sg,sgj->sj", share * arm, shapes)
+
+
+def between_nodes(
+    system: System,
+    history: History,
+    element: NDArray[np.int64],
+    xi: Array,
+    loads: Sequence[PointLoad] = (),
+    inertia: tuple[Array, Array] | None = None,
+    v: Array | None = None,
+) -> tuple[Array, Array]:
+    """Displacements along and across the member that the shape functions lack, ``(angles, places)`` each (m).
+
+    They are those of an element with fixed, clamped ends under its own inertia and the loads on it, and where its
+    section varies what its shape under forces on its ends differs from the cubic one. Point loads and the inertia of
+    the sections' rotation bend it there with its mean stiffness.
+
+    Parameters
+    ----------
+    system, history, loads
+        As of `recover_members`.
+    element, xi
+        Places 0..1 in elements.
+    inertia, v
+        From `inertia_of` and `balanced`, where they are known.
+    """
+    beams = system.beams
+    h, rho_a, number = (
+        beams.mesh.cell_length[element],
+        beams.line_density[element],
+        at_elements(shear_number(beams), element),
+    )
+    along, across = inertia_of(system, history, element) if inertia is None else inertia
+    varies = beams.stiffness_powers is not None
+    u, w = np.zeros((2, *along.shape[:2]))
+    if not varies:
+        u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
+        w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
+    if beams.rotary_powers is not None:
+        w += by_rotary_inertia(system, history, beams.rotary_powers, element, xi)[1]
+    if beams.mass_moment is not None:
+        w += by_mass_beside_axis(system, history, beams.mass_moment, element, xi)[1]
+    for load in _with_spread(system, loads):
+        if varies and isinstance(load, SpreadLoad):  # by the section's own stiffness below
+            w += load.by_arm(element, xi, h)
+            continue
+        extra_u, extra_w = load.displacement(element, xi, h)
+        u, w = u + extra_u, w + extra_w
+    u, w = u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
+    if not varies:
+        return u, w
+    for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
+        u, w = u + np.sum(of_u * loaded[0], -1), w + np.sum(of_w * loaded[1], -1)
+    nodal = strain_of(system, history, balanced(system, history)[1] if v is None else v)[:, element]
+    more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in lacking_shapes(beams, element, xi)]
+    return u + more[0], w + more[1]
+
+
+def _spread_where_varying(
+    system: System, inertia: tuple[Array, Array], element: NDArray[np.int64], xi: Array
+) -> Iterator[tuple[tuple[Array, Array], tuple[Array, Array]]]:
+    """Give inertia and spread loads along and across elements whose section varies, with what each function adds.
+
+    The latter are displacements between clamped ends, see `between_ends`.
+    """
+    beams = system.beams
+    yield between_ends(beams, element, xi, partial(_mass_up_to, beams)), (-inertia[0], -inertia[1])
+    if (line := system.terms.line) is not None:
+        found = between_ends(beams, element, xi, lambda _, x: (integral(LINEAR, x), integral(LINEAR, x, 2)))
+        yield found, (line[:, element, :2], line[:, element, 2:])
+
+
+def strain_of(system: System, history: History, v: Array) -> Array:
+    """Nodal values v of the elements in member axes, less what strains nothing along them, ``(angles, elements, 6)``.
+
+    With moderate rotations bending shortens the axis: elements are as much longer as their axial force stretches them.
+    """
+    nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, history)
+    if system.terms.law is not None and tension is not None:
+        nodal[..., 0] = 0.0
+        nodal[..., 3] = tension * system.beams.mesh.cell_length / system.beams.axial_rigidity
+    return nodal
+
+
+def bent_by_tension(system: System, history: History, tension: Array, element: NDArray[np.int64], xi: Array) -> Array:
+    """Deflection that axial forces on their cubic shape add between the nodes of elements, ``(angles, places)`` (m).
+
+    It acts as the spread load ``T w''``. `tension` is that of the elements (N), ``(angles, elements)``.
+    """
+    beams = system.beams
+    h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
+    nodal = scaled(nodal_in_members(system, system.to_links(history.displacement))[:, element][..., NORMAL], h)
+    shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
+    return tension[:, element] * h**2 / beams.bending_rigidity[element] * np.sum(nodal * shapes, -1)
+
+
+def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
+    """Displacements u and w by the shape functions, and the slope of w."""
+    bent = scaled(displacement[..., NORMAL], h)
+    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
+    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
+    return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
+
+
+def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int64]) -> Array:
+    mesh = system.beams.mesh
+    member = mesh.cell_member[element]
+    angle = system.motion.angle[:, mesh.member_link[member]] + mesh.member_angle[member]
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * u - s * w, s * u + c * w], axis=-1)

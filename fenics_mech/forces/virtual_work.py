@@ -1,0 +1,321 @@
+"""Efforts of the drives by virtual work on the bent mechanism, and the power of every cause of force.
+
+A point of a link is at ``r = r_0 + R (X + N v)`` with ``v = P q``. As one drive moves at unit rate and q is held, it
+moves by ``V + phi z x N v + N dP/dtheta q`` in link axes, with the velocity V and the angular velocity phi of the rigid
+motion. The effort of the drive is minus the work of all other forces in this motion. The equation of motion is their
+work at a held drive: efforts and equation together make the balance of energy, wherever the coupling acts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.effects import NOTHING, Situation, Terms, dampers
+from fenics_mech.effects.loads import line_turned_back, turned_back
+from fenics_mech.effects.loads import terms as load_terms
+from fenics_mech.effects.offsets import terms as offset_terms
+from fenics_mech.effects.springs import shortening_power, spring_power
+from fenics_mech.forces.air import air_loads
+from fenics_mech.forces.joint_forces import nodal_forces
+from fenics_mech.forces.shortening import Shortening
+from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.influence import drive_influences
+from fenics_mech.mechanism import System
+from fenics_mech.response import History
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+LOSSES = ("material", "modal damping", "external drag", "relative drag", "dampers", "air drag")
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Rates, true or virtual, of the bent mechanism in link axes.
+
+    Parameters
+    ----------
+    motion
+        The rigid motion with these rates.
+    rigid
+        Velocity of the nodal dofs by it, ``(angles, nodal dofs)``.
+    turning
+        Angular velocity of the link of each nodal dof (rad/s), ``(angles, nodal dofs)``.
+    deformation
+        Rate of the elastic displacement v, ``(angles, nodal dofs)``.
+    """
+
+    motion: Motion
+    rigid: Array
+    turning: Array
+    deformation: Array
+
+    @classmethod
+    def of(cls, system: System, motion: Motion, deformation: Array) -> Rates:
+        """Give the rates of a motion of the same positions as that of the system."""
+        moved = System(system.beams, motion, system.transformation)
+        return cls(motion, moved.rigid_velocity, motion.omega[:, system.link_of_dof], deformation)
+
+
+@dataclass(frozen=True)
+class Acceleration:
+    """Acceleration of the links' points: of nodal dofs, and what the gyroscopic and the rotary matrix multiply.
+
+    All three are ``(angles, nodal dofs)``; see `History`.
+    """
+
+    of_nodes: Array
+    turning: Array
+    centripetal: Array
+
+    def power(self, system: System, rates: Rates, v: Array) -> Array:
+        """Power of the inertia ``-m a`` in the rates of the mechanism bent by v, ``(angles,)``."""
+        mass, rotary = system.nodal_mass, system.nodal_rotary_mass
+        force, velocity = (mass @ self.of_nodes.T - rotary @ self.centripetal.T).T, rates.rigid + rates.deformation
+        if not self.turning.any() and not v.any():  # then nothing calls for the gyroscopic matrix
+            return -np.sum(force * velocity, axis=1)
+        gyroscopic = system.nodal_gyroscopic
+        force = force + (gyroscopic @ self.turning.T).T
+        swung = self.of_nodes * (gyroscopic @ v.T).T + self.turning * ((mass - rotary) @ v.T).T
+        return -np.sum(force * velocity + rates.turning * swung, axis=1)
+
+
+@dataclass(frozen=True)
+class Forces:
+    """All forces of a motion but those of the drives, and the work that they do.
+
+    Parameters
+    ----------
+    scene, system, history
+        The scene, its mechanism and its motion.
+    beside
+        Loads of the system that are none of the scene, such as what stands for an error of its mesh.
+    """
+
+    scene: Scene
+    system: System
+    history: History
+    beside: Terms = NOTHING
+
+    @property
+    def bent(self) -> bool:
+        """Whether forces do their work on the bent mechanism.
+
+        They do where the elastic motion feels that of the links, and in equilibria on the bent axis. Linear statics,
+        and motions without the coupling or with the inertia of the rigid motion alone, are of first order: forces
+        balance on the undeformed shape. On the bent one inertia would do work that no other inertia gives back.
+        """
+        if self.scene.analysis.method == "static":
+            return self.system.terms.law is not None or self.system.terms.element_stiffness is not None
+        return self.history.centripetal is not None
+
+    def efforts(self) -> dict[str, Array]:
+        """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
+        work = self._on_bent if self.bent else self._on_undeformed
+        units = drive_influences(self.scene, self.system.motion)
+        return {drive.joint: work(unit) for drive, unit in zip(self.scene.drives, units)}
+
+    def _on_bent(self, unit: Motion) -> Array:
+        """Effort of the drive that moves the links so, ``(angles,)``."""
+        rates = self.rates_of(unit)
+        shorter = None if self.shortening is None else self.shortening.by_drive(unit, rates.deformation)
+        return -np.sum(list(self._works(rates, shorter).values()), axis=0)
+
+    def rates_of(self, unit: Motion) -> Rates:
+        """Rates of the mechanism as one drive moves the links so and q is held; of its undeformed shape if not bent."""
+        if not self.bent:
+            return Rates.of(self.system, unit, self.still)
+        rate = self.system.transformation.derivatives(unit)[0]
+        swung = self.system.on_nodes(self.system.transformation.forward(rate, self.history.displacement))
+        return Rates.of(self.system, unit, swung)
+
+    def _on_undeformed(self, unit: Motion) -> Array:
+        """Effort of the drive that moves the links so, by the forces that the nodes need, ``(angles,)``."""
+        forces = nodal_forces(self.system, self.history.elastic)
+        if self.history.damping is not None:
+            forces = forces + nodal_forces(replace(self.system, terms=NOTHING), self.history.damping)
+        return np.asarray(np.sum(forces * self.rates_of(unit).rigid, axis=1))
+
+    def powers(self) -> dict[str, Array]:
+        """Power of each cause of force in the motion itself (W), ``(angles,)`` each."""
+        shorter = self.shortening.in_time[1] if self.shortening is not None and self.bent else None
+        return self._works(self.rates, shorter)
+
+    @cached_property
+    def displacement(self) -> Array:
+        """Elastic displacement v in link axes, ``(angles, nodal dofs)``."""
+        return self.system.to_links(self.history.displacement)
+
+    @cached_property
+    def _velocity(self) -> Array:
+        """Rate of the displacement with which the links strain, ``(angles, nodal dofs)``."""
+        if self.scene.analysis.method in ("static", "quasi-static") or not self.scene.drives:
+            return self.still
+        if self.history.velocity is not None:
+            return self.history.velocity
+        rate = self.system.transformation.derivatives(self.system.motion)[0]
+        carried = self.system.transformation.forward(rate, self.history.displacement)
+        return _rate_of_cycle(self.displacement, self.scene.period) - self.system.on_nodes(carried)
+
+    @cached_property
+    def shape(self) -> Array:
+        """Displacement in link axes of the shape on which forces do their work, ``(angles, nodal dofs)``."""
+        return self.displacement if self.bent else self.still
+
+    @cached_property
+    def rates(self) -> Rates:
+        """Rates of the motion itself."""
+        return Rates.of(self.system, self.system.motion, self._velocity)
+
+    @cached_property
+    def still(self) -> Array:
+        """No displacement, ``(angles, nodal dofs)``."""
+        return np.zeros_like(self.displacement)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Acceleration of the frame that acts as the weight does, ``(angles, nodal dofs)``."""
+        weight = self.system.terms.acceleration
+        return self.still if weight is None else np.broadcast_to(weight, self.displacement.shape)
+
+    @cached_property
+    def _drags(self) -> dict[str, Acceleration]:
+        """Accelerations whose inertia is the drag, on the absolute velocity and on the relative one."""
+        terms, velocity = self.system.terms, self._velocity
+        absolute = terms.external * (self.system.rigid_velocity + velocity)
+        turning = terms.external * self.rates.turning * self.shape
+        found = {"external drag": (absolute, turning)} if terms.external else {}
+        found |= {"relative drag": (terms.relative * velocity, self.still)} if terms.relative else {}
+        return {name: Acceleration(*parts, self.still) for name, parts in found.items()}
+
+    @cached_property
+    def _accelerations(self) -> dict[str, Acceleration]:
+        """Accelerations by cause: those of the motion, of weight and of drag."""
+        history = self.history
+        turning = self.still if history.turning is None else history.turning
+        centripetal = self.still if history.centripetal is None else history.centripetal
+        own = history.inertia - self.weight - sum((a.of_nodes for a in self._drags.values()), self.still)
+        turning = turning - sum((a.turning for a in self._drags.values()), self.still)
+        return {
+            "inertia": Acceleration(own, turning, centripetal),
+            "weight": Acceleration(self.weight, self.still, self.still),
+            **self._drags,
+        }
+
+    @cached_property
+    def _of_axial_forces(self) -> dict[str, Acceleration]:
+        """Accelerations by cause that the given axial forces balance: those of the rigid motion unless they settle."""
+        if self.scene.analysis.tension == "settled":
+            return self._accelerations
+        drag = self.system.terms.external * self.system.rigid_velocity
+        parts = {
+            "inertia": self.system.rigid_acceleration - self.weight - drag,
+            "weight": self.weight,
+            "external drag": drag,
+        }
+        return {name: Acceleration(part, self.still, self.still) for name, part in parts.items() if part.any()}
+
+    @cached_property
+    def shortening(self) -> Shortening | None:
+        """Displacement by the shortening of members whose axial forces are given."""
+        second = self.still
+        if self.history.centripetal is not None:
+            drag = self.system.terms.drag
+            own = self.system.rigid_acceleration + drag * self._velocity + self.history.centripetal
+            second = self.history.inertia - own
+        return Shortening.of(self.scene, self.system, (self.displacement, self._velocity, second))
+
+    def _works(self, rates: Rates, shorter: Array | None) -> dict[str, Array]:
+        """Work of each cause in some rates, ``(angles,)`` each; `shorter` is the rate of the shortening's u."""
+        mesh, motion, shape = self.system.beams.mesh, self.system.motion, self.shape
+        powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
+        powers |= self._of_stress(rates)
+        powers["loads"] = self._of_loads(rates, shape) + self._of_applied(self.beside, NOTHING, rates, shape)
+        powers["inertia"] = powers["inertia"] + self._of_mass_beside_axes(rates, shape)
+        powers["springs"] = spring_power(self.scene, mesh, rates.motion, shape, rates.deformation)
+        powers["dampers"] = dampers.damper_power(
+            self.scene, mesh, (motion, rates.motion), (shape, self._velocity), rates.deformation
+        )
+        if self.scene.damping.air is not None:
+            powers["air drag"] = self._of_applied(*air_loads(self.scene, self.system, self.history), rates, shape)
+        if shorter is not None:
+            for name, power in self._by_shortening(rates, shorter).items():
+                powers[name] = powers.get(name, 0.0) + power
+        return powers
+
+    def _of_stress(self, rates: Rates) -> dict[str, Array]:
+        """Power of the links' stress: elastic, of the material's damping, of modal damping.
+
+        Axial forces that are given do none: what they do on the bent axis is the work of what they balance.
+        """
+        system, stiffness = self.system, self.system.nodal_stiffness
+        elastic = (stiffness @ self.displacement.T).T
+        material = system.terms.material * (stiffness @ self._velocity.T).T
+        if system.terms.law is not None:
+            law = system.terms.law.on_elements.of_stress()
+            at_rest = system.assembled(law.force(self.displacement, self.still))
+            elastic = elastic + at_rest
+            material = material + system.assembled(law.force(self.displacement, self._velocity)) - at_rest
+        forces = {"elastic": elastic, "material": material}
+        if self.history.viscous is not None:
+            forces["modal damping"] = (stiffness @ self.history.viscous.T).T
+        return {name: -np.sum(force * rates.deformation, axis=1) for name, force in forces.items()}
+
+    def _of_loads(self, rates: Rates, v: Array) -> Array:
+        """Power of loads on the mechanism bent by v."""
+        return self._of_applied(load_terms(self._situation), turned_back(self._situation), rates, v)
+
+    def _of_mass_beside_axes(self, rates: Rates, v: Array) -> Array:
+        """Power of the centrifugal force of mass that is beside its member's axis; see `effects.offsets`."""
+        if self.system.beams.layout.offsets is None:
+            return np.zeros(len(v))
+        terms = offset_terms(self._situation)
+        return self._of_applied(terms, line_turned_back(terms), rates, v)
+
+    def _of_applied(self, terms: Terms, turned: Terms, rates: Rates, v: Array) -> Array:
+        """Power of forces on the mechanism bent by v; `turned` are the same turned by a quarter clockwise."""
+        force = self.system.applied_by(terms) - sum((entries.times(v) for entries in terms.follower), self.still)
+        swung = self.system.applied_by(turned) * rates.turning * v
+        return np.asarray(np.sum(force * (rates.rigid + rates.deformation) + swung, axis=1))
+
+    @property
+    def _situation(self) -> Situation:
+        return Situation(self.scene, self.system.beams, self.system.motion)
+
+    def _by_shortening(self, rates: Rates, shorter: Array) -> dict[str, Array]:
+        """Work of the forces of the straight links in the shortening, and of what the shortening makes in theirs."""
+        assert self.shortening is not None
+        system, (u, first, second) = self.system, self.shortening.in_time
+        carried = Rates(rates.motion, self.still, rates.turning, shorter)
+        found = {name: a.power(system, carried, u) for name, a in self._of_axial_forces.items()}
+        if self.history.centripetal is not None:
+            omega, alpha = self.rates.turning, system.motion.alpha[:, system.link_of_dof]
+            centripetal = -(omega**2) * u
+            own = {"inertia": Acceleration(second + centripetal, 2 * omega * first + alpha * u, centripetal)}
+            if drag := system.terms.external:
+                own["external drag"] = Acceleration(drag * first, drag * omega * u, self.still)
+            straight = replace(rates, deformation=self.still)
+            for name, acceleration in own.items():
+                found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self.still)
+        found["loads"] = self._of_loads(carried, u)
+        found["inertia"] = found.get("inertia", 0.0) + self._of_mass_beside_axes(carried, u)
+        if self.scene.damping.air is not None:
+            air = air_loads(self.scene, system, self.history, rigid=True)
+            found["air drag"] = self._of_applied(*air, carried, u)
+        found["dampers"] = dampers.shortening_power(
+            self.scene, system.beams.mesh, (system.motion, rates.motion), (u, first), shorter
+        )
+        found["springs"] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
+        return found
+
+
+def _rate_of_cycle(values: Array, period: float) -> Array:
+    """Time derivative of values at equal steps over a cycle, by their Fourier series."""
+    count = len(values)
+    order = np.fft.rfftfreq(count, 1 / count)
+    order[2 * order == count] = 0.0
+    spectrum = 2j * np.pi / period * order[:, None] * np.fft.rfft(values, axis=0)
+    return np.asarray(np.fft.irfft(spectrum, count, axis=0))

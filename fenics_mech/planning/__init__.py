@@ -1,0 +1,1 @@
+"""What an analysis decides before it runs: effects, mesh, steps and stations."""

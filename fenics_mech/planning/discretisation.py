@@ -1,0 +1,124 @@
+"""What a run that meets a tolerance chooses: elements, modes of the members, steps in time and stations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from fenics_mech._guard import memory
+from fenics_mech.mechanism.equation import DENSE
+from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis_options import MOST_STATIONS
+from fenics_mech.scene.consistency import MOST_WHOLE
+from fenics_mech.scene.meshing import with_elements
+
+STAGES = 3
+TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
+MOST_ENTRIES = 1.5e7  # steps times the square of the coordinates: measured, 10 microseconds and 1.2 kB each
+NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
+GREW = 1.2  # of a number, below which what its error did tells no order
+LEAST_ORDER = 0.25  # measured, below which it is none
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """What is chosen.
+
+    Parameters
+    ----------
+    elements
+        Per member.
+    sub_intervals, stations
+        Of the analysis.
+    cutoff
+        Of the reduction (Hz); None where all nodes are kept.
+    """
+
+    elements: float
+    sub_intervals: float
+    stations: float
+    cutoff: float | None
+
+    @property
+    def steps(self) -> int:
+        """Sub-intervals: an even number."""
+        return 2 * math.ceil(self.sub_intervals / 2)
+
+    def of(self, scene: Scene) -> Scene:
+        """Give the scene with these choices; how coarse or unstable a motion is stays to be judged."""
+        values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
+        if self.cutoff is not None:
+            values |= {"reduction": "craig-bampton", "cutoff": self.cutoff}
+        if scene.analysis.method == "periodic":
+            values |= {"solver": "collocation", "stages": STAGES, "scheme": "radau", "sub_intervals": self.steps}
+        changes = {f"analysis__{name}": value for name, value in values.items()}
+        return with_elements(scene, math.ceil(self.elements)).changed(**changes)
+
+    def number(self, source: str) -> int:
+        """Give the number that makes the error of a source smaller."""
+        if source == "stations":
+            return math.ceil(self.stations) - 1
+        return self.steps if source == "time" else math.ceil(self.elements)
+
+    def finer(self, source: str, by: float) -> Knobs:
+        """Give the choices with more of what makes an error smaller, so many times."""
+        if source == "stations":
+            return replace(self, stations=by * (self.stations - 1) + 1)
+        if source == "time":
+            return replace(self, sub_intervals=by * self.sub_intervals)
+        if self.cutoff is not None:
+            return replace(self, cutoff=by**2 * self.cutoff, elements=by * self.elements)
+        return replace(self, elements=by * self.elements)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A run with some choices.
+
+    Parameters
+    ----------
+    knobs
+        The choices.
+    errors
+        Relative errors that it estimates, by quantity and then by source.
+    orders
+        With which power the errors of each source should fall.
+    dofs
+        Its degrees of freedom.
+    """
+
+    knobs: Knobs
+    errors: Mapping[str, Mapping[str, float]]
+    orders: Mapping[str, float]
+    dofs: int
+
+    def too_large(self, knobs: Knobs, periodic: bool) -> str:
+        """Say of which number other choices have more than memory or time allow; empty where they are few enough."""
+        if knobs.stations > MOST_STATIONS:
+            return "stations"
+        if knobs.cutoff is None and knobs.elements > MOST_WHOLE:
+            return "elements"
+        dofs = self.dofs * knobs.number("mesh") / self.knobs.number("mesh")
+        most = min(MOST_ENTRIES, memory() / (8 * DENSE * STAGES))
+        if periodic and knobs.sub_intervals * dofs**2 > most:
+            return "sub_intervals and elements"
+        return ""
+
+
+def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
+    """Power with which an error fell from the last trial but one to the last, where it is below half of what it should.
+
+    It is the error of a quantity by a source. None where the power is not so low, or where the error or its number
+    hardly changed.
+    """
+    if len(trials) < 2 or source not in trials[-2].errors[what]:
+        return None
+    before, last = trials[-2:]
+    grew = last.knobs.number(source) / before.knobs.number(source)
+    fell = before.errors[what][source] / max(last.errors[what][source], 1e-300)
+    if grew < GREW or fell <= 1:
+        return None
+    order = math.log(fell) / math.log(grew)
+    return order if LEAST_ORDER < order < last.orders[source] / 2 else None

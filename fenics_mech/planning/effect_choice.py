@@ -1,0 +1,104 @@
+"""Choosing the effects that a scene calls for, by estimates made before the run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fenics_mech._guard import guarded
+from fenics_mech.accuracy.validity import bow
+from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects.effect import Choice, Survey
+from fenics_mech.errors import SceneError
+from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.forces.section_forces import recover_members
+from fenics_mech.kinematics import positions_for_corners, solve_motion
+from fenics_mech.planning.survey import survey
+from fenics_mech.response import solve_static
+from fenics_mech.response.setup import mechanism, scene_modes, system_at
+from fenics_mech.scene import Scene
+
+POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
+MOST_AT_CORNERS = 2400  # positions of it where a tolerance chooses those of the run
+
+
+@guarded()
+def choose(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
+    """Give a scene with the effects that it calls for, and what was decided about every effect.
+
+    Where a scene lists its effects itself, it comes back as it is.
+    """
+    if scene.effects != "auto":
+        acting = {effect.name for effect in active(scene)}
+        return scene, tuple(Choice(effect, None, name in acting) for name, effect in EFFECTS.items())
+    return decided(scene, examine(scene))
+
+
+def examine(scene: Scene) -> Survey:
+    """Survey a scene's mechanism at a few positions, in linear theory.
+
+    There are enough of them for harmonics of the load up to twice the frequency of the second mode.
+    """
+    positions = _positions(scene)
+    plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=MODES)
+    system = mechanism(plain)
+    modes = scene_modes(plain, system).elastic
+    if scene.drives:
+        wanted = min(int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate)), MOST_POSITIONS)
+        if wanted > positions:
+            plain = plain.changed(analysis__sub_intervals=wanted)
+            motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals))
+            system = system_at(plain, system.beams, motion)
+            modes = scene_modes(plain, system)
+        _refuse_hidden(plain)
+    still = solve_static(system, plain.petsc)
+    state = recover_members(system, still, np.linspace(0, 1, 11))
+    tension = mean_tension(system, still)
+    return survey(plain, system, modes, still.displacement, tension, bow(plain, state))
+
+
+def _refuse_hidden(scene: Scene) -> None:
+    """Raise `SceneError` where a load does something that even the most positions of a survey miss."""
+    for name, load in scene.loads.items():
+        if load.enough_angles(MOST_POSITIONS) > MOST_POSITIONS:
+            raise SceneError(
+                f"effects = 'auto' looks at the loads at {MOST_POSITIONS} positions at most, which miss what the "
+                "factor of the load does between them",
+                place=f"loads.{name}.factor",
+                hint="List the effects, or state what changes more slowly, such as a wider pulse",
+            )
+
+
+def _positions(scene: Scene) -> int:
+    """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states."""
+    analysis = scene.analysis
+    if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
+        return POSITIONS
+    most = MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
+    return positions_for_corners(scene, POSITIONS, most)
+
+
+def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
+    """Let those effects act whose size is above half the tolerance of the analysis: what is left out adds up."""
+    sizes = {name: effect.size(found) for name, effect in EFFECTS.items() if effect.size is not None}
+    large = {name for name, size in sizes.items() if size > scene.neglected / 2}
+    for effect in EFFECTS.values():
+        if effect.replaces in large and effect.name in large:
+            large.discard(effect.replaces)
+    if "vibration" not in large or not EFFECTS["vibration"].stated(scene):
+        large -= {"vibration", "coupling"}
+    lacking = {name: what for name in large if (what := EFFECTS[name].lacks(scene))}
+    large -= lacking.keys()
+    choices: list[Choice] = []
+    named = tuple(name for name, effect in EFFECTS.items() if name in large and not effect.stated(scene))
+    changes: dict[str, Any] = {"effects": named}
+    for name, effect in EFFECTS.items():
+        stated, size = effect.stated(scene), sizes.get(name)
+        acts = name in large or (stated and size is None)
+        choices.append(Choice(effect, size, acts, lacking.get(name, "")))
+        if stated and not acts:
+            changes |= effect.without
+    if scene.analysis.solver == "auto":
+        changes["analysis__solver"] = "collocation"  # the sub-intervals of chapter 5 would ring in slow machines
+    return scene.changed(**changes), tuple(choices)

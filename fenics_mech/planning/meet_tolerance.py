@@ -1,0 +1,290 @@
+"""Meeting a tolerance: mesh, modes of the members and steps in time, chosen by the errors that results estimate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fenics_mech.accuracy.estimate import left_out
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.springs import refuse_too_stiff
+from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
+from fenics_mech.kinematics import positions_for_corners, refuse_unresolved, solve_motion
+from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
+from fenics_mech.planning.effect_choice import choose
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import stamp
+from fenics_mech.response.setup import links, pressing, refuse_unseen
+from fenics_mech.response.stability.floquet import TOLERANCE as NEUTRAL
+from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import with_elements
+
+MOST_ROUNDS = 12
+SHARE = 0.2  # of the tolerance that each source is sent below, once it is above
+ENOUGH = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
+LARGEST_STEP, MARGIN = 4.0, 1.05  # by which a number grows in a round, and by how much more than it should
+LARGEST_JUDGED = 0.1  # error of a motion that may be called unstable
+MOST_WITHOUT_ANSWER = 200  # sub-intervals, or the scene's own, after which no answer is an answer
+FEWEST_STEPS, FEWEST_STATIONS = 24, 11
+REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
+WORDS = {
+    "strain": "strains",
+    "deflection": "deflections",
+    "joint_force": "joint forces",
+    "torque": "efforts of the drives",
+}
+Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
+
+
+def within(scene: Scene, analyse: Analyse) -> Result:
+    """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
+
+    Parameters
+    ----------
+    scene
+        A scene with a tolerance. Effects that are its own to choose are chosen first; what is left out is not counted.
+    analyse
+        Analyses a scene as it states.
+
+    Raises
+    ------
+    SolverError
+        When the tolerance is not met, with the source of the largest error; or for what no steps or mesh cure, such as
+        a motion that is unstable.
+    SceneError
+        When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
+        scene asks for another solver, scheme or reduction than the tolerance takes, or has none of a quantity named.
+    """
+    _refuse_stated(scene)
+    chosen, choices = choose(scene)
+    _refuse_unknown(chosen)
+    knobs, trials = _start(chosen), list[Trial]()
+    for done in range(1, MOST_ROUNDS + 1):
+        trial = knobs.of(chosen)
+        try:
+            result = analyse(trial.changed(analysis__allow_unstable=True), choices)
+        except UnresolvedError:  # steps that are far too long may have no answer at all
+            if knobs.steps >= max(MOST_WITHOUT_ANSWER, scene.analysis.sub_intervals) or not _periodic(chosen):
+                raise
+            knobs = knobs.finer("time", 2.0)
+            continue
+        except (TooLargeError, MemoryError) as error:
+            raise _not_met(chosen, trials, f"the next needs more memory than there is, {_numbers(knobs)}") from error
+        this = Trial(knobs, *_errors(scene, result), int(result.data.attrs["dofs"]))
+        missed = _missed(scene, this)
+        judged = not missed or sum(this.errors["strain"].values()) <= LARGEST_JUDGED
+        if not trial.analysis.allow_unstable and _grows(result) and judged:
+            analyse(trial, choices)  # says so
+        if not missed:
+            refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
+            result.data.attrs |= stamp(trial)
+            left = left_out(choices) or 0.0
+            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], this, done, left)
+            return result
+        trials.append(this)
+        knobs = _next(chosen, trials)
+    raise _not_met(chosen, trials, f"{MOST_ROUNDS} rounds were made")
+
+
+def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
+    """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
+    data = result.data.drop_sel(source="effects", errors="ignore")
+    sources = [str(source) for source in data["source"].to_numpy()]
+    names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
+    errors = {what: dict(zip(sources, data[name].to_numpy().tolist())) for what, name in names.items()}
+    return errors, dict(zip(sources, data["error_order"].to_numpy().tolist()))
+
+
+def _missed(scene: Scene, trial: Trial) -> list[str]:
+    """Quantities whose tolerance a trial does not meet."""
+    return [what for what, most in scene.tolerances.items() if not sum(trial.errors[what].values()) <= ENOUGH * most]
+
+
+def _periodic(scene: Scene) -> bool:
+    return scene.analysis.method == "periodic"
+
+
+def _grows(result: Result) -> bool:
+    """Whether a small disturbance grows."""
+    return "multiplier" in result.data and float(np.hypot(*result.data["multiplier"][0].to_numpy())) > 1 + NEUTRAL
+
+
+def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
+    """Give the choices of the next trial.
+
+    An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it has
+    been seen twice, or once where loads jump, tells what the tolerance would take.
+
+    Raises
+    ------
+    SolverError
+        When that is more than memory or time allow.
+    """
+    last = trials[-1]
+    more: dict[str, tuple[float, float]] = {}
+    for what in _missed(scene, last):
+        for source, error in last.errors[what].items():
+            if error > SHARE * scene.tolerances[what]:
+                (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
+                more[source] = max(by, before), max(least_by, least_before)
+    finer = least = last.knobs
+    for source, (by, least_by) in more.items():
+        finer, least = finer.finer(source, by), least.finer(source, least_by)
+    if what := last.too_large(least, _periodic(scene)):
+        too_many = f"so many {what} take too much memory or time"
+        raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")
+    return least if last.too_large(finer, _periodic(scene)) else finer
+
+
+def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:
+    """Give how many times as many steps or elements an error asks for, and how many it needs at least."""
+    last, tolerance = trials[-1], scene.tolerances[what]
+    error = last.errors[what][source]
+    power = slow_order(trials, what, source) if error > tolerance else None
+    if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
+        power = max(last.orders[source], 1.0)
+    by = (error / (SHARE * tolerance)) ** (1 / max(power, 1.0))
+    least = min(error / SHARE, sum(last.errors[what].values()) / ENOUGH) / tolerance
+    return min(MARGIN * by, LARGEST_STEP), MARGIN * least ** (1 / power)
+
+
+def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
+    """Say that the tolerance is not met, what error is left, by what, and what to do."""
+    if not trials:
+        return SolverError(f"the tolerance of {_stated(scene)} cannot be met: {why}. Leave it out")
+    last = trials[-1]
+    missed = _missed(scene, last) or list(scene.tolerances)
+    told = " and ".join(_left(trials, what) for what in missed)
+    advice = "Give a larger tolerance"
+    if _jumping(scene):
+        advice += (
+            ", or loads with longer flanks (ramp) in place of jumps, which excite vibrations that only short steps and "
+            "many modes follow, or material damping, which ends those"
+        )
+    return SolverError(
+        f"the tolerance of {_stated(scene, missed)} is not met: with {_numbers(last.knobs)} {told}; {why}. {advice}"
+    )
+
+
+def _stated(scene: Scene, quantities: Sequence[str] | None = None) -> str:
+    """Name the tolerances of some quantities, or of all, and what they are of where that is not strains alone."""
+    names = list(scene.tolerances) if quantities is None else quantities
+    alone = list(scene.tolerances) == ["strain"]
+    return " and ".join(f"{scene.tolerances[what]:g}{'' if alone else ' of ' + WORDS[what]}" for what in names)
+
+
+def _left(trials: Sequence[Trial], what: str) -> str:
+    """Say what error of a quantity is left, and by what."""
+    errors = trials[-1].errors[what]
+    worst = max(errors, key=errors.__getitem__)
+    order = slow_order(trials, what, worst)
+    falls = f", which falls with the power {order:.1f} of the {NUMBERS[worst]} only" if order is not None else ""
+    total = sum(errors.values())
+    return f"the {WORDS[what]} are uncertain by {total:.2g}, {errors[worst]:.2g} of it by the {worst}{falls}"
+
+
+def _numbers(knobs: Knobs) -> str:
+    elements, stations = math.ceil(knobs.elements), math.ceil(knobs.stations)
+    return f"{knobs.steps} sub_intervals, {elements} elements a member and {stations} stations"
+
+
+def _refuse_stated(scene: Scene) -> None:
+    """Raise `SceneError` where the scene asks for another method than the tolerance takes."""
+    taken = (TAKEN if _periodic(scene) else {}) | {"reduction": ("none",)}
+    for name, values in taken.items():
+        if (stated := getattr(scene.analysis, name)) not in values:
+            raise SceneError(
+                f"{stated!r} is stated beside a tolerance, which chooses the reduction itself and takes collocation "
+                f"with {STAGES} Radau points",
+                place=f"analysis.{name}",
+                hint=f"Leave {name} or the tolerance out",
+            )
+
+
+def _refuse_unknown(scene: Scene) -> None:
+    """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
+    damping = scene.damping
+    damped = np.any(damping.ratio) or damping.material or damping.external or damping.relative or scene.dampers
+    if damping.air is not None:
+        what, hint = "the drag of the air, which is linearised about the rigid motion", "elements and sub_intervals"
+    elif scene.analysis.method == "transient":
+        what, hint = (
+            "a motion in time, whose steps it does not choose",
+            "analysis.time_tolerance and elements",
+        )
+    elif scene.impulses:
+        what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
+    elif _periodic(scene) and not damped:
+        what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
+    elif "torque" in scene.tolerances and not scene.drives:
+        what, hint = "the torque of a drive, as the scene drives nothing", "tolerances of other quantities"
+    elif "joint_force" in scene.tolerances and not scene.joints:
+        what, hint = "joint forces, as the scene has no joints", "tolerances of other quantities"
+    else:
+        return
+    raise SceneError(
+        f"a tolerance cannot be promised of {what}", place="tolerance", hint=f"Leave it out, and give {hint}"
+    )
+
+
+def _start(scene: Scene) -> Knobs:
+    """Give the choices to begin with: coarse ones, from which the errors are told."""
+    steps = _fewest_steps(scene)
+    if "coupling" not in scene.named_effects or pressing(scene) or not _periodic(scene):
+        return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
+    reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
+    reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
+    assert reduction is not None
+    if not reduction.spans:
+        return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
+    return Knobs(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
+
+
+def _jumping(scene: Scene) -> bool:
+    """Whether loads jump."""
+    return any(load.jumps for load in scene.loads.values())
+
+
+def _fewest_steps(scene: Scene) -> int:
+    """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does.
+
+    Loads that change may do so between few positions: there the scene's own are the fewest.
+    """
+    analysis = scene.analysis
+    if not _periodic(scene):
+        quasi_static = scene.drives and analysis.method == "quasi-static"
+        if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
+            refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
+            refuse_unseen(scene, analysis.sub_intervals)
+        return analysis.sub_intervals
+    varying = [load for load in scene.loads.values() if load.factor is not None]
+    steps = analysis.sub_intervals if varying else FEWEST_STEPS
+    points = [load.enough_angles(STAGES * steps) for load in varying if not load.cut_where_needed]
+    points += [drive.enough_angles(STAGES * steps, scene.cycle_rate) for drive in scene.drives]
+    steps = max([steps, *(math.ceil(count / STAGES) for count in points)])
+    taken = {"sub_intervals": steps, "stages": STAGES, "scheme": "radau"}
+    refuse_unseen(scene.changed(analysis=scene.analysis.model_copy(update=taken)), STAGES * steps, by_collocation=True)
+    return steps if analysis.allow_coarse else positions_for_corners(scene, steps)
+
+
+def _account(scene: Scene, elements: int, trial: Trial, rounds: int, left: float) -> str:
+    """Say what was chosen, and why: the mesh has so many elements in all."""
+    analysis, alone = scene.analysis, list(scene.tolerances) == ["strain"]
+    parts = [f"{elements} elements"]
+    if analysis.method == "periodic":
+        parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
+    if analysis.reduction != "none":
+        parts.append(f"reduced to modes up to {analysis.cutoff:.4g} Hz")
+    parts.append(f"{analysis.stations} stations")
+    met = " and ".join(f"{WORDS[what]} to {most:g}" for what, most in scene.tolerances.items())
+    least = "; ".join(
+        ("" if alone else f"{WORDS[what]}: ")
+        + ", ".join(f"{source} {error:.1g}" for source, error in trial.errors[what].items())
+        for what in scene.tolerances
+    )
+    trials = "first trial" if rounds == 1 else f"{rounds} trials"
+    said = f"{met}, met by {', '.join(parts)} (errors: {least}; {trials})"
+    return f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > scene.neglected else said

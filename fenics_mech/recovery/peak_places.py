@@ -1,0 +1,60 @@
+"""Places between stations where the strain of a member may have a peak that parabolas through the stations miss."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.forces.element_loads import point_loads
+from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.mechanism import System
+from fenics_mech.response import History
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+ON_THE_WAY = 17  # places of a pin that travels
+FINE = 4001  # places along a member, at least, at which its section is looked at
+
+
+def unseen(scene: Scene, system: System, history: History) -> Array:
+    """Give places 0..1 between the stations, ascending.
+
+    Moments have corners under loads and pins that travel; strains have peaks where a section is weakest. The places are
+    those of all members.
+    """
+    stations = scene.analysis.stations
+    places = [place for found in scene.loaded_places().values() for place in found]
+    places += [place for label in scene.members() for place in _weakest(scene, label)]
+    if system.transformation.constraints.contacts:
+        places += _under_pins(system, history)
+    step = np.array(places) * (stations - 1)
+    return np.unique(np.array(places)[np.abs(step - np.round(step)) > 1e-9])  # type: ignore[no-any-return]
+
+
+def _weakest(scene: Scene, label: str) -> list[float]:
+    """Places where a section is weaker than at the stations beside: strains under a force or a moment have peaks."""
+    _, member = scene.members()[label]
+    if scene.sections[member.section].constant:
+        return []
+    gaps = scene.analysis.stations - 1
+    steps = -(-FINE // gaps)
+    s = np.linspace(0, 1, gaps * steps + 1)
+    found = scene.rigidity(label, s)
+    places: list[float] = []
+    for yielding in (1 / found.axial, np.abs(found.fibre).max(axis=-1) / found.bending):
+        highest = yielding[steps * np.arange(gaps)[:, None] + np.arange(steps + 1)].argmax(axis=1)
+        inside = (highest > 0) & (highest < steps)
+        places += s[steps * np.arange(gaps) + highest][inside].tolist()
+    return places
+
+
+def _under_pins(system: System, history: History) -> list[float]:
+    """Places of pins that travel: all along their way, and where they press most."""
+    mesh = system.beams.mesh
+    places: list[float] = []
+    for pin in point_loads(system, reactions(system, nodal_forces(system, history.elastic))):
+        along = mesh.cell_start[pin.element] + pin.place * mesh.cell_length[pin.element]
+        place = along / mesh.member_length[mesh.cell_member[pin.element]]
+        pressed = [np.abs(part).argmax() for part in (pin.across, pin.moment)]
+        places += [*np.linspace(place.min(), place.max(), ON_THE_WAY), *place[pressed]]
+    return places

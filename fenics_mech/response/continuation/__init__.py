@@ -1,0 +1,1 @@
+"""Branches of periodic motions over one number of a scene."""

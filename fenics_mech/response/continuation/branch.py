@@ -1,0 +1,212 @@
+"""Periodic motions of a scene along a branch, over one number of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.effects import active
+from fenics_mech.effects.effect import Choice
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.dataset import collect
+from fenics_mech.response.continuation.arc_length import Family, Point, paced
+from fenics_mech.response.periodic.collocation import solve_collocation
+from fenics_mech.response.periodic.steady_state import Cycle, equation_inside
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import mechanism, rough_tension, scene_modes
+from fenics_mech.response.stability.floquet import floquet
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+AtValue = Callable[[float], Scene]
+NEGLIGIBLE = 1e-12  # of a matrix: rounding of a power of the rate that it does not have
+
+
+def check(scene: Scene) -> None:
+    """Raise a `SceneError` unless collocation finds the steady state of a scene by its own equation alone."""
+    analysis = scene.analysis
+    settling, motor = analysis.tension == "settled", any(drive.motor for drive in scene.drives)
+    by_others = analysis.solver not in ("auto", "collocation")
+    refused = (
+        (analysis.method != "periodic" or not scene.drives, "analysis.method", "only periodic motions are followed"),
+        (by_others, "analysis.solver", f"a branch is followed by collocation, not by {analysis.solver}"),
+        (motor, "drive.motor", "a branch is followed without a motor's shaft"),
+        (bool(scene.impulses), "impulses", "a branch is followed without impulses"),
+        (settling, "analysis.tension", "a branch has moderate rotations in place of settled tension"),
+    )
+    for found, place, message in refused:
+        if found:
+            raise SceneError(message, place=place)
+
+
+def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
+    """Give the equation of a scene over a number of it.
+
+    Parameters
+    ----------
+    at
+        Gives the scene with a value of the number.
+    path
+        The number's dotted path in the scene.
+    ends
+        Its range.
+
+    Raises
+    ------
+    SceneError
+        When the drive does not keep its sense over the range, or loads jump or have corners elsewhere.
+    """
+    at = lru_cache(maxsize=8)(at)
+    scene = at(ends[0])
+    if scene.cycle_rate * at(ends[1]).cycle_rate < 0:
+        raise SceneError("the drive must keep its sense of turning over the range", place=path)
+    tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
+    if not np.array_equal(steps.start, Steps.of(at(ends[1])).start):
+        raise SceneError("the angles at which a load jumps or has corners must stay over the range", place=path)
+
+    def equation_at(value: float) -> Equation:
+        changed = at(value)
+        return equation_inside(changed, mechanism(changed), Steps.of(changed), tableau)
+
+    stiffened = "geometric-stiffness" in {effect.name for effect in active(scene)}
+    polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness
+    if polynomial and len(scene.drives) == 1 and path.rpartition(".")[2] in ("speed", "period"):
+        turning = Turning.between(equation_at, at, ends)
+        at_value: Callable[[float], Equation] = lambda value: turning.at_rate(at(value).cycle_rate)  # noqa: E731
+    else:
+        names = equation_at(ends[0]).system.transformation.names
+
+        def at_value(value: float) -> Equation:
+            equation = equation_at(value)
+            if equation.system.transformation.names != names:
+                raise SolverError("the linkage has no coordinates that are good all over the range: follow it in parts")
+            return equation
+
+    return Family(
+        at=lru_cache(maxsize=3)(at_value),
+        rate=lambda value: abs(at(value).cycle_rate),
+        ends=ends,
+        tableau=tableau,
+        step=steps.duration * abs(scene.cycle_rate),
+        options=scene.petsc,
+    )
+
+
+@dataclass(frozen=True)
+class _Known(Equation):
+    """An equation of motion whose linear part and whose P, P', P'' are known already."""
+
+    matrices: Matrices = field(kw_only=True)
+    shapes: tuple[Array, Array | None, Array | None] = field(kw_only=True)
+
+    @cached_property
+    def linear(self) -> Matrices:
+        """The linear part."""
+        return self.matrices
+
+    @cached_property
+    def shape(self) -> tuple[Array, Array | None, Array | None]:
+        """P, P' and P'' at all angles."""
+        return self.shapes
+
+
+@dataclass(frozen=True)
+class Turning:
+    """The equation of motion at any rate of the drive, from that at three of them.
+
+    The rigid motion has velocities that grow with the rate and accelerations that grow with its square. All matrices
+    and loads are polynomials of second degree in it, but the modal damping of modes that axial forces stiffen.
+
+    Parameters
+    ----------
+    equation
+        The equation at one rate.
+    unit
+        The rate (rad/s) by which rates are divided in the polynomials.
+    powers
+        Coefficients of M, C, K, the load, P and, where they count, P' and P'', with the power that each belongs to.
+    """
+
+    equation: Equation
+    unit: float
+    powers: tuple[tuple[tuple[int, Array], ...], ...]
+
+    @classmethod
+    def between(cls, equation_at: Callable[[float], Equation], at: AtValue, ends: tuple[float, float]) -> Turning:
+        """Build it from the equation at the ends and in the middle of a range."""
+        values = (ends[0], (ends[0] + ends[1]) / 2, ends[1])
+        equations, rates = [equation_at(value) for value in values], [at(value).cycle_rate for value in values]
+        samples = [(*vars(each.linear).values(), *(p for p in each.shape if p is not None)) for each in equations]
+        weights = np.linalg.inv(np.vander(np.array(rates) / rates[0], increasing=True))
+        return cls(equations[0], rates[0], tuple(_powers(weights, arrays) for arrays in zip(*samples)))
+
+    def at_rate(self, rate: float) -> Equation:
+        """Give the equation at a rate of the drive coordinate (rad/s)."""
+        mass, damping, stiffness, load, p, *rates = (_polynomial(powers, rate / self.unit) for powers in self.powers)
+        first, second = rates or (None, None)
+        return _Known(
+            self.equation.system, matrices=Matrices(mass, damping, stiffness, load), shapes=(p, first, second)
+        )
+
+
+def _polynomial(powers: Sequence[tuple[int, Array]], x: float) -> Array:
+    """Give a polynomial's value from its coefficients."""
+    value = np.zeros_like(powers[0][1])
+    for power, array in powers:
+        value += x**power * array
+    return value
+
+
+def _powers(weights: Array, arrays: Sequence[Array]) -> tuple[tuple[int, Array], ...]:
+    """Give the coefficients of a polynomial from its values, those that are not mere rounding."""
+    found = [sum(factor * array for factor, array in zip(row, arrays)) for row in weights]
+    sizes = [float(np.abs(array).max(initial=0.0)) for array in found]
+    kept = [power for power, size in enumerate(sizes) if size > NEGLIGIBLE * max(sizes)] or [0]
+    return tuple((power, found[power]) for power in kept)
+
+
+def first_motion(scene: Scene, family: Family) -> Point:
+    """Find the motion at the start of the range, as an analysis of the scene there does.
+
+    Raises
+    ------
+    SolverError
+        When Newton's method does not converge.
+    """
+    value = family.ends[0]
+    equation, steps = family.at(value), Steps.of(scene)
+    law = equation.system.terms.law
+    tension = rough_tension(scene, equation.system)
+    orbit = solve_collocation(equation, family.tableau, steps.duration, scene.petsc, tension)
+    if law is None or tension is None:
+        tension = np.zeros(0)
+    else:
+        tension = law.tension(*equation.in_links(orbit.displacement, orbit.velocity))
+    return Point(value, paced(orbit, 1 / family.rate(value)), tension)
+
+
+def result_at(scene: Scene, point: Point, choices: Sequence[Choice] = ()) -> Result:
+    """Recover the strains and forces of a point, with its Floquet multipliers, stable or not.
+
+    Parameters
+    ----------
+    scene
+        The scene with the point's value of the number.
+    point
+        The point.
+    choices
+        What was decided about effects.
+    """
+    analysis, system = scene.analysis, mechanism(scene)
+    cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
+    motion = cycle.motion(orbit)
+    start, history = cycle.history(replace(orbit, flow=cycle.flow(analysis.scheme, analysis.stages, motion)), modes)
+    stability = floquet(cycle.flow("gauss", analysis.stages, motion), start.linear, cycle.axes, modes, scene.petsc)
+    return collect(scene, system, replace(history, stability=stability), modes, choices)

@@ -1,0 +1,1 @@
+"""Periodic response: sub-intervals, collocation and harmonic balance."""

@@ -1,0 +1,164 @@
+"""Periodic response by collocation in time, of the whole equation of motion, linear or not.
+
+In each step of the cycle the accelerations at the collocation points are the unknowns; velocities and displacements
+are their integrals. Solving for them gives how the state at the end of a step depends on that at its start, and the
+block-cyclic system closes the cycle. A nonlinear law is linearised about the last answer (Newton's method).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fenics_mech._arrays import times
+from fenics_mech.accuracy.feedback import fed_back
+from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
+from fenics_mech.response.periodic.tableau import Tableau
+
+
+def solve_collocation(
+    equation: Equation,
+    tableau: Tableau,
+    step: float | Array,
+    options: Mapping[str, Any],
+    tension: Array | None = None,
+    jump: Array | None = None,
+) -> Orbit:
+    """Solve for the periodic motion.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the collocation points of all steps of a cycle.
+    tableau
+        The points.
+    step
+        Duration of all steps, or of each of them (s).
+    options
+        PETSc options with the prefix "periodic_".
+    tension
+        A rough axial force of each element (N), ``(points, elements)``, where the equation is not linear.
+    jump
+        Change of q' by impulses at the starts of the steps, ``(steps, coordinates)``; the orbit's starts are after it.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed, or Newton's method does not converge, with the drive angle where it fails.
+    """
+    if equation.system.terms.law is None or tension is None:
+        return _solve_linear(equation.linear, tableau, step, options, jump)
+
+    def solve(matrices: Matrices) -> Orbit:
+        return _solve_linear(matrices, tableau, step, options, jump)
+
+    return solve_nonlinear(equation, solve, tension)
+
+
+def _solve_linear(
+    matrices: Matrices, tableau: Tableau, step: float | Array, options: Mapping[str, Any], jump: Array | None
+) -> Orbit:
+    """Solve ``M q'' + C q' + K q = f``, given at the collocation points."""
+    flow = Flow(matrices, tableau, step, options)
+    added = flow.added
+    if jump is not None:
+        added = added.copy()
+        added[:, flow.size :] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
+    return replace(orbit_of(flow, flow.cycle.solve(added)), flow=flow)
+
+
+def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbit:
+    """Give the motion inside the steps from the states at their starts, ``(steps, 2n)``, and so much of each load."""
+    n, tableau = flow.size, flow.tableau
+    q, rate = flow.parts(states)
+    h = flow.duration[:, None, None]
+    acceleration = flow.accelerations(states, loads)
+    velocity = rate[:, None] + h * (tableau.inner @ acceleration)
+    displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
+    displacement += h**2 * (tableau.square @ acceleration)
+    return Orbit(
+        displacement=displacement.reshape(-1, n),
+        velocity=velocity.reshape(-1, n),
+        acceleration=acceleration.reshape(-1, n),
+        start=q,
+        start_velocity=rate,
+    )
+
+
+def corrected(orbit: Orbit, better: Flow) -> tuple[Array, Array]:
+    """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
+
+    Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
+    by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
+    later on: what they make of the fastest vibrations is gone by then. The change itself is also one by the better
+    method; see `fed_back`.
+
+    Parameters
+    ----------
+    orbit
+        A motion by collocation.
+    better
+        The same steps with other points, in the equation linearised about the orbit.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    assert orbit.flow is not None
+    flow = orbit.flow
+    states = flow.states(orbit.start, orbit.start_velocity)
+    carrier = better if better.tableau.damps else flow
+    load = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
+
+    def carried(defect: Array) -> Array:
+        error = carrier.cycle.solve(load + defect) - states
+        return error if carrier is better else np.roll(times(carrier.transitions, error), 1, axis=0)
+
+    error = carried(better.ends(states) - flow.ends(states))
+    if carrier is not better:
+        lack = better.transitions - flow.transitions
+        error, _ = fed_back(error, lambda found: carried(times(lack, found)), np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
+    return flow.parts(states + error)
+
+
+def refined(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
+    """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
+
+    Parameters
+    ----------
+    q, rate
+        q and q' at the starts of the steps.
+    flow
+        The steps, of the equation linearised about the motion.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    states = flow.states(q, rate)
+    states += flow.cycle.solve(flow.ends(states) - np.roll(states, -1, axis=0))
+    return flow.parts(states)
+
+
+def between(orbit: Orbit, tableau: Tableau, step: float | Array, places: Array) -> tuple[Array, Array]:
+    """Give q and q' at places 0..1 in every step, on the collocation polynomials, ``(steps x places, coordinates)``.
+
+    Parameters
+    ----------
+    orbit, tableau, step
+        A motion by collocation, its points, and the duration of its steps (s).
+    places
+        Where in a step.
+    """
+    s, n = len(tableau.points), orbit.start.shape[1]
+    h = np.broadcast_to(step, len(orbit.start))[:, None, None] * tableau.integrals(places)
+    q = orbit.start[:, None] + h @ orbit.velocity.reshape(-1, s, n)
+    rate = orbit.start_velocity[:, None] + h @ orbit.acceleration.reshape(-1, s, n)
+    return q.reshape(-1, n), rate.reshape(-1, n)

@@ -1,0 +1,231 @@
+"""Periodic response as a truncated Fourier series: harmonic balance, of the whole equation of motion, linear or not.
+
+The coordinates are ``q = B Q`` with B the sines and cosines of all harmonics at equal steps of the cycle. The residual
+of the equation is taken at these steps and carried back to the harmonics by ``B^T`` (alternating frequency and time),
+where it has to vanish. Between the harmonics kept the residual does not vanish, and tells the error.
+
+Source: Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, ch. 2 and 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from petsc4py import PETSc
+from scipy.sparse.linalg import splu
+
+from fenics_mech._arrays import times
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
+
+KRYLOV = {
+    "ksp_type": "gmres",
+    "pc_type": "python",
+    "ksp_pc_side": "right",
+    "ksp_rtol": 1e-12,
+    "ksp_gmres_restart": 400,
+    "ksp_gmres_cgs_refinement_type": "refine_always",
+    "ksp_max_it": 2000,
+}
+LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
+LARGEST_ERROR = 1e-3  # of the motion
+
+
+@dataclass(frozen=True)
+class Series:
+    """A Fourier series of the coordinates over the cycle.
+
+    Parameters
+    ----------
+    coefficients
+        Mean, then cosine and sine of harmonic 1, 2 and so on, ``(1 + 2 harmonics, coordinates)``.
+    rate
+        Circular frequency of harmonic 1 (rad/s).
+    error
+        Estimate of the error of q, the largest over the largest q, each coordinate weighed as in the strain energy.
+    condition
+        How many times a relative error of the equation comes out in the motion, by estimate.
+    """
+
+    coefficients: Array
+    rate: float
+    error: float
+    condition: float
+
+    def at(self, phase: Array) -> tuple[Array, Array]:
+        """Give q and q' at places of the cycle, 0 to 2 pi in the order of time, each ``(places, coordinates)``."""
+        basis = _basis(phase, len(self.coefficients) // 2, self.rate)
+        return basis[0] @ self.coefficients, basis[1] @ self.coefficients
+
+
+def solve_harmonic_balance(
+    equation: Equation, harmonics: int, period: float, options: Mapping[str, Any], tension: Array | None = None
+) -> Series:
+    """Solve for the periodic motion.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at equal steps of a cycle, at least ``4 harmonics + 1`` of them.
+    harmonics
+        Number of harmonics kept.
+    period
+        Duration of the cycle (s).
+    options
+        PETSc options with the prefix "periodic_".
+    tension
+        A rough axial force of each element (N), ``(angles, elements)``, where the equation is not linear.
+
+    Raises
+    ------
+    SolverError
+        When the linear solver or Newton's method does not converge, or the harmonics are too few.
+    """
+    count = len(equation.linear.load)
+    if count <= 4 * harmonics:
+        raise UnresolvedError(
+            f"{harmonics} harmonics need more than {4 * harmonics} sub_intervals, and there are {count}: give more "
+            "sub_intervals or fewer harmonics"
+        )
+    rate = 2 * np.pi / period
+    basis = _basis(2 * np.pi * np.arange(count) / count, harmonics, rate)
+    found: list[tuple[Array, float, float]] = []
+
+    def solve(matrices: Matrices) -> Orbit:
+        found[:] = [_solve_linear(matrices, basis, options)]
+        q, velocity, acceleration = basis @ found[0][0]
+        return Orbit(q, velocity, acceleration, q, velocity)
+
+    if equation.system.terms.law is None or tension is None:
+        solve(equation.linear)
+    else:
+        solve_nonlinear(equation, solve, tension)
+    series = Series(found[0][0], rate, *found[0][1:])
+    if series.error > LARGEST_ERROR:
+        raise UnresolvedError(
+            f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
+            "analysis.harmonics (and sub_intervals)"
+        )
+    return series
+
+
+def _basis(phase: Array, harmonics: int, rate: float) -> Array:
+    """Mean, cosines and sines and their first two time derivatives, ``(3, places, 1 + 2 harmonics)``."""
+    order = np.arange(1, harmonics + 1)
+    angle = phase[:, None] * order
+    cosine, sine, speed = np.cos(angle), np.sin(angle), rate * order
+    pairs = [(cosine, sine), (-speed * sine, speed * cosine), (-(speed**2) * cosine, -(speed**2) * sine)]
+    basis = np.zeros((3, len(phase), 1 + 2 * harmonics))
+    basis[0, :, 0] = 1
+    basis[:, :, 1::2], basis[:, :, 2::2] = (np.stack(part) for part in zip(*pairs))
+    return basis
+
+
+def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) -> tuple[Array, float, float]:
+    """Solve ``B^T (M B'' + C B' + K B) Q = B^T f`` by a KSP.
+
+    Returns
+    -------
+    tuple
+        Q, ``(1 + 2 harmonics, coordinates)``, the estimate of its error, and its condition.
+    """
+    _, count, kept = basis.shape
+    n = matrices.load.shape[1]
+    weight = np.sqrt(np.abs(np.einsum("tii->i", matrices.stiffness)) / count)  # axial and bending made alike
+    parts = [part / np.outer(weight, weight) for part in (matrices.stiffness, matrices.damping, matrices.mass)]
+    load, back = matrices.load / weight, basis[0].T * (2 / count)
+
+    def force(series: Array) -> Array:
+        return np.sum([times(part, motion) for part, motion in zip(parts, basis @ series.reshape(kept, n))], axis=0)
+
+    differences = _Differences(parts, basis)
+
+    def solved(load: Array) -> Array:
+        return _krylov(lambda series: (back @ force(series)).ravel(), (back @ load).ravel(), differences, options)
+
+    answer = solved(load)
+    motion = basis @ answer.reshape(kept, n)
+    size = max(np.abs(motion[0]).max(), 1e-300)
+    left = differences.solve(load - force(answer))  # the harmonics left out, and what they do to the others
+    parts_of = np.sum([times(np.abs(part), np.abs(term) / size) for part, term in zip(parts, motion)], axis=0)
+    try:  # as in `magnification`
+        changed = solved(np.random.default_rng(0).choice([-1.0, 1.0], load.shape) * parts_of)
+        condition = float(np.abs(basis[0] @ changed.reshape(kept, n)).max())
+    except SolverError:
+        condition = np.inf
+    return answer.reshape(kept, n) / weight, float(np.abs(left).max() / size), condition
+
+
+def _krylov(
+    apply: Callable[[Array], Array], right: Array, differences: _Differences, options: Mapping[str, Any]
+) -> Array:
+    """Solve by a KSP that needs products only."""
+    matrix = PETSc.Mat().createPython((len(right), len(right)), context=_Shell(apply), comm=PETSc.COMM_SELF)
+    matrix.setUp()
+    b, x = matrix.createVecs()
+    b.array[:] = right
+    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
+    ksp.getPC().setType("python")
+    ksp.getPC().setPythonContext(differences)
+    with configured(ksp, "periodic_", KRYLOV, options):
+        ksp.setOperators(matrix)
+        ksp.solve(b, x)
+        reason = ksp.getConvergedReason()
+    answer = x.array_r.copy()
+    for thing in (matrix, b, x):
+        thing.destroy()
+    residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
+    if reason <= 0 or not residual < LARGEST_RESIDUAL:
+        raise SolverError(
+            f"the harmonics cannot be balanced (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, relative "
+            f"residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, or other "
+            "solver options"
+        )
+    return answer
+
+
+class _Shell:
+    """The system as a product of whole arrays."""
+
+    def __init__(self, apply: Callable[[Array], Array]) -> None:
+        self.apply = apply
+
+    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        y.array[:] = self.apply(x.array_r)
+
+
+class _Differences:
+    """Preconditioner: the equation with central differences between the angles, one sparse block-cyclic system.
+
+    Source: Orszag, J. Comput. Phys. 37 (1980) 70: differences make good preconditioners of spectral derivatives. The
+    mean matrices of harmonic balance as usual do not, as the links' stiff directions turn with the drive.
+    """
+
+    def __init__(self, parts: Sequence[Array], basis: Array) -> None:
+        stiffness, damping, mass = parts
+        count = len(mass)
+        step = 2 * np.pi / (basis[1, 0, 2] * count)  # a sine's slope at the start is the drive's rate
+        neighbours = (np.arange(count)[:, None] + [-1, 0, 1]) % count
+        mass, damping = mass / step**2, damping / (2 * step)
+        blocks = np.stack([mass - damping, stiffness - 2 * mass, mass + damping], axis=1)
+        blocks = blocks.reshape(-1, *mass.shape[1:])
+        matrix = sp.bsr_matrix((blocks, neighbours.ravel(), 3 * np.arange(count + 1)))
+        self.factors = splu(matrix.tocsc())  # with pivoting, which PETSc's own LU lacks: the equation is indefinite
+        self.basis = basis[0]
+
+    def solve(self, right: Array) -> Array:
+        """Solve for the motion at all angles, ``(angles, coordinates)``."""
+        return self.factors.solve(right.ravel()).reshape(right.shape)
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        series = x.array_r.reshape(self.basis.shape[1], -1).copy()
+        series[0] /= 2
+        motion = self.basis.T @ self.solve(self.basis @ series) * (2 / len(self.basis))
+        motion[0] /= 2
+        y.array[:] = motion.ravel()

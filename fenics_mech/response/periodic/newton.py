@@ -1,0 +1,163 @@
+"""Newton's method for a motion whose links have a nonlinear law, whatever solves the linear problem in each step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.response.periodic.flow import Flow
+
+MOST_ITERATIONS = 30
+SMALLEST_RISE = 1 / 256  # of the load, before it is given up
+MOST_LOAD_STEPS = 40  # tried, before it is given up: motions that are found take 1 to 5
+TOLERANCE = 1e-9  # of the change of the displacement, relative
+FAR = 0.01  # change beyond which a tension is guessed
+ROUNDING = 1e-6  # below which a change that grows no smaller is rounding: close to buckling little load moves much
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A motion at the points of a solver, ``(points, coordinates)``, and at the starts of its steps.
+
+    Parameters
+    ----------
+    displacement, velocity, acceleration
+        q, q' and q'' at the points.
+    start, start_velocity
+        q and q' at the starts, ``(steps, coordinates)``.
+    flow
+        The steps of the linear equation that was solved last, where there are some.
+    """
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    start: Array
+    start_velocity: Array
+    flow: Flow | None = None
+
+
+def solve_nonlinear(
+    equation: Equation,
+    solve: Callable[[Matrices], Orbit],
+    tension: Array,
+    accept: Callable[[Matrices], None] | None = None,
+    guess: Callable[[Array], Array] = lambda tension: tension,
+) -> Orbit:
+    """Solve for a motion; where Newton's method fails, the load is brought up little by little.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the points.
+    solve
+        Gives the motion of a linear equation at these points.
+    tension
+        Rough axial force of each element under the whole load (N), ``(points, elements)``.
+    accept
+        Raises a `SolverError` where an answer with these tangents is none, such as an equilibrium that buckles.
+    guess
+        Makes a better guess of a tension that is not yet right.
+
+    Raises
+    ------
+    SolverError
+        When the method does not converge, with the drive angle where it fails; `UnresolvedError` when a motion is
+        sought, as shorter steps may have one.
+    """
+    orbit: Orbit | None = None
+    done, rise, tried = 0.0, 1.0, 0
+    while done < 1:
+        tried += 1
+        factor = min(done + rise, 1.0)
+        try:
+            found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
+            if accept is not None:
+                accept(equation.linearised(found.displacement, found.velocity, new_tension))
+            orbit, tension, done = found, new_tension, factor
+        except (SolverError, FloatingPointError):  # iterates that run away may overflow
+            rise /= 2
+            if rise < SMALLEST_RISE or tried >= MOST_LOAD_STEPS:
+                raise
+    assert orbit is not None
+    return orbit
+
+
+def _at_load(
+    equation: Equation,
+    solve: Callable[[Matrices], Orbit],
+    guess: Callable[[Array], Array],
+    factor: float,
+    orbit: Orbit | None,
+    tension: Array,
+) -> tuple[Orbit, Array]:
+    """Iterate at a share of the load until nothing changes."""
+    lowered = (factor - 1) * equation.linear.load
+    weight = np.sqrt(np.abs(np.einsum("tii->ti", equation.linear.stiffness)))  # makes energies of forces and moments
+    zero = np.zeros_like(lowered)
+    old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
+    changes: list[float] = []
+    while not settled(changes):
+        if len(changes) == MOST_ITERATIONS or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
+            raise _failure(equation, orbit, factor, weight, len(changes))
+        if not changes or changes[-1] > FAR:
+            tension = guess(tension)
+        tangents = equation.linearised(*old, tension)
+        try:
+            orbit = solve(replace(tangents, load=tangents.load + lowered))
+        except np.linalg.LinAlgError as error:
+            raise SolverError(
+                f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling load"
+            ) from error
+        new = (orbit.displacement, orbit.velocity)
+        tension = equation.predicted_tension(*old, *new)
+        change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
+        changes.append(change / max(size, 1e-300))
+        old = new
+    assert orbit is not None
+    return orbit, tension
+
+
+def settled(changes: Sequence[float]) -> bool:
+    """Whether relative changes of the displacement, one an iteration, are at their end.
+
+    That is where they have come down to rounding, or where the next one will be below the tolerance: each is a multiple
+    of the square of the one before it, and the multiple is taken to be at least 1.
+    """
+    if not changes or changes[-1] <= TOLERANCE:
+        return bool(changes)
+    if len(changes) == 1:
+        return False
+    before, last = changes[-2:]
+    if last < ROUNDING and last > before / 2:
+        return True
+    return last**2 * max(1.0, last / before**2) <= TOLERANCE
+
+
+def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:
+    assert orbit is not None
+    kind: type[SolverError] = SolverError
+    lack = equation.residual(orbit.displacement, orbit.velocity, orbit.acceleration)
+    lack -= (factor - 1) * equation.linear.load
+    worst = int(np.linalg.norm(lack / weight, axis=1).argmax())
+    theta = np.degrees(equation.system.motion.theta[worst])
+    bent = equation.system.bent_most(worst, orbit.displacement[worst, : equation.system.size])
+    left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
+    if np.any(orbit.velocity):
+        kind, sought = UnresolvedError, "motion"
+        hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
+    else:
+        sought = "equilibrium"
+        hint = (
+            "Lower the load: in this theory a member that nothing holds against shortening carries no more than its "
+            "buckling load"
+        )
+    return kind(
+        f"no {sought} found: Newton's method stopped after {iterations} "
+        f"iterations at {factor:.3g} of the load, with a relative residual of {left:.1e}, largest at drive angle "
+        f"{theta:.6g} deg, where link {bent} bends most. {hint}"
+    )

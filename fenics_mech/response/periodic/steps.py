@@ -1,0 +1,190 @@
+"""Steps of a cycle: equal ones, cut where an impulse acts, a load jumps, or a load's factor has hidden corners."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.errors import SceneError
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.scene import Scene
+from fenics_mech.scene.applied_loads import FactorHarmonics, Varying, factor_pieces
+from fenics_mech.scene.sampling import gauss_points
+
+Array = NDArray[np.float64]
+CYCLE = 2 * math.pi
+SAME = 1e-9  # rad, between drive angles that count as one
+HIDDEN = 1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
+MOST_CORNERS = 5000
+SHORT = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
+MISSED = 1e-2  # of the largest mean of a step, that points of a step may miss of it where corners tell where to cut
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of a cycle, in the order of time; arrays of shape ``(steps,)``.
+
+    Parameters
+    ----------
+    start
+        Drive angle (rad) at which each begins.
+    duration
+        How long it takes (s).
+    regular
+        Whether it begins where one of the equal steps does.
+    struck
+        The step at whose start each impulse of the scene acts, ``(impulses,)``.
+    jumps
+        Whether a load jumps at the end of a step.
+    """
+
+    start: Array
+    duration: Array
+    regular: NDArray[np.bool_]
+    struck: NDArray[np.int64]
+    jumps: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, scene: Scene) -> Steps:
+        """Cut the cycle of a scene."""
+        return cls._cut_at(scene, corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages)))
+
+    @classmethod
+    def _cut_at(cls, scene: Scene, corners: Array) -> Steps:
+        """Cut the cycle where impulses act and loads jump, and at corners of their factors (rad)."""
+        rate = scene.cycle_rate
+        equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
+        sense = math.copysign(1, rate)
+        blows = np.mod(sense * np.array([i.angle for i in scene.impulses.values()]), CYCLE)
+        jumps = np.mod(sense * np.array([angle for load in scene.loads.values() for angle in load.jumps]), CYCLE)
+        turned = equal
+        for angle in (*blows, *jumps, *np.mod(sense * corners, CYCLE)):
+            if _apart(np.array([angle]), turned).min() > SAME:
+                turned = np.sort(np.append(turned, angle))
+        jumping = _apart(turned, jumps).min(axis=1, initial=CYCLE) < SAME
+        return cls(
+            start=sense * turned,
+            duration=np.diff(turned, append=CYCLE) / abs(rate),
+            regular=np.isin(turned, equal),
+            struck=_apart(blows, turned).argmin(axis=1),
+            jumps=np.roll(jumping, -1),
+        )
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether blows act, loads jump, or they change in less than a step."""
+        return bool(len(self.struck) or self.jumps.any() or not self.regular.all())
+
+    def angles(self, places: Array, rate: float) -> Array:
+        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``; rate is the drive's (rad/s).
+
+        The end of a step at which a load jumps is taken just before the jump.
+        """
+        angles = self.start[:, None] + rate * self.duration[:, None] * places
+        before = math.copysign(2 * SAME, rate) * (self.jumps[:, None] & (places > 1 - SAME))
+        return (angles - before).ravel()
+
+
+def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
+    """Give the corners of loads' factors in sub-intervals whose points do not show what a factor does there.
+
+    In such a sub-interval the mean by the quadrature of the points is off by more than `MISSED`, or the mean is not
+    between the values at the points. In a step that is cut there the factor is a polynomial.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    tableau
+        The points in each sub-interval.
+
+    Returns
+    -------
+    numpy.ndarray
+        Drive angles (rad), ``(corners,)``.
+
+    Raises
+    ------
+    SceneError
+        When there are more than `MOST_CORNERS` of them.
+    """
+    steps, found = Steps._cut_at(scene, np.zeros(0)), [np.zeros(0)]
+    sense = math.copysign(1, scene.cycle_rate)
+    for name, load in scene.loads.items():
+        if load.factor is None or not load.factor.corners:
+            continue
+        means = _Means.of(load, steps, tableau, scene.cycle_rate)
+        wrong = means.outside | (np.abs(means.quadrature - means.exact) > MISSED * means.largest)
+        corners = np.unique(np.mod(sense * np.array(load.factor.corners), CYCLE))
+        found.append(corners[wrong[np.searchsorted(np.abs(steps.start), corners, side="right") - 1]])
+        if len(found[-1]) > MOST_CORNERS:
+            raise SceneError(
+                f"the factor changes at {len(found[-1])} angles between the points of {len(steps.start)} steps, and "
+                f"steps are cut at {MOST_CORNERS} of them at most",
+                place=f"loads.{name}.factor",
+                hint="Take more sub_intervals, or fewer and smoother values",
+            )
+    return sense * np.unique(np.concatenate(found))
+
+
+def like_blows(scene: Scene) -> bool:
+    """Whether loads rise or fall in a small part of a sub-interval, which is cut there: they act like impulses."""
+    corners = corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages))
+    jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
+    turned = np.unique(np.mod(np.append(corners, jumps), CYCLE))
+    apart = np.diff(turned, append=turned.min(initial=np.inf) + CYCLE)
+    return bool((apart < SHORT * CYCLE / scene.analysis.sub_intervals).any())
+
+
+def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:
+    """Whether a load's factor has a peak in a step that none of its values at the points shows; see `corners_to_cut`.
+
+    Harmonics have none where their points are as many as `enough_angles`.
+    """
+    if load.factor is None or isinstance(load.factor, FactorHarmonics):
+        return False
+    return bool(_Means.of(load, steps, tableau, rate).outside.any())
+
+
+@dataclass(frozen=True)
+class _Means:
+    """Means of a load's factor over steps; arrays of shape ``(steps,)``.
+
+    Parameters
+    ----------
+    exact, quadrature
+        The mean, and what the points of the step make of it.
+    outside
+        Whether the mean is not between the values at the points of the step and at those next to it.
+    largest
+        The largest mean of the factor's magnitude.
+    """
+
+    exact: Array
+    quadrature: Array
+    outside: NDArray[np.bool_]
+    largest: float
+
+    @classmethod
+    def of(cls, load: Varying, steps: Steps, tableau: Tableau, rate: float) -> _Means:
+        """Integrate a load's factor over steps."""
+        assert load.factor is not None
+        sense, begin = math.copysign(1, rate), np.abs(steps.start)
+        pieces = np.mod(sense * factor_pieces(load.factor), CYCLE)
+        angles, weights = gauss_points(np.unique(np.concatenate([begin, pieces, [CYCLE]])))
+        values, step = load.factor_at(sense * angles), np.searchsorted(begin, angles, side="right") - 1
+        width = np.bincount(step, weights, len(begin))
+        mean, size = (np.bincount(step, weights * part, len(begin)) / width for part in (values, np.abs(values)))
+        seen = load.factor_at(steps.angles(tableau.points, rate)).reshape(len(begin), -1)
+        around = np.column_stack([np.roll(seen[:, -1], 1), seen, np.roll(seen[:, 0], -1)])
+        largest = float(size.max())
+        outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > HIDDEN * largest
+        return cls(mean, seen @ tableau.weights, outside, largest)
+
+
+def _apart(turned: Array, others: Array) -> Array:
+    """Differences of angles around the cycle, ``(angles, others)``."""
+    return np.abs(np.mod(turned[:, None] - others + math.pi, CYCLE) - math.pi)

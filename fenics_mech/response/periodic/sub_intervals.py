@@ -1,0 +1,264 @@
+"""Periodic response by sub-intervals with constant coefficients (chapter 5, appendices E and F).
+
+Sub-interval k is centred at drive angle theta_k, where M, K and the modes are taken. Inside it each mode is an
+oscillator with an exact answer. The sub-intervals are joined, and the last one with the first, in one block-cyclic
+linear system for the states at their starts, (5.16).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import times
+from fenics_mech._guard import require_memory
+from fenics_mech.effects import NOTHING
+from fenics_mech.errors import UnresolvedError
+from fenics_mech.forces.history import Closed, History
+from fenics_mech.mechanism import System
+from fenics_mech.modes import Modes
+from fenics_mech.response.modal_damping import damping_ratios
+from fenics_mech.response.periodic.cyclic import BlockCyclic
+from fenics_mech.response.periodic.oscillator import Oscillators
+from fenics_mech.response.stability.resonance import blaming, magnification, of_modes, refuse_magnified
+from fenics_mech.response.static.quasi_static import displacement_under, solve_static
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+JOINED = 24  # matrices over the modes of a sub-interval that are held at a time: measured
+LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
+MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
+
+
+def solve_periodic(
+    scene: Scene, system: System, modes: Modes, joined: SubIntervals, boundary_load: Array | None = None
+) -> History:
+    """Solve for the steady state of the truncated equation (5.1) with modal damping.
+
+    Parameters
+    ----------
+    scene
+        States damping, load and static correction.
+    system
+        The mechanism at the middles theta_k of the sub-intervals.
+    modes
+        The modes at the middles.
+    joined
+        The same, joined to a cycle.
+    boundary_load
+        Load at the sub-intervals' starts, ``(angles, coordinates)``, when the modal load is to be linear in them.
+
+    Raises
+    ------
+    SolverError
+        When the KSP does not converge or its answer is not accurate, as at an undamped resonance; `UnresolvedError`
+        when modes ring that the sub-intervals are too long for.
+    """
+    step = scene.period / len(modes.theta)
+    load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
+    slope = np.zeros_like(load)
+    if boundary_load is not None:
+        rise = np.roll(boundary_load, -1, axis=0) - boundary_load
+        slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
+    frequency = modes.frequency.mean(axis=0)
+    with blaming(lambda: of_modes(joined.transitions, frequency, scene.period)):
+        starts = joined.starts(load, slope)
+    condition = magnification(joined.cycle, starts)
+    refuse_magnified(condition, lambda: of_modes(joined.transitions, frequency, scene.period))
+    state = joined.middles(starts, load, slope)
+    if not scene.analysis.allow_ringing:
+        free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
+        _refuse_ringing(scene, modes, state, free)
+    return replace(_superpose(system, modes, state, load, scene), closed=Closed(condition))
+
+
+@dataclass(frozen=True)
+class SubIntervals:
+    """Modes in sub-intervals, joined to a cycle.
+
+    Parameters
+    ----------
+    oscillators
+        The modes, ``(sub-intervals, modes)``.
+    duration
+        Of the sub-intervals (s), ``(sub-intervals, 1)``.
+    join, restored
+        From y and y' at the end of each to those at the start of the next, ``(sub-intervals, modes, modes)``: y goes by
+        the first; y' by the first, and from y by the second, which restores what the join loses. See `_joins`.
+    options
+        PETSc options with the prefix "periodic_".
+    """
+
+    oscillators: Oscillators
+    duration: Array
+    join: Array
+    restored: Array | None
+    options: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, scene: Scene, modes: Modes, duration: Array | None = None) -> SubIntervals:
+        """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s), or equally long."""
+        if duration is None:
+            duration = np.full(len(modes.theta), scene.period / len(modes.theta))
+        oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
+        return cls(oscillators, duration[:, None], *_joins(scene, modes, duration[:, None, None]), scene.petsc)
+
+    @cached_property
+    def transitions(self) -> Array:
+        """From the states at the start of each sub-interval to those at the start of the next."""
+        count, m = self.oscillators.omega.shape
+        free, omega = self.oscillators.transition(self.duration)[:, None], self.oscillators.omega
+        transitions = np.empty((count, 2, m, 2, m))
+        ahead = self.join * omega[:, None, :]
+        for part in (0, 1):  # of y, and of y' over omega, at the start
+            transitions[:, 0, :, part] = self.join * free[..., 0, part]
+            transitions[:, 1, :, part] = ahead * free[..., 1, part]
+            if self.restored is not None:
+                transitions[:, 1, :, part] += self.restored * free[..., 0, part]
+        transitions[:, 1] /= np.roll(omega, -1, axis=0)[:, :, None, None]
+        return transitions.reshape(count, 2 * m, 2 * m)
+
+    def _carried(self, states: Array) -> Array:
+        """From states ``(sub-intervals, modes, 2)`` at the ends to those at the next starts, flat."""
+        y, rate = states[..., 0], states[..., 1] * self.oscillators.omega
+        ahead = times(self.join, rate)
+        if self.restored is not None:
+            ahead += times(self.restored, y)
+        return np.concatenate([times(self.join, y), ahead / np.roll(self.oscillators.omega, -1, axis=0)], axis=1)
+
+    @cached_property
+    def cycle(self) -> BlockCyclic:
+        """The system that joins them, (5.16)."""
+        return BlockCyclic(self.transitions, self.options)
+
+    def starts(self, load: Array, slope: Array) -> Array:
+        """Give the states at the starts, ``(sub-intervals, 2 modes)``, under modal loads and their slopes in time."""
+        forced = self.oscillators.forced(load - slope * self.duration / 2, slope, self.duration)
+        return self.cycle.solve(self._carried(forced))
+
+    def answer(self, load: Array, slope: Array) -> Array:
+        """Give the states at the middles under modal loads and their slopes in time."""
+        return self.middles(self.starts(load, slope), load, slope)
+
+    def middles(self, starts: Array, load: Array, slope: Array) -> Array:
+        """Give the states at the middles, ``(sub-intervals, modes, 2)``, from those at the starts."""
+        start, half = load - slope * self.duration / 2, self.oscillators.transition(self.duration / 2)
+        forced = self.oscillators.forced(start, slope, self.duration / 2)
+        return np.einsum("kmij,kmj->kmi", half, _unflat(starts)) + forced
+
+
+def require_joined(modes: int, sub_intervals: int) -> None:
+    """Raise `TooLargeError` where so many modes in so many sub-intervals do not fit into memory."""
+    what = f"{sub_intervals} sub-intervals with {modes} modes"
+    require_memory(JOINED * sub_intervals * modes**2, what, "Take fewer modes, or fewer sub_intervals")
+
+
+def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> None:
+    """Raise when modes that the sub-intervals are too long for vibrate freely.
+
+    The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
+    the same phase, and rings.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    modes
+        The modes kept.
+    state
+        Their displacements and velocities over omega at the middles, ``(angles, modes, 2)``.
+    free
+        The part of it that is free vibration.
+    """
+    fastest = modes.frequency.max(axis=0)
+    needed = 2 * fastest * scene.period
+    unresolved = needed > len(state)
+    energy = np.sum(modes.omega**2 * state[..., 0] ** 2, axis=1).max()
+    ringing = (
+        np.sqrt(((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0) / max(energy, 1e-300)) * unresolved
+    )
+    if ringing[worst := int(ringing.argmax())] > LARGEST_RINGING:
+        raise UnresolvedError(
+            f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
+            f"{ringing[worst]:.0%} of the whole vibration: the answer would be wrong. "
+            f"{_without_ringing(int(np.argmax(unresolved)), math.ceil(needed.max()))}. analysis.allow_ringing "
+            "lets it pass, and analysis.allow_coarse what the error estimate may refuse then"
+        )
+
+
+def _without_ringing(slower: int, count: int) -> str:
+    """Say what to do about modes that ring: only so many are slow enough, or so many sub-intervals resolve all."""
+    ways = ["take analysis.solver = 'collocation', which needs no modes"]
+    ways += [f"keep {slower} mode{'s' * (slower > 1)}"] if slower else []
+    ways += [f"take at least {count} sub_intervals"] if count <= MOST_ADVISED else []
+    return f"To avoid it, {', or '.join(ways)}; effects = 'auto' tells whether method quasi-static is enough"
+
+
+def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> History:
+    """Displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out."""
+    y = state[..., 0]
+    displacement, elastic = superposed(modes, y), -(modes.omega**2) * y
+    inertia = np.zeros_like(system.rigid_acceleration)
+    if scene.analysis.static_correction:
+        static = solve_static(system, scene.petsc)
+        displacement += static.displacement - superposed(modes, load / modes.omega**2)
+        elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
+        inertia += system.rigid_acceleration
+    inertia += system.to_links(superposed(modes, elastic))
+    return _damped(scene, system, modes, state[..., 1], History(displacement=displacement, inertia=inertia))
+
+
+def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: History) -> History:
+    """Take the forces of modal damping ``M Phi 2 zeta omega y'`` out of the inertia, into the links.
+
+    Parameters
+    ----------
+    rate
+        y' over omega, ``(angles, modes)``.
+    balanced
+        The history with the inertia that balances the elastic forces.
+    """
+    share = 2 * damping_ratios(scene, modes.omega) * rate
+    if not share.any():
+        return balanced
+    drag = superposed(modes, modes.omega**2 * share)
+    if system.symmetric_stiffness:
+        forces = system.mass_times(drag[:, None])[:, 0]
+        viscous = displacement_under(replace(system, terms=NOTHING), forces, scene.petsc)
+    else:
+        viscous = superposed(modes, share)  # M Phi omega^2 = P^T k P Phi
+    drag = system.to_links(drag)
+    return replace(balanced, inertia=balanced.inertia - drag, viscous=system.to_links(viscous), drag=drag)
+
+
+def superposed(modes: Modes, values: Array) -> Array:
+    """Sum of the modes' shapes times modal coordinates ``(angles, modes)``, ``(angles, coordinates)``."""
+    return np.einsum("kmi,km->ki", modes.shapes, values)
+
+
+def _joins(scene: Scene, modes: Modes, step: Array) -> tuple[Array, Array | None]:
+    """Matrices J and L of the joins, ``(angles, modes, modes)``: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k + L y_k``.
+
+    Projected join: ``J = Phi_{k+1}^T M_{k+1} Phi_k``, and no L. The modes kept turn with the drive, and at a join they
+    lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. As that happens over a step h, its momentum as the old
+    modes see it, ``Phi_k^T M_k l/h``, would be lost too. The physical join gives it back: ``L = J (1 - B J)/h`` with
+    ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero.
+    """
+    m = modes.omega.shape[1]
+    if scene.analysis.join == "modal":  # (5.14): each modal coordinate goes on by itself
+        join = np.broadcast_to(np.eye(m), modes.transfer.shape).copy()
+        join[-1] = modes.closing
+        return join, None
+    if scene.analysis.join == "physical":
+        return modes.transfer, modes.transfer @ (np.eye(m) - modes.back @ modes.transfer) / step
+    return modes.transfer, None
+
+
+def _unflat(states: Array) -> Array:
+    return states.reshape(len(states), 2, -1).transpose(0, 2, 1)

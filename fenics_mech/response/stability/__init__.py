@@ -1,0 +1,1 @@
+"""Whether small disturbances of a periodic motion decay."""

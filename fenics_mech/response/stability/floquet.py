@@ -1,0 +1,230 @@
+"""Stability of a periodic motion: Floquet multipliers of the equation linearised about it.
+
+A small disturbance of the state is multiplied by the monodromy matrix in each cycle, the product of the collocation
+steps' transitions. Its eigenvalues are the multipliers: the motion is stable where all are inside the unit circle.
+
+Gauss points are taken. On an undamped oscillator they keep the magnitude of a multiplier exactly, and its angle to
+order 2s; Radau points would damp it by ``N (omega h)^(2s) (s!/(2s)!)^2/2`` in a cycle of N steps. Gauss points
+hardly damp what is too fast for the steps, so that such disturbances are left out: but not where the stiffness is not
+positive somewhere in the cycle and they grow without turning, as a buckled strut diverges.
+
+Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics, ch. 3; Hairer and Wanner, Solving Ordinary Differential
+Equations II, section IV.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.modes import Modes
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.stability.resonance import NEAR, blamed
+from fenics_mech.response.stability.turning import LinkAxes, separated, turns
+
+Complex = NDArray[np.complex128]
+FEW = 6  # multipliers that are kept
+LONGEST_STEP = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
+TOLERANCE = 1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Leading Floquet multipliers, largest magnitude first; none where all vibrations are too fast for the steps.
+
+    Parameters
+    ----------
+    multipliers
+        Factor of each disturbance in a cycle, ``(multipliers,)``.
+    frequency
+        Its frequency (Hz) in the axes of the link that has the largest part of it: the angle of the multiplier, with
+        the whole turns of the disturbance in a cycle there. In fixed axes it is more or less by that link's speed.
+    link
+        Name of that link.
+    mode
+        Number, from 0, of the mode that has the largest part of it at the start of the cycle, as the mass weighs it.
+    share
+        That part, 0..1.
+    vibrates
+        Whether its state turns, and does not creep, held by a strong damper.
+    period
+        Duration of a cycle (s).
+    limit
+        Frequency of the fastest vibration that the steps follow (Hz): faster ones are not judged.
+    """
+
+    multipliers: Complex
+    frequency: Array
+    link: tuple[str, ...]
+    mode: NDArray[np.int64]
+    share: Array
+    vibrates: NDArray[np.bool_]
+    period: float
+    limit: float
+
+    @property
+    def growth_rate(self) -> Array:
+        """Rate at which each disturbance grows, or decays where it is negative (1/s)."""
+        return np.log(np.maximum(np.abs(self.multipliers), np.finfo(float).tiny)) / self.period
+
+    @property
+    def stable(self) -> bool:
+        """Whether no disturbance grows."""
+        return bool((np.abs(self.multipliers) <= 1 + TOLERANCE).all())
+
+    def refuse_unstable(self) -> None:
+        """Raise a `SolverError` that names the worst disturbance when the motion is unstable."""
+        if not self.stable:
+            worst, frequency = self.multipliers[0], self.frequency[0]
+            steadily = frequency * self.period < TOLERANCE
+            how = (
+                "without vibrating (buckling)"
+                if steadily
+                else f"at {frequency:.4g} Hz in the axes of link {self.link[0]}"
+            )
+            raise SolverError(
+                f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
+                f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) {how}; mode "
+                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping, or more "
+                f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
+            )
+
+    def nearest(self) -> tuple[float, str]:
+        """Find which vibration is next to resonance: the distance of its multiplier from 1, and words for it."""
+        apart = np.where(self.vibrates, np.abs(self.multipliers - 1), np.inf)
+        if not np.isfinite(apart).any():
+            return np.inf, "none of its vibrations is known"
+        i = int(apart.argmin())
+        return float(apart[i]), blamed(int(self.mode[i]), float(self.frequency[i]), self.period, float(apart[i]))
+
+    def refuse_resonance(self) -> None:
+        """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
+        distance, words = self.nearest()
+        if distance < NEAR:
+            raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
+
+
+def floquet(
+    flow: Flow, start: Matrices, axes: LinkAxes, modes: Modes, options: Mapping[str, Any] | None = None
+) -> Stability:
+    """Find the multipliers that decide on stability.
+
+    Parameters
+    ----------
+    flow
+        The steps of a cycle at Gauss points, of the equation linearised about the motion.
+    start, modes
+        The equation and the modes, with the start of the cycle first, to tell which mode a disturbance belongs to.
+    axes
+        The links' axes at the starts of the steps.
+    options
+        PETSc options with the prefix "stability_".
+
+    Raises
+    ------
+    SolverError
+        When SLEPc does not converge.
+    """
+    n, unit = flow.size, np.tile(flow.unit, 2)
+    values, states = _eigenpairs(flow.transitions * unit[:, None] / unit, options or {})
+    states /= unit
+    limit = LONGEST_STEP * len(flow.tableau.points) / float(np.max(flow.step))
+    judged = _slow_enough(flow.transitions, states, start, limit * flow.pace)
+    if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
+        judged |= (values.real > 1 + TOLERANCE) & (np.abs(values.imag) < TOLERANCE * np.abs(values))
+    states[judged] = separated(axes, flow, values[judged], states[judged])
+    kept = _leading(values, np.flatnonzero(judged))
+    values, states = values[kept], states[kept]
+    period = float(np.sum(flow.duration))
+    mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.pace, modes)
+    turned, link, vibrates = turns(axes, flow, values, states)
+    frequency = np.abs(turned) / period
+    names = tuple(axes.names[i] for i in link)
+    return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi))
+
+
+def _leading(values: Complex, judged: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Few of those that count, largest magnitude first, and the one next to 1, which tells of a resonance."""
+    kept = judged[np.argsort(-np.abs(values[judged]), kind="stable")]
+    nearest = kept[np.abs(values[kept] - 1).argsort(kind="stable")][:1]
+    return np.concatenate([kept[:FEW], nearest[~np.isin(nearest, kept[:FEW])]])
+
+
+def _slow_enough(transitions: Array, states: Complex, start: Matrices, limit: float) -> NDArray[np.bool_]:
+    """Whether the steps can follow disturbances: their velocity is below limit times the displacement over a cycle.
+
+    Parameters
+    ----------
+    transitions, states
+        Transitions of the steps, and the disturbances at the start of the cycle, ``(disturbances, states)``.
+    limit
+        Angle (rad) of a vibration in a step, which the steps can follow. Both are weighed by mass, which the links'
+        stiff directions do not upset.
+    """
+    n, passed = states.shape[1] // 2, []
+    for transition in transitions:
+        states = states / np.linalg.norm(states, axis=1, keepdims=True)  # what dies out counts no less
+        passed.append(states)
+        states = states @ transition.T
+    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in np.split(np.stack(passed), [n], axis=-1))
+    return np.asarray(np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny)) < limit)
+
+
+def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[NDArray[np.int64], Array]:
+    """Find the mode with the largest part of each disturbance, displacement and velocity alike, and that part."""
+    momenta = modes.shapes[0] @ start.mass[0]
+    parts = [np.abs(states @ momenta.T) ** 2 / _norm(start, states)[:, None] ** 2 for states in (q, rate)]
+    share = np.mean(parts, axis=0)
+    return share.argmax(axis=1), share.max(axis=1)
+
+
+def _norm(start: Matrices, states: Complex) -> Array:
+    """Root of ``x^H M x`` of each state, ``(..., states)``."""
+    square = np.sum(states.conj() * (states @ start.mass[0]), axis=-1).real
+    return np.sqrt(np.maximum(square, np.finfo(float).tiny))
+
+
+def _product(transitions: Array) -> Array:
+    """Multiply all transitions, two neighbours at a time, ``(states, states)``."""
+    while len(transitions) > 1:
+        odd = transitions[-1:] if len(transitions) % 2 else transitions[:0]
+        even = len(transitions) - len(odd)
+        transitions = np.concatenate([transitions[1:even:2] @ transitions[:even:2], odd])
+    return transitions[0]
+
+
+def _eigenpairs(transitions: Array, options: Mapping[str, Any]) -> tuple[Complex, Complex]:
+    """Eigenvalues of the monodromy matrix and its eigenvectors, ``(pairs,)`` and ``(pairs, states)``."""
+    size = transitions.shape[1]
+    matrix = PETSc.Mat().createDense((size, size), array=_product(transitions), comm=PETSc.COMM_SELF)
+    matrix.setUp()
+    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
+    eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
+    real, imaginary = matrix.createVecs()
+    with configured(eps, "stability_", {"eps_type": "lapack"}, options):
+        eps.setOperators(matrix)
+        eps.solve()
+        count = eps.getConverged()
+        if not count:
+            found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
+            raise SolverError(
+                f"no Floquet multiplier converged (SLEPc says {found}). Other options stability_eps_* may help; "
+                "analysis.stability = false does without"
+            )
+        values, states = np.empty(count, complex), np.empty((count, size), complex)
+        for i in range(count):
+            values[i] = eps.getEigenpair(i, real, imaginary)
+            states[i] = real.array_r + 1j * imaginary.array_r
+    for thing in (matrix, real, imaginary):
+        thing.destroy()
+    return values, states

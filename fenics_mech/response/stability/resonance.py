@@ -1,0 +1,119 @@
+"""How well a cycle's equations determine the motion, and which mode and harmonic are to blame where they do not.
+
+Near a resonance that nothing damps, or next to a stability border, the block-cyclic system is nearly singular. What it
+makes of rounding is found by a load as large as rounding leaves of each transition's product, with signs by chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from fenics_mech._arrays import times
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Array
+from fenics_mech.response.periodic.cyclic import BlockCyclic
+
+NEAR = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it
+SINGULAR = 1e-4  # the same, beyond which a large magnification is that of stiff directions, or of the estimate
+LARGEST = 1e9  # magnification, beyond which rounding changes the motion by more than about 1e-6 of it
+
+
+def magnification(cycle: BlockCyclic, states: Array, unit: Array | float = 1.0) -> float:
+    """How many times a relative error of the transitions comes out in the states of a cycle, by estimate.
+
+    The load is that of an error in each coefficient. Source: Skeel, J. ACM 26 (1979) 494.
+
+    Parameters
+    ----------
+    cycle
+        The system of the cycle.
+    states
+        The answer at the starts of the steps, ``(steps, state)``.
+    unit
+        What states are multiplied by for their numbers to be alike, ``(state,)``.
+
+    Returns
+    -------
+    float
+        A condition number; infinity where the system cannot be solved for such a load.
+    """
+    if not (size := np.abs(states * unit).max()):
+        return 0.0
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], states.shape)
+    try:
+        answer = cycle.solve(signs * times(np.abs(cycle.transitions), np.abs(states) / size))
+    except SolverError:
+        return np.inf
+    return float(np.abs(answer * unit).max())
+
+
+@contextmanager
+def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
+    """Add to a `SolverError` which mode is at resonance, where one is; `blame` is that of `refuse_magnified`."""
+    try:
+        yield
+    except SolverError as error:
+        distance, words = blame()
+        if distance < NEAR:
+            raise SolverError(
+                f"there is no periodic motion: {words}. Give a damping ratio, or another speed"
+            ) from error
+        raise
+
+
+def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -> None:
+    """Raise `SolverError` where rounding would show in the motion, as a multiplier is next to 1.
+
+    Parameters
+    ----------
+    condition
+        From `magnification`.
+    blame
+        Gives the distance of the multiplier next to 1, and the mode and harmonic that it is of, in words.
+    """
+    if condition < LARGEST:
+        return
+    distance, words = blame()
+    if distance < SINGULAR:
+        raise SolverError(
+            f"the equations of the cycle are nearly singular: a relative error in them comes out {condition:.1e} times "
+            f"as large in the motion, as {words}. Give a damping ratio, or another speed"
+        )
+
+
+def of_modes(transitions: Array, frequency: Array, period: float) -> tuple[float, str]:
+    """Find which mode is next to resonance, from the transitions of modal states, all displacements first.
+
+    Parameters
+    ----------
+    transitions
+        Of all steps of a cycle, ``(steps, 2 modes, 2 modes)``.
+    frequency
+        Of the modes (Hz), ``(modes,)``.
+    period
+        Duration of the cycle (s).
+
+    Returns
+    -------
+    tuple
+        Distance of its multiplier from 1, and words for it.
+    """
+    whole = transitions[0]
+    for transition in transitions[1:]:
+        whole = transition @ whole
+    values, vectors = np.linalg.eig(whole)
+    nearest = int(np.abs(values - 1).argmin())
+    mode = int(np.sum(np.abs(vectors[:, nearest].reshape(2, -1)) ** 2, axis=0).argmax())
+    distance = abs(complex(values[nearest] - 1))
+    return distance, blamed(mode, float(frequency[mode]), period, distance)
+
+
+def blamed(mode: int, frequency: float, period: float, distance: float) -> str:
+    """Say that a mode, a number from 0, is at resonance, its multiplier at a distance from 1."""
+    return (
+        f"mode {mode + 1} ({frequency:.6g} Hz), hardly damped, is at resonance with harmonic "
+        f"{round(frequency * period)} of the drive ({1 / period:.6g} Hz): its multiplier is {distance:.1e} from 1"
+    )

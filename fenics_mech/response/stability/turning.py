@@ -1,0 +1,175 @@
+"""How disturbances of a periodic motion turn in the complex plane, followed through a cycle in the links' own axes.
+
+A Floquet multiplier tells the angle of its disturbance but for whole turns in a cycle. Those are counted along the
+cycle. Coordinates of pins are along fixed axes, in which the disturbance of a link that rotates turns with it, so that
+the count is made in the link's own axes. There the mode shapes of a spinning link do not turn.
+
+Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics, ch. 3; whirl in both frames: Genta, Dynamics of Rotating
+Systems, ch. 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import summed
+from fenics_mech.kinematics import Motion
+from fenics_mech.mechanism import System
+from fenics_mech.response.periodic.flow import Flow
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+LEAST_SHARE = 0.3  # of the turns that its speed tells, which a disturbance has at least where it vibrates
+EQUAL = 1e-6  # relative distance of multipliers that count as one
+DEPENDENT = 1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate
+EVEN = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
+
+
+@dataclass(frozen=True)
+class LinkAxes:
+    """The links' coordinates ``v = P q`` in their own axes, at the starts of the steps of a cycle.
+
+    Parameters
+    ----------
+    rows, columns
+        Links' coordinate and coordinate q of each nonzero of P.
+    values, rates
+        Nonzeros of P and of its time derivative (1/s), ``(steps, nonzeros)``.
+    mass
+        Mass matrix m of all links, which joins no two of them.
+    link
+        Link of each of the links' coordinates.
+    names
+        Names of the links.
+    """
+
+    rows: Index
+    columns: Index
+    values: Array
+    rates: Array
+    mass: sp.csr_matrix
+    link: Index
+    names: tuple[str, ...]
+
+    @classmethod
+    def of(cls, system: System, motion: Motion) -> LinkAxes:
+        """Take the axes of a mechanism at the drive angles of a motion, which are the starts of all steps."""
+        transformation = system.transformation
+        return cls(
+            rows=transformation.rows,
+            columns=transformation.columns,
+            values=transformation.values(motion),
+            rates=transformation.derivatives(motion)[0],
+            mass=system.link_mass,
+            link=system.link_of_coordinate,
+            names=tuple(system.motion.links),
+        )
+
+    def carried(self, q: Complex, rate: Complex) -> tuple[Complex, Complex]:
+        """Displacement and velocity in link axes, each ``(steps, disturbances, links' coordinates)``.
+
+        They have one step more than there are: the last is the first of the next cycle.
+        """
+        values, rates = (np.concatenate([part, part[:1]])[:, None] for part in (self.values, self.rates))
+        size = len(self.link)
+        moved = values * q[..., self.columns], values * rate[..., self.columns] + rates * q[..., self.columns]
+        v, velocity = (np.asarray(summed(part, self.rows, size), dtype=complex) for part in moved)
+        return v, velocity
+
+    def momenta(self, v: Complex) -> Complex:
+        """``m v``, of the shape of v."""
+        return np.asarray((self.mass @ v.reshape(-1, v.shape[-1]).T).T).reshape(v.shape)
+
+
+def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple[Array, Index, NDArray[np.bool_]]:
+    """Count the turns of disturbances in a cycle: whole ones, and the part that their multipliers tell.
+
+    With ``a = v - i v'/speed`` also a real disturbance turns, ``cos t`` being ``exp(i t)``. The angle between one step
+    and the next is that of ``a_k^H m a_(k+1)``, which the modes' shapes do not enter but for how they change.
+
+    Parameters
+    ----------
+    axes
+        The links' axes.
+    flow
+        The steps.
+    values, states
+        The multipliers, and the disturbances at the start of the cycle, ``(disturbances, states)``.
+
+    Returns
+    -------
+    tuple
+        Turns in the links' axes, as the mass weighs them, negative where the disturbance turns clockwise in the complex
+        plane; the index of the link that has the largest part of it; and whether it vibrates, and does not creep, held
+        by a strong damper. Each is ``(disturbances,)``.
+    """
+    v, velocity = axes.carried(*_through(flow, states, None))
+    parts = summed(np.sum(v.conj() * axes.momenta(v), axis=0).real, axes.link, len(axes.names))
+    link = (parts > (1 - EVEN) * parts.max(axis=1, keepdims=True)).argmax(axis=1)
+    momenta = axes.momenta(velocity)
+    slow, fast = (np.sum(a.conj() * b, axis=(0, 2)) for a, b in ((v, axes.momenta(v)), (velocity, momenta)))
+    sense = np.sum(v.conj() * momenta, axis=(0, 2)).imag
+    tiny = np.finfo(float).tiny
+    speed = np.where(sense < 0, -1, 1) * np.sqrt(np.maximum(fast.real, tiny) / np.maximum(slow.real, tiny))
+    ahead = v - 1j * velocity / speed[:, None]
+    angle = np.angle(np.sum(ahead[:-1].conj() * axes.momenta(ahead[1:]), axis=-1))
+    expected = speed * flow.duration[:, None]  # in a step; it may be more than half a turn
+    turned = np.sum(expected + np.mod(angle - expected + np.pi, 2 * np.pi) - np.pi, axis=0) / (2 * np.pi)
+    part = np.angle(values) / (2 * np.pi)
+    turned = np.round(turned - part) + part
+    return turned, link, np.abs(turned) > LEAST_SHARE * np.abs(speed) * np.sum(flow.duration) / (2 * np.pi)
+
+
+def separated(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> Complex:
+    """Separate disturbances of equal multipliers, ``(disturbances, states)``, by the speeds at which they turn.
+
+    Whirls forward and backward, at ``omega - speed`` and ``omega + speed`` in the axes of a turning link, have the same
+    multiplier, and any combination of them is an eigenvector. Those taken have extreme mean speeds.
+    """
+    found, left = states.copy(), np.ones(len(values), dtype=bool)
+    for i, value in enumerate(values):
+        same = np.flatnonzero(left & (np.abs(values - value) <= EQUAL * abs(value)))
+        if not left[i] or not value:
+            continue
+        left[same] = False
+        if len(same) > 1:
+            found[same] = _by_speed(axes, flow, states[same], abs(value))
+    return found
+
+
+def _by_speed(axes: LinkAxes, flow: Flow, states: Complex, size: float) -> Complex:
+    """Combine disturbances that grow alike to those of extreme mean speeds."""
+    v, velocity = axes.carried(*_through(flow, states, size))
+    momenta = axes.momenta(v[:-1])
+    weight = np.einsum("kih,kjh->ij", v[:-1].conj(), momenta)
+    product = np.einsum("kih,kjh->ij", momenta.conj(), velocity[:-1])
+    unit = 1 / np.sqrt(np.maximum(np.diag(weight).real, np.finfo(float).tiny))
+    weight, product = (matrix * np.outer(unit, unit) for matrix in (weight, (product - product.conj().T) / 2j))
+    squares, vectors = np.linalg.eigh(weight)
+    if squares[0] < DEPENDENT:
+        return states
+    whiten = vectors / np.sqrt(squares)
+    combined = whiten @ np.linalg.eigh(whiten.conj().T @ product @ whiten)[1]
+    return np.asarray((combined * unit[:, None]).T @ states)
+
+
+def _through(flow: Flow, states: Complex, size: float | None) -> tuple[Complex, Complex]:
+    """Give q and q' of disturbances at the starts of all steps and at the end.
+
+    Both are ``(steps + 1, disturbances, coordinates)``. Each is scaled to the same size at every start, or by the
+    growth to `size` in a cycle, so that what dies out counts no less.
+    """
+    passed = []
+    for transition in (*flow.transitions, None):
+        if size is None:
+            states = states / np.linalg.norm(states, axis=1, keepdims=True)
+        passed.append(states)
+        if transition is not None:
+            states = states @ transition.T / (1.0 if size is None else size ** (1 / len(flow.duration)))
+    q, rate = np.split(np.stack(passed), [flow.size], axis=-1)
+    return q, rate / flow.pace

@@ -1,0 +1,1 @@
+"""Static and quasi-static response."""

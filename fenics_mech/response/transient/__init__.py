@@ -1,0 +1,1 @@
+"""Response in time from a given state."""

@@ -1,0 +1,101 @@
+"""What impulses do to the velocities of a mechanism."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from fenics_mech.effects import NOTHING
+from fenics_mech.effects.impulses import nodal_impulses
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.transient.integration import Blows
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+CYCLE = 2 * math.pi
+SAME = 1e-9  # of a cycle, between times that count as one
+PLACES = 200  # of a cycle, between which a run-up turns in one sense
+
+
+def velocity_jumps(scene: Scene, system: System, steps: Steps) -> Array | None:
+    """Change velocities at the starts of the steps of a cycle.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        Change of q' at the starts of the steps, ``(steps, coordinates)``; None where nothing strikes.
+    """
+    if not scene.impulses:
+        return None
+    jump = np.zeros((len(steps.start), system.size))
+    np.add.at(jump, steps.struck, jumps_at(scene, system, steps.start[steps.struck]))
+    return jump
+
+
+def jumps_at(scene: Scene, system: System, theta: Array) -> Array:
+    """Solve ``M jump = P^T J`` for every impulse; the drives keep to their law meanwhile.
+
+    Parameters
+    ----------
+    scene, system
+        The scene and its mechanism.
+    theta
+        Drive angle of each impulse (rad).
+
+    Returns
+    -------
+    numpy.ndarray
+        Change of q' by each impulse, ``(impulses, coordinates)``.
+    """
+    motion = solve_motion(scene, theta, near=system.motion)
+    struck = replace(system, motion=motion, terms=NOTHING)
+    momenta = struck.on_coordinates(nodal_impulses(scene, system.beams, motion)[0])
+    return np.asarray(np.linalg.solve(Equation(struck).linear.mass, momenta[..., None])[..., 0])
+
+
+def blows_between(scene: Scene, system: System, start: float, end: float) -> Blows | None:
+    """Give the impulses of a time (s), through a run-up too; one at the start strikes there at time 0 only."""
+    if not scene.impulses:
+        return None
+    theta = np.array([impulse.angle for impulse in scene.impulses.values()])
+    struck = [passages(scene, angle, start, end) for angle in theta]
+    time, which = np.concatenate(struck), np.repeat(np.arange(len(theta)), [len(times) for times in struck])
+    order = np.argsort(time, kind="stable")
+    return Blows(time[order], which[order], jumps_at(scene, system, theta))
+
+
+def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
+    """Times (s) from start to end at which the drive comes to an angle (rad), give or take whole cycles."""
+    period, run_up = scene.period, scene.drives[0].run_up or 0.0
+    sense = math.copysign(1, scene.cycle_rate)
+
+    def turns(time: Array) -> Array:
+        return sense * (scene.coordinate(time).value - angle) / CYCLE
+
+    done = float(turns(np.array([run_up]))[0])
+    first = run_up + period * (math.ceil(done - 1e-12) - done)
+    found = [first + period * np.arange(math.ceil(end / period) + 2)]
+    if run_up:
+        grid = np.linspace(0, run_up, PLACES * (math.ceil(run_up / period) + 1))
+        found.append(_crossings(turns, grid))
+    times = np.unique(np.concatenate(found))
+    times = times[np.diff(times, prepend=-np.inf) > SAME * period]
+    return times[(times <= end + SAME * period) & ((times > start + SAME * period) | ((start == 0) & (times >= 0)))]
+
+
+def _crossings(turns: Callable[[Array], Array], grid: Array) -> Array:
+    """Times on a grid, and between its points, at which a number of turns is whole."""
+    values = turns(grid)
+    found = list(grid[values == np.round(values)])
+    for before, after, low, high in zip(grid, grid[1:], values, values[1:]):
+        for whole in range(math.floor(min(low, high)) + 1, math.ceil(max(low, high))):
+            found.append(brentq(lambda time, whole=whole: turns(np.array([time]))[0] - whole, before, after))
+    return np.array(found)

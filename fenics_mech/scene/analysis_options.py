@@ -1,0 +1,117 @@
+"""What a scene states about how it is to be analysed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.units import Angle, Frequency, Share
+
+MOST_STATIONS = 10_001  # along a member
+MOST_SUB_INTERVALS = 1_000_000  # of a cycle
+FINEST_STEPS = 1e-12  # time_tolerance: the equation is interpolated to that, and strains follow it to 3e-13, measured
+
+
+class Analysis(Part):
+    """What to compute and with which numerical options.
+
+    Parameters
+    ----------
+    method
+        "periodic" (chapter 5), "transient" (in time, from a start), "quasi-static" (loads and inertia of the
+        rigid motion), or "static" (loads only, held at one position, appendix C).
+    solver
+        Of a periodic response: "sub-intervals" (chapter 5), for constant coefficients in each and modal damping;
+        "collocation", of high order in time, for every effect; "harmonic-balance", a Fourier series, for every effect
+        but impulses; "auto" takes the first where it can, then the second.
+    stages
+        Collocation points in a sub-interval; in a time step of "transient" at least 5.
+    scheme
+        Where they are, in both: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
+        (order 2 stages, damps nothing).
+    harmonics
+        Harmonics of the Fourier series. They need more than four times as many sub-intervals.
+    stability
+        Find the Floquet multipliers of a periodic response by collocation or harmonic balance.
+    allow_unstable
+        Accept a periodic motion that small disturbances grow on.
+    start
+        Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
+        motion), or the file of a result of "transient", to go on from its end.
+    cycles, settled
+        "transient" ends after that many cycles of the drive at full speed, which follow the run-up, or when two cycles
+        differ by less than `settled` of the largest displacement; 0 never ends it. Two cycles always differ by the
+        errors of their time steps.
+    time_tolerance
+        Relative error of a time step of "transient", 1e-12 or more.
+    position
+        Drive coordinate (rad) at which "static" holds the linkage.
+    sub_intervals
+        Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
+    modes
+        Number of modes kept, or "all".
+    reduction
+        "craig-bampton" reduces every member, once, to its ends and its lowest modes with clamped ends; the equation
+        then has few coordinates, however fine the mesh is. Strains follow from equilibrium inside the members, on the
+        whole mesh. "none" keeps all nodes.
+    cutoff
+        Frequency up to which those modes are kept (Hz).
+    static_correction
+        Let the modes that are left out answer statically.
+    join
+        How sub-intervals are joined. "physical": displacement and momentum of the mechanism go on. "projected": its
+        displacement and velocity go on as far as the modes kept can follow; the same with all modes. "modal": each
+        modal coordinate goes on by itself, as (5.14) prints it, which does not converge to the solution of (5.1).
+    load
+        The modal load in a sub-interval is "constant", that of its middle, or "linear" in time through it.
+    allow_ringing
+        Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
+    allow_coarse
+        Accept an estimated error of more than 2 % of a member's largest strain by the steps, or 5 % by steps, mesh
+        and modes, or half of the largest joint force; and positions that miss a corner of the rigid motion.
+    allow_large
+        Accept axes of members that turn by more than 1 rad, or ends that move by more than the member's length, against
+        the rigid motion: far beyond small deflections.
+    tension
+        Axial force of the effect 'geometric-stiffness': "rigid", that of loads and rigid motion, or "settled", updated
+        with the elastic response until it changes no more (collocation, quasi-static and static).
+    stations
+        Number of equally spaced points along each member at which results are given.
+    """
+
+    method: Literal["periodic", "transient", "quasi-static", "static"] = "periodic"
+    solver: Literal["auto", "sub-intervals", "collocation", "harmonic-balance"] = "auto"
+    stages: Annotated[int, Field(ge=1, le=9)] = 3
+    scheme: Literal["radau", "gauss"] = "radau"
+    harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60
+    stability: bool = True
+    allow_unstable: bool = False
+    start: str = "rigid"
+    cycles: Annotated[int, Field(ge=1)] = 20
+    settled: Annotated[Share, Field(ge=0)] = 1e-3
+    time_tolerance: Annotated[Share, Field(gt=0, lt=1)] = 1e-5
+    position: Angle = 0.0
+    sub_intervals: Annotated[int, Field(ge=4, le=MOST_SUB_INTERVALS)] = 360
+    modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
+    reduction: Literal["none", "craig-bampton"] = "none"
+    cutoff: Frequency | Literal["auto"] = "auto"
+    static_correction: bool = True
+    join: Literal["physical", "projected", "modal"] = "physical"
+    load: Literal["constant", "linear"] = "linear"
+    allow_ringing: bool = False
+    allow_coarse: bool = False
+    allow_large: bool = False
+    tension: Literal["rigid", "settled"] = "rigid"
+    stations: Annotated[int, Field(ge=2, le=MOST_STATIONS)] = 21
+
+    @field_validator("time_tolerance")
+    @classmethod
+    def _is_above_rounding(cls, value: float) -> float:
+        if value < FINEST_STEPS:
+            raise ValueError(
+                f"must be at least {FINEST_STEPS:g}, to which the equation of motion is computed, found {value:g}: "
+                "smaller ones make steps shorter and nothing better"
+            )
+        return value

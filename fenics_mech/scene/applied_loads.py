@@ -1,0 +1,312 @@
+"""What acts on the links from outside: loads at points, loads along members, and impulses.
+
+A load may change over the cycle: a `factor`, a number that is a function of the drive angle theta, multiplies it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.drives import MOST_HARMONICS, Harmonics, check_finite
+from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
+from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
+
+Array = NDArray[np.float64]
+SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
+NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
+# "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
+Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
+
+
+class FactorHarmonics(Harmonics):
+    """``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)``, numbers."""
+
+    mean: float = 0.0
+    cosine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
+    sine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps: none."""
+        return ()
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial: none."""
+        return ()
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        return self.jet(theta).value
+
+
+class FactorTable(Part):
+    """Values at given angles of the cycle, joined by straight lines, also from the last to the first of the next cycle.
+
+    Two points at one angle make a jump.
+    """
+
+    kind: Literal["table"]
+    angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
+    values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
+
+    @model_validator(mode="after")
+    def _is_one_cycle(self) -> Self:
+        if len(self.angles) != len(self.values):
+            raise ValueError(f"{len(self.angles)} angles and {len(self.values)} values: a table needs as many of both")
+        if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > CYCLE * (1 + 1e-12):
+            found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
+            raise ValueError(f"the angles must increase, over at most one cycle, {found}; without a unit they are rad")
+        return self
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps."""
+        points = [*zip(self.angles, self.values), (self.angles[0] + CYCLE, self.values[0])]
+        return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAME and value != other)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial."""
+        return self.angles
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        turned = self.angles[0] + np.mod(theta - self.angles[0], CYCLE)
+        return np.interp(turned, [*self.angles, self.angles[0] + CYCLE], [*self.values, self.values[0]])
+
+
+class FactorExpression(Part):
+    """A formula of theta, taken from 0 to 2 pi and repeated in every cycle."""
+
+    kind: Literal["expression"]
+    formula: str
+
+    @field_validator("formula")
+    @classmethod
+    def _is_finite(cls, text: str) -> str:
+        check_finite(Formula(text, ("theta",)))
+        return text
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
+        begin, end = _evaluated(self.formula, np.array([0.0, CYCLE]))
+        return () if math.isclose(begin, end, rel_tol=SAME, abs_tol=SAME) else (0.0,)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial: a formula does not tell any."""
+        return ()
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        return _evaluated(self.formula, np.mod(theta, CYCLE))
+
+
+def _evaluated(formula: str, theta: Array) -> Array:
+    return Formula(formula, ("theta",)).jet(Jet.variable(theta)).value
+
+
+class Pulse(Part):
+    """Acts in a part of the cycle: 1 from one angle to another in the sense of theta, 0 in the rest.
+
+    Parameters
+    ----------
+    start, end
+        Angles (rad) at which the factor is 1/2, on its way up and down.
+    ramp
+        Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
+    """
+
+    kind: Literal["pulse"]
+    start: Angle
+    end: Angle
+    ramp: Annotated[Angle, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("the pulse starts and ends at the same angle")
+        if self.ramp > min(self.width, CYCLE - self.width) * (1 + 1e-9):
+            found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
+            raise ValueError(
+                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}; angles "
+                "without a unit are rad"
+            )
+        return self
+
+    @property
+    def width(self) -> float:
+        """Part of the cycle in which the pulse acts (rad)."""
+        return (self.end - self.start) % CYCLE or CYCLE
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps."""
+        return () if self.ramp else (self.start, self.end)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial."""
+        return tuple(angle + side * self.ramp / 2 for angle in (self.start, self.end) for side in (-1, 1))
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles."""
+        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, CYCLE) - math.pi
+        inside = self.width / 2 - np.abs(from_middle)
+        if self.ramp == 0:
+            return np.where(inside >= 0, 1.0, 0.0)
+        x = np.clip(inside / self.ramp + 0.5, 0, 1)
+        return x**3 * (10 - 15 * x + 6 * x**2)
+
+
+Factor = Annotated[FactorHarmonics | FactorTable | FactorExpression | Pulse, Field(discriminator="kind")]
+
+
+def _equally(factor: Factor, count: int) -> Array:
+    """Values of a factor at so many equal steps of a cycle."""
+    return factor.equally(count) if isinstance(factor, FactorHarmonics) else factor.at(equal_steps(count))
+
+
+@lru_cache(maxsize=8)
+def _over_a_cycle(factor: Factor) -> Cycle:
+    """Values of a factor over a cycle, which several checks look at."""
+    if isinstance(factor, FactorHarmonics):
+        return Cycle.equally(factor.equally(SAMPLES))
+    return Cycle.between(np.union1d(np.linspace(0, CYCLE, PIECES + 1), factor_pieces(factor)), factor.at)
+
+
+def factor_pieces(factor: Factor) -> Array:
+    """Give angles from 0 to 2 pi between which Gauss points integrate a factor."""
+    if isinstance(factor, FactorExpression):
+        return pieces_of(factor.formula)
+    return np.union1d([0.0, CYCLE], np.mod([*factor.corners, *factor.jumps], CYCLE))
+
+
+class Varying(Part):
+    """What a factor multiplies; without one it is constant over the cycle."""
+
+    factor: Factor | None = None
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which it jumps."""
+        return () if self.factor is None else self.factor.jumps
+
+    def factor_at(self, theta: Array) -> Array:
+        """Factor at drive angles, ``(angles,)``."""
+        return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
+
+    @property
+    def factor_range(self) -> tuple[float, float]:
+        """Smallest and largest value of the factor."""
+        if self.factor is None:
+            return 1.0, 1.0
+        values = np.append(_over_a_cycle(self.factor).values, self.factor.at(np.array(self.factor.corners)))
+        return float(values.min()), float(values.max())
+
+    @property
+    def cut_where_needed(self) -> bool:
+        """Whether steps of a cycle can be cut where the factor begins and ends to change."""
+        return self.factor is not None and bool(self.factor.corners)
+
+    def enough_angles(self, least: int) -> int:
+        """Number of equal parts of a cycle, at least so many, that show what the factor does inside them."""
+        if (factor := self.factor) is None:
+            return least
+        return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
+
+    def unseen(self, count: int) -> float:
+        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
+        if self.factor is None:
+            return 0.0
+        whole = max(map(abs, self.factor_range))
+        seen = float(np.abs(_equally(self.factor, 2 * count)).max())
+        return 1 - seen / whole if whole else 0.0
+
+
+class Load(Varying):
+    """A force and a moment at a point of a link, at a joint, or at a place along a member.
+
+    Parameters
+    ----------
+    at
+        "link.point", the name of a joint, or "member@place" with a place 0 to 1 along the member.
+    force
+        Force along X and Y of the fixed frame (N); with `follows` along x and y of the link.
+    moment
+        Moment, counter-clockwise (N m).
+    follows
+        The force turns with the link, and with its elastic rotation at the point.
+    factor
+        What it is multiplied by, over the drive angle.
+    """
+
+    at: Place
+    force: tuple[Force, Force] = (0.0, 0.0)
+    moment: Torque = 0.0
+    follows: bool = False
+
+
+class LineLoad(Varying):
+    """A load spread along a member, constant or linear.
+
+    Parameters
+    ----------
+    member
+        "link", or "link.member" when the link has several members.
+    line
+        Force per length (N/m) at the member's first end, along X and Y of the fixed frame.
+    line_end
+        The same at its second end; without it the load is constant.
+    axes
+        With "member" the two components are along the member's axis and its normal, and turn with its rigid motion.
+    factor
+        What it is multiplied by, over the drive angle.
+    """
+
+    member: str
+    line: tuple[LineForce, LineForce]
+    line_end: tuple[LineForce, LineForce] | None = None
+    axes: Literal["fixed", "member"] = "fixed"
+
+
+AnyLoad = Annotated[
+    Annotated[Load, Tag("load")] | Annotated[LineLoad, Tag("line-load")],
+    Discriminator(lambda value: "line-load" if _has_member(value) else "load"),
+]
+
+
+def _has_member(value: object) -> bool:
+    return "member" in value if isinstance(value, dict) else isinstance(value, LineLoad)
+
+
+class Impulse(Part):
+    """An impulse, in every cycle at the same drive angle: it changes velocities and no displacement.
+
+    Parameters
+    ----------
+    at
+        As of a load.
+    angle
+        Drive angle (rad).
+    impulse
+        Force times time along X and Y of the fixed frame (N s).
+    angular_impulse
+        Moment times time, counter-clockwise (N m s).
+    """
+
+    at: Place
+    angle: Angle
+    impulse: tuple[Momentum, Momentum] = (0.0, 0.0)
+    angular_impulse: AngularMomentum = 0.0

@@ -1,0 +1,87 @@
+"""How a scene states damping: of the modes, of the material, and by the surroundings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator, Field
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.units import Density, Length, Rate, Share, Time
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Scene
+
+
+def _below_critical(ratio: float) -> float:
+    if ratio >= 1:
+        raise ValueError(
+            f'must be less than 1, which is critical damping, found {ratio:g}: write "{ratio:g} %" for percent'
+        )
+    return ratio
+
+
+Ratio = Annotated[Share, Field(ge=0), AfterValidator(_below_critical)]
+
+
+class AirDrag(Part):
+    """Drag of air, or another fluid, on the members of the links, by the square of their velocity.
+
+    Parameters
+    ----------
+    density
+        Density of the fluid (kg/m^3).
+    coefficient
+        Drag coefficient of the members in cross flow.
+    width
+        Width of the members across the plane (m); without it that of their sections, a round's being its diameter.
+    """
+
+    density: Annotated[Density, Field(gt=0)]
+    coefficient: Annotated[float, Field(gt=0)]
+    width: Annotated[Length, Field(gt=0)] | None = None
+
+    def width_of(self, scene: Scene, label: str) -> float:
+        """Width of a member, by label (m).
+
+        Raises
+        ------
+        SceneError
+            When neither this table nor the member's section states one.
+        """
+        name = scene.members()[label][1].section
+        for part in (self, scene.sections[name]):
+            for quantity in ("width", "diameter"):
+                if value := getattr(part, quantity, None):
+                    return float(value)
+        raise SceneError(
+            f"section {name!r} of member {label} has no width by which the air drags it",
+            place="damping.air",
+            hint="Give `width` here, that of the members across the plane",
+        )
+
+
+class Damping(Part):
+    """Damping of the elastic motion; what is stated adds up.
+
+    Parameters
+    ----------
+    ratio
+        Modal damping (E.12): one ratio for all modes, or one per mode (the last holds for the rest). Its forces are a
+        viscous stress in the links.
+    material
+        Retardation time of the material (s): its stress is E times the strain plus this times the strain's rate.
+    external
+        Drag of the surroundings on the absolute velocity, the rigid motion's too, in proportion to the mass (1/s).
+    relative
+        The same on the velocity relative to the links' own axes: the surroundings turn with each link (1/s).
+    air
+        Drag by the square of the absolute velocity across the members.
+    """
+
+    ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
+    material: Annotated[Time, Field(ge=0)] = 0.0
+    external: Annotated[Rate, Field(ge=0)] = 0.0
+    relative: Annotated[Rate, Field(ge=0)] = 0.0
+    air: AirDrag | None = None

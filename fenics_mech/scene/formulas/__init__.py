@@ -1,0 +1,1 @@
+"""Formulas in a scene: expressions of the drive angle, and intervals that bound them."""

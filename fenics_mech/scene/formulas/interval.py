@@ -1,0 +1,192 @@
+"""Bounds of a formula over a range of its variable by interval arithmetic: what no set of samples can tell.
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), ch. 2 and 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fenics_mech.scene.formulas.expression import Array, Formula, Jet
+
+CELLS = 256  # that a range is first cut into
+DEEPEST = 40  # times that a cell is halved where the formula has no bounds in it
+MOST_CELLS = 4096  # without bounds
+SLACK = 1e-9  # by which a square root's argument may seem to be negative where it is 0
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Numbers from `low` to `high`, arrays of one shape; from -inf to inf where nothing is known."""
+
+    low: Array
+    high: Array
+    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to this class
+
+    @classmethod
+    def around(cls, *values: Array) -> Interval:
+        """Give the smallest interval with all values in it; no bounds where one of them is no number."""
+        low, high = np.minimum.reduce(values), np.maximum.reduce(values)
+        return cls(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
+
+    @property
+    def bounded(self) -> Array:
+        """Whether both bounds are finite."""
+        return np.isfinite(self.low) & np.isfinite(self.high)
+
+    def holds(self, start: float, step: float) -> Array:
+        """Whether one of the numbers ``start + k step``, k whole, lies inside."""
+        return np.floor((self.high - start) / step) >= np.ceil((self.low - start) / step)
+
+    def _other(self, other: Interval | float) -> Interval:
+        return other if isinstance(other, Interval) else Interval.around(np.full_like(self.low, other))
+
+    def __add__(self, other: Interval | float) -> Interval:
+        o = self._other(other)
+        return Interval.around(self.low + o.low, self.high + o.high)
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __sub__(self, other: Interval | float) -> Interval:
+        return self + -self._other(other)
+
+    def __mul__(self, other: Interval | float) -> Interval:
+        o = self._other(other)
+        return Interval.around(self.low * o.low, self.low * o.high, self.high * o.low, self.high * o.high)
+
+    def __pow__(self, power: float) -> Interval:
+        p = float(power)
+        if p % 1:
+            return self.from_zero(lambda x: x**p) if p > 0 else self.from_zero(np.log)._exp(p)
+        ends = Interval.around(self.low**p, self.high**p)
+        inside = (self.low <= 0) & (self.high >= 0)
+        if p < 0:
+            return Interval(np.where(inside, -np.inf, ends.low), np.where(inside, np.inf, ends.high))
+        return ends if p % 2 or p == 0 else Interval(np.where(inside, 0.0, ends.low), ends.high)
+
+    def _exp(self, p: float) -> Interval:
+        return EXP(self * p)
+
+    def from_zero(self, f: Callable[[Array], Array]) -> Interval:
+        """Values of an increasing function of positive numbers; no bounds where some are negative."""
+        negative = self.low < -SLACK * (1 + np.abs(self.high))
+        low, high = f(np.maximum(self.low, 0)), f(np.maximum(self.high, 0))
+        return Interval(np.where(negative, -np.inf, low), np.where(negative, np.inf, high))
+
+    def wave(self, f: Callable[[Array], Array], crest: float) -> Interval:
+        """Values of a sine whose maximum is at `crest`."""
+        ends = Interval.around(f(self.low), f(self.high))
+        low = np.where(self.holds(crest + np.pi, 2 * np.pi), -1.0, ends.low)
+        return self.kept(Interval(low, np.where(self.holds(crest, 2 * np.pi), 1.0, ends.high)))
+
+    def tan(self) -> Interval:
+        """Values of the tangent; no bounds over a pole."""
+        pole = self.holds(np.pi / 2, np.pi)
+        low, high = np.tan(self.low), np.tan(self.high)
+        return self.kept(Interval(np.where(pole, -np.inf, low), np.where(pole, np.inf, high)))
+
+    def rising(self, f: Callable[[Array], Array]) -> Interval:
+        """Values of an increasing function."""
+        return self.kept(Interval(f(self.low), f(self.high)))
+
+    def kept(self, values: Interval) -> Interval:
+        """Values of a function of this interval, without bounds where it has none: a wave of a pole is no number."""
+        return Interval(np.where(self.bounded, values.low, -np.inf), np.where(self.bounded, values.high, np.inf))
+
+    def __truediv__(self, other: Interval | float) -> Interval:
+        return self * self._other(other) ** -1
+
+    def __radd__(self, other: float) -> Interval:
+        return self + other
+
+    def __rmul__(self, other: float) -> Interval:
+        return self * other
+
+    def __rsub__(self, other: float) -> Interval:
+        return -self + other
+
+    def __rtruediv__(self, other: float) -> Interval:
+        return self._other(other) / self
+
+
+def _function(of_interval: Callable[[Interval], Interval], f: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Extend a function to intervals; plain numbers stay numbers."""
+    return lambda x: of_interval(x) if isinstance(x, Interval) else f(x)
+
+
+EXP = _function(lambda x: x.rising(np.exp), np.exp)
+FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "sin": _function(lambda x: x.wave(np.sin, np.pi / 2), np.sin),
+    "cos": _function(lambda x: x.wave(np.cos, 0.0), np.cos),
+    "tan": _function(Interval.tan, np.tan),
+    "exp": EXP,
+    "log": _function(lambda x: x.from_zero(np.log), np.log),
+    "sqrt": _function(lambda x: x.from_zero(np.sqrt), np.sqrt),
+    "tanh": _function(lambda x: x.rising(np.tanh), np.tanh),
+}
+
+
+def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.inf) -> float | None:
+    """Find where a formula has no bounds between two values of its variable; None where it is finite everywhere.
+
+    The range is cut into cells, and those in which interval arithmetic gives no bounds, or none above a given number,
+    are halved until it does. At a pole it never does.
+    """
+    (name,) = formula.variables
+    edges = np.linspace(low, high, CELLS + 1)
+    left, right = edges[:-1], edges[1:]
+    with np.errstate(all="ignore"):
+        for _ in range(DEEPEST):
+            found = formula(FUNCTIONS, **{name: Interval(left, right)})
+            if not isinstance(found, Interval):
+                return None if np.isfinite(found) and found > above else low
+            unknown = ~(found.bounded & np.asarray(found.low > above))
+            left, right = left[unknown], right[unknown]
+            if len(left) > MOST_CELLS:
+                break
+            if not len(left):
+                return None
+            middle = (left + right) / 2
+            left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
+    return float(left.min())
+
+
+def _jet_function(*parts: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Extend a function, given with its two derivatives, to jets of intervals; plain numbers stay numbers."""
+    return lambda x: x.through(*(part(x.value) for part in parts)) if isinstance(x, Jet) else parts[0](x)
+
+
+SIN, COS, TAN, TANH, SQRT = (FUNCTIONS[name] for name in ("sin", "cos", "tan", "tanh", "sqrt"))
+JET_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "sin": _jet_function(SIN, COS, lambda x: -SIN(x)),
+    "cos": _jet_function(COS, lambda x: -SIN(x), lambda x: -COS(x)),
+    "tan": _jet_function(TAN, lambda x: 1 + TAN(x) ** 2, lambda x: 2 * TAN(x) * (1 + TAN(x) ** 2)),
+    "exp": _jet_function(EXP, EXP, EXP),
+    "log": _jet_function(FUNCTIONS["log"], lambda x: x**-1, lambda x: -(x**-2)),
+    "sqrt": _jet_function(SQRT, lambda x: 0.5 * SQRT(x) ** -1, lambda x: -0.25 * x**-1.5),
+    "tanh": _jet_function(TANH, lambda x: 1 - TANH(x) ** 2, lambda x: -2 * TANH(x) * (1 - TANH(x) ** 2)),
+}
+
+
+def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool = False) -> tuple[Array, Array]:
+    """Give lower and upper bounds of a formula, or of its second derivative, between values of its variable.
+
+    They are of the shape of these values.
+    """
+    (name,) = formula.variables
+    inside, like = Interval(left, right), np.zeros_like(left)
+    with np.errstate(all="ignore"):
+        if of_second:
+            variable: tuple[Any, ...] = inside, Interval(like + 1, like + 1), Interval(like, like)
+            found = formula(JET_FUNCTIONS, **{name: Jet(*variable)})
+            found = found.second if isinstance(found, Jet) else 0.0
+        else:
+            found = formula(FUNCTIONS, **{name: inside})
+    if not isinstance(found, Interval):
+        found = Interval(like + float(found), like + float(found))
+    return np.broadcast_to(found.low, left.shape), np.broadcast_to(found.high, left.shape)

@@ -1,0 +1,177 @@
+"""Sections that vary along the member: numbers as functions of the place s (0 to 1), or a taper between two others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from scipy.interpolate import PchipInterpolator
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import Name
+from fenics_mech.scene.formulas.expression import FUNCTIONS, Formula
+from fenics_mech.scene.formulas.interval import unbounded_at
+from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
+from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known, shear_modulus, stated_factor
+from fenics_mech.scene.units import in_unit
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Material
+
+CHECKED = np.linspace(0, 1, 1001)  # places at which values must be positive
+
+
+def _read(unit: str) -> Callable[[Any], Any]:
+    """Give the validator of a profile: a formula of s in SI, a quantity, or equally spaced quantities."""
+    convert = in_unit(unit)
+
+    def read(value: Any) -> Any:
+        if isinstance(value, list | tuple):
+            if len(value) < 2:
+                raise ValueError(f"a table has at least two values, at the member's ends, found {len(value)}")
+            return tuple(convert(entry) for entry in value)
+        if not isinstance(value, str):
+            return convert(value)
+        try:
+            Formula(value, ("s",))
+        except ValueError as no_formula:
+            try:
+                return convert(value)
+            except ValueError as no_quantity:
+                raise ValueError(f"as a formula: {no_formula}; as a quantity: {no_quantity}") from None
+        return value
+
+    return read
+
+
+def _positive(profile: Any) -> Any:
+    with np.errstate(all="ignore"):
+        values = values_along(profile, CHECKED)
+    bad = ~(np.isfinite(values) & (values > 0))
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise ValueError(
+            f"it must be positive everywhere along the member, and is {values[i]:.6g} at s = {CHECKED[i]:g}"
+        )
+    if isinstance(profile, str) and (where := unbounded_at(Formula(profile, ("s",)), 0.0, 1.0, above=0.0)) is not None:
+        raise ValueError(
+            f"it must be positive and finite everywhere along the member, and cannot be shown to be at s = {where:.6g}"
+        )
+    return profile
+
+
+def _profile(unit: str) -> Any:
+    kinds = [{"type": "number"}, {"type": "string"}, {"type": "array", "items": {"type": ["number", "string"]}}]
+    text = f"{unit}: a number, a quantity, a formula of s (0 to 1 along the member) in SI, or equally spaced values"
+    schema = WithJsonSchema({"anyOf": kinds, "description": text})
+    return Annotated[float | str | tuple[float, ...], BeforeValidator(_read(unit)), AfterValidator(_positive), schema]
+
+
+def values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
+    """Values of a profile at places s; a table is joined by monotone cubics (Fritsch and Butland, 1984)."""
+    if isinstance(profile, tuple):
+        return np.asarray(PchipInterpolator(np.linspace(0, 1, len(profile)), profile)(s))
+    if isinstance(profile, str):
+        functions = {name: getattr(np, name) for name in FUNCTIONS}
+        return np.broadcast_to(Formula(profile, ("s",))(functions, s=s), s.shape)
+    return np.full_like(s, profile)
+
+
+class VariableSection(Section):
+    """A section of one material whose numbers vary along the member.
+
+    Each is a formula of s, 0 at the member's first point and 1 at its second, in SI units; or a list of values at
+    equally spaced places, the first and the last at the ends, joined by monotone cubics; or one value.
+
+    Parameters
+    ----------
+    area
+        A (m^2).
+    inertia
+        I about the neutral line (m^4).
+    fibre
+        Distance from the neutral line to the outer fibres (m), the same on both sides.
+    shear_factor
+        Share of the area that carries shear; it has no default.
+    """
+
+    constant = False
+    shape: Literal["variable"]
+    area: _profile("m**2")  # type: ignore[valid-type]
+    inertia: _profile("m**4")  # type: ignore[valid-type]
+    fibre: _profile("m")  # type: ignore[valid-type]
+    shear_factor: ShearFactor | None = None
+
+    def rigidity(
+        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
+    ) -> Rigidity:
+        """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says."""
+        area, inertia, fibre = (values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
+        return of_one_material(s, material, area, inertia, fibre)
+
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says."""
+        modulus, factor = shear_modulus(material, place), stated_factor(self.shear_factor, place)
+        return modulus * factor * values_along(self.area, s)
+
+
+class TaperSection(Section):
+    """A section whose dimensions run linearly from those of one section to those of another of the same shape.
+
+    Parameters
+    ----------
+    from_, to
+        Names of the sections at the member's first and second point ("from" and "to" in a scene file).
+    """
+
+    model_config = ConfigDict(populate_by_name=True)
+    constant = False
+    shape: Literal["taper"]
+    from_: Annotated[Name, Field(alias="from")]
+    to: Name
+
+    def rigidity(
+        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
+    ) -> Rigidity:
+        """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
+        return self._at(s, sections).rigidity(s, material, materials, sections)
+
+    def shear_stiffness(
+        self,
+        s: Array,
+        material: Material | None,
+        materials: Mapping[str, Material],
+        sections: Mapping[str, Section],
+        place: str,
+    ) -> Array:
+        """G A_s of the shape with the dimensions at every place, as `Section.shear_stiffness` says."""
+        return self._at(s, sections).shear_stiffness(s, material, materials, sections, f"sections.{self.from_}")
+
+    def _at(self, s: Array, sections: Mapping[str, Section]) -> Section:
+        """The section with its dimensions as arrays over the places."""
+        first, second = (sections[name].model_dump(exclude={"shape"}) for name in (self.from_, self.to))
+        here = {name: value + (second[name] - value) * s for name, value in first.items() if value is not None}
+        return sections[self.from_].model_copy(update=here)
+
+    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+        """Raise `SceneError` unless the two sections are there and of one plain shape."""
+        for key, name in (("from", self.from_), ("to", self.to)):
+            known(name, sections, "section", f"{place}.{key}")
+        first, second = sections[self.from_], sections[self.to]
+        if not isinstance(first, PlainSection) or type(first) is not type(second):
+            raise SceneError(
+                f"it goes from {self.from_!r} to {self.to!r}, which are no two sections of one shape with dimensions",
+                place=place,
+                hint="A taper joins two of custom, rectangle, round, tube or I",
+            )
+        if (first.shear_factor is None) != (second.shear_factor is None):
+            raise SceneError("only one of its two sections states a shear factor", place=place, hint="Give it to both")
