@@ -118,7 +118,7 @@ def run(
 def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
     """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
     from fenics_mech import views  # noqa: PLC0415
-    from fenics_mech.accuracy.hidden_resonances import frequency_error  # noqa: PLC0415
+    from fenics_mech.accuracy.frequency_errors import frequency_error  # noqa: PLC0415
     from fenics_mech.mechanism import RigidModes  # noqa: PLC0415
     from fenics_mech.modes import simply_supported_frequencies  # noqa: PLC0415
     from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415

@@ -6,23 +6,36 @@ They come from motions that the solver gives without that error.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.accuracy.corrected_response import CorrectedResponse
+from fenics_mech.accuracy.linearised_drag import left_out_of_drag, unlinear
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
+from fenics_mech.accuracy.missed_resonances import missed_vibrations
+from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
 from fenics_mech.accuracy.quantities import Quantities, measures, names_of
+from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
+from fenics_mech.accuracy.static_errors import static_errors
+from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
+from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.springs import too_stiff
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
-from fenics_mech.response.periodic.steps import like_blows
+from fenics_mech.response.solution import (
+    CollocationSolution,
+    HarmonicSolution,
+    Solution,
+    StaticSolution,
+    SubIntervalSolution,
+    TransientSolution,
+)
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -48,8 +61,6 @@ FAULTS = {
     "modes": "the modes kept are too few",
     "harmonics": "the harmonics are too few",
 }
-OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
-UNSEEN = 0.1  # of the largest value of a factor
 MARGIN = 1.2  # of the numbers that a refusal asks for
 
 
@@ -69,11 +80,14 @@ class Errors:
         it does not.
     measure
         By quantity, what errors are relative to; see `measures`.
+    remarks
+        What is wrong by more than the estimates say.
     """
 
     errors: Mapping[str, Mapping[str, Array]]
     order: Mapping[str, float]
     measure: Mapping[str, Array]
+    remarks: tuple[str, ...] = ()
 
     def relative(self, what: str) -> dict[str, float]:
         """Largest error of a quantity by each source, relative to its measure."""
@@ -130,20 +144,21 @@ def _refusal(
     )
 
 
-def estimated(
-    scene: Scene,
+def estimate(
+    solution: Solution,
     system: System,
-    history: History,
     curves: Mapping[str, Array],
     sampling: Array | None = None,
     choices: Sequence[Choice] = (),
 ) -> Errors:
-    """Estimate the errors of a result by all sources that can be told.
+    """Estimate the errors of a result by all sources that are known.
 
     Parameters
     ----------
-    scene, system, history
-        What was analysed, and its motion with those that are better.
+    solution
+        The response.
+    system
+        Its mechanism, as forces act on it.
     curves
         At the stations of the result, as magnitudes ``(angles, members, stations, fibres)`` or with their sign:
         "strain" of the outer fibres and "deflection" (m).
@@ -151,8 +166,14 @@ def estimated(
         Error of the members' strains by the number of positions, ``(members,)``; it counts as "time".
     choices
         What was decided about effects.
+
+    Raises
+    ------
+    UnresolvedError
+        When a linearisation leaves out so much, or the mesh is so coarse, that estimates do not hold.
     """
-    base = Quantities.of(scene, system, history.elastic)
+    remarks = unlinear(left_out_of_drag(solution))
+    scene, base = solution.scene, Quantities.of(solution.scene, system, solution.response.undamped)
     largest = base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     found: dict[str, dict[str, Array]] = {name: {} for name in largest}
@@ -163,12 +184,14 @@ def estimated(
             by_source[source] = by_source.get(source, 0.0) + times * errors.get(name, nothing[name])
         order.setdefault(source, falling)
 
-    for source, better in history.better.items():
-        add(source, nothing, 1.0, better.order)
-    for source, change, times in _changes(scene, system, history, base):
-        add(source, change, times, history.better[source].order)
-    if scene.analysis.method in ("periodic", "transient") and (blows := _by_blows(scene, system, history.elastic)):
-        add("mesh", blows, 1.0, OF_SLIDERS)
+    corrected = corrected_responses(solution)
+    for source, without in corrected.items():
+        add(source, _change(solution, system, source, without, base), without.safety, without.order)
+    for source, vibrating, share in missed_vibrations(solution):
+        change = Quantities.of(scene, system, vibrating.undamped) - base
+        add(source, change.largest, 1 / share, corrected[source].order)
+    if not isinstance(solution, StaticSolution) and (kinks := _by_slider_kinks(solution, system)):
+        add("mesh", kinks, 1.0, OF_SLIDERS)
     if (missed := misfit(scene, system.beams)).any():
         most = {name: missed.max() * size for name, size in largest.items()}
         add("mesh", most | {"strain": missed * largest["strain"]}, 1.0, 1.0)
@@ -177,28 +200,43 @@ def estimated(
     add("stations", {name: between_stations(curve) for name, curve in curves.items()}, 1.0, 2.0)
     if (left := left_out(choices)) is not None:
         add("effects", largest, left, 0.0)
-    return Errors(found, order, measures(scene, largest))
+    of_sources = [without.remark for without in corrected.values() if without.remark]
+    return Errors(found, order, measures(scene, largest), (*of_sources, *not_estimated(solution), *remarks))
 
 
-def _changes(
-    scene: Scene, system: System, history: History, base: Quantities
-) -> Iterator[tuple[str, dict[str, Array], float]]:
-    """Give by source what the better motions change of each quantity, and how many times as large its error is."""
-    for source, better in history.better.items():
-        if better.history.displacement is not history.displacement or better.loads is not NOTHING:
-            change = Quantities.of(scene, system, better.history.elastic, better.loads) - base
-            if source == "mesh" and system.transformation.constraints.contacts:
-                change = change.with_nodes(system, moved_by_gaps(system, history.elastic))
-            yield source, change.largest, better.safety
-        if better.hidden is not None:
-            beside, share = better.hidden
-            yield source, (Quantities.of(scene, system, beside.elastic) - base).largest, 1 / share
+def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
+    """Give a response without each of its numerical sources of error, by the source."""
+    match solution:
+        case SubIntervalSolution():
+            return sub_interval_errors(solution)
+        case CollocationSolution():
+            return collocation_errors(solution)
+        case HarmonicSolution():
+            return harmonic_errors(solution)
+        case TransientSolution():
+            return transient_errors(solution)
+        case StaticSolution():
+            return static_errors(solution)
+    raise TypeError(f"no errors are estimated of a {type(solution).__name__}")
 
 
-def _by_blows(scene: Scene, system: System, history: History) -> dict[str, Array] | None:
-    """Give the errors by the nodes that sliders pass; see `passing`. Modes add up."""
+def _change(
+    solution: Solution, system: System, source: str, without: CorrectedResponse, base: Quantities
+) -> dict[str, Array]:
+    """Give the largest change of each quantity by a correction."""
+    if without.response.displacement is solution.response.displacement and without.loads is NOTHING:
+        return {}
+    change = Quantities.of(solution.scene, system, without.response.undamped, without.loads) - base
+    if source == "mesh" and system.transformation.constraints.contacts:
+        change = change.with_nodes(system, moved_by_gaps(system, solution.response.undamped))
+    return change.largest
+
+
+def _by_slider_kinks(solution: Solution, system: System) -> dict[str, Array] | None:
+    """Give the errors by the nodes that sliders pass; see `slider_kinks`. Modes add up."""
+    scene = solution.scene
     free, step = unloaded(system), scene.period / scene.analysis.sub_intervals
-    parts = [Quantities.of(scene, free, part).sizes for part in ringing(system, history, step)]
+    parts = [Quantities.of(scene, free, part).sizes for part in ringing(system, solution.response.undamped, step)]
     if not parts:
         return None
     return {name: np.sum([part[name] for part in parts], axis=0).max(axis=0, initial=0.0) for name in parts[0]}
@@ -210,74 +248,6 @@ def left_out(choices: Sequence[Choice]) -> float | None:
         return None
     inside = {choice.effect.replaces for choice in choices if choice.acts}
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
-
-
-def own_steps(scene: Scene) -> bool:
-    """Whether the scene's options of PETSc choose the steps in time, whatever the tolerance."""
-    return any(name.startswith(OWN_STEPS) for name in scene.petsc)
-
-
-def not_estimated(scene: Scene, history: History) -> list[str]:
-    """Say what is wrong by more than any of the estimates tells."""
-    analysis, found = scene.analysis, []
-    in_time = analysis.method == "transient"
-    reduced, started = in_time and analysis.reduction != "none", in_time and analysis.start != "rigid"
-    if history.course is not None and history.course.too_fast is not None:
-        found.append(
-            f"what the mesh does to vibration from {history.course.too_fast:.3g} Hz on, which {analysis.sub_intervals} "
-            "sub_intervals are too few for"
-        )
-    found += [
-        f"what the {source} does next to a resonance that hardly anything damps, which it may move there or away"
-        for source, better in history.better.items()
-        if better.unheld
-    ]
-    if scene.impulses and analysis.method in ("periodic", "transient"):
-        found.append("what impulses put into vibration that mesh and modes are too coarse for")
-    if scene.loads and analysis.method == "periodic" and _by_collocation(scene, history) and like_blows(scene):
-        found.append("what pulses much shorter than a step put into vibration that mesh and modes are too coarse for")
-    if in_time and own_steps(scene):
-        found.append("the time steps, which PETSc's options state")
-    if reduced and started:
-        found.append("what the start puts into the modes left out of members")
-    if reduced and any(load.jumps for load in scene.loads.values()):
-        found.append("what loads that jump put into the modes left out of members")
-    if started and scene.damping.material:
-        found.append("strains in the first instants, where the start lets the material's viscous stress jump")
-    if started and np.any(scene.damping.ratio):
-        found.append("joint forces in the first instants, where the start lets the forces of damping jump")
-    if analysis.method == "periodic" and history.velocity is None and analysis.join == "modal":
-        found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
-    found += [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
-    count = _seen_points(scene, history)
-    found += [
-        f"what the factor of the load {name!r} does between positions, which do not see it"
-        for name, load in scene.loads.items()
-        if count and not (_by_collocation(scene, history) and load.cut_where_needed)
-        if load.unseen(count) > UNSEEN or load.enough_angles(count) > count
-    ]
-    found += [
-        f"what the law of the drive at {drive.joint!r} does between positions"
-        for drive in scene.drives
-        if count and drive.enough_angles(count, scene.cycle_rate) > count
-    ]
-    return found
-
-
-def _by_collocation(scene: Scene, history: History) -> bool:
-    """Whether a motion was found by steps that are cut at corners of the loads' factors."""
-    return scene.analysis.method == "periodic" and history.velocity is not None and "harmonics" not in history.better
-
-
-def _seen_points(scene: Scene, history: History) -> int:
-    """Number of points of a cycle that see what a load or a drive does; 0 where steps are as short as they need be."""
-    analysis = scene.analysis
-    if analysis.method == "transient":  # the viscous stress is judged by every second position
-        return analysis.sub_intervals // 2 if scene.damping.material else 0
-    if analysis.method == "static":
-        return 0
-    by_points = analysis.method == "periodic" and history.velocity is not None  # all but chapter 5
-    return analysis.sub_intervals * (analysis.stages if by_points else 1)
 
 
 def between_stations(strain: Array) -> Array:

@@ -9,12 +9,14 @@ leaves open is taken. The eigenvalues are found by Arnoldi's method.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.accuracy.mesh_residual import neglected
 from fenics_mech.effects import Terms
-from fenics_mech.forces.history import History
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
 Array = NDArray[np.float64]
@@ -83,54 +85,71 @@ def fed_back(
     return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
 
 
-def under_neglected(
-    system: System,
-    lack: Terms,
-    lack_of: Callable[[System, History], Terms],
-    change_by: Callable[[Terms], Array],
-    moved: Callable[[Array, Terms], History],
-    unit: Array,
-    loss: float,
-    within: float = np.inf,
-) -> tuple[History, Terms, bool]:
-    """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
+class Answer(Protocol):
+    """How a motion answers to small loads beside its own."""
 
-    The last value is that of `fed_back`.
+    @property
+    def system(self) -> System:
+        """The mechanism."""
+
+    @property
+    def step(self) -> float:
+        """Duration between its positions (s)."""
+
+    @property
+    def unit(self) -> Array:
+        """What the numbers of a change are multiplied by for their sizes to be compared, ``(numbers,)``."""
+
+    @property
+    def loss(self) -> float:
+        """Least loss factor of vibration; as of `fed_back`."""
+
+    @property
+    def within(self) -> float:
+        """Size of a change up to which the answer is linear."""
+
+    def to(self, loads: Terms) -> Array:
+        """Give what loads change of the motion, ``(angles, numbers)``; it is linear."""
+
+    def changed(self, change: Array, loads: Terms) -> ElasticResponse:
+        """Give the motion with such a change, under such loads."""
+
+
+def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Terms, bool]:
+    """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
 
     Parameters
     ----------
-    system
-        The mechanism.
-    lack
-        What the elements neglect of the motion as it is.
-    lack_of
-        Gives that of another motion, of a mechanism on which such loads act.
-    change_by
-        Gives what loads change of the motion, ``(angles, numbers)``; it is linear.
-    moved
-        Gives the motion with such a change, under such loads.
-    unit
-        What the change's numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
-    loss, within
-        As of `fed_back`.
+    answer
+        How the motion answers to loads.
+    response
+        The motion as it is.
+
+    Returns
+    -------
+    tuple
+        The motion, the loads, and what `fed_back` says of a resonance.
     """
-    size = len(unit)
+    system, size = answer.system, len(answer.unit)
+    missing = neglected(system, response, answer.step)
 
     def under(loads: Terms) -> Array:
-        return np.concatenate([change_by(loads), loads.columns()], axis=1)
+        return np.concatenate([answer.to(loads), loads.columns()], axis=1)
 
     def parts(error: Array) -> tuple[Array, Terms]:
-        return error[:, :size], lack.of_columns(error[:, size:])
+        return error[:, :size], missing.of_columns(error[:, size:])
 
     def again(error: Array) -> Array:
         change, beside = parts(error)
         there = system.with_terms(system.terms + beside)
-        return under(lack.of_columns(lack_of(there, moved(change, beside)).columns() - lack.columns()))
+        found = neglected(there, answer.changed(change, beside), answer.step)
+        return under(missing.of_columns(found.columns() - missing.columns()))
 
-    first = under(lack)
-    error, unheld = fed_back(first, again, np.pad(unit, (0, first.shape[1] - size)), loss, within=within)
+    first = under(missing)
+    unit = np.pad(answer.unit, (0, first.shape[1] - size))
+    error, resonant = fed_back(first, again, unit, answer.loss, within=answer.within)
     change, beside = parts(error)
-    return moved(change, beside), beside, unheld
+    return answer.changed(change, beside), beside, resonant
 
 
 def _reach(motion: Array, error: Array) -> float:

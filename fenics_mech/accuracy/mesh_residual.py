@@ -25,13 +25,13 @@ from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.variable_sections import lacking_shapes, lacking_stiffness
 from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import element_tension, left_to_statics
 from fenics_mech.forces.element_loads import PointLoad, point_loads
 from fenics_mech.forces.inertia import SHAPES, inertia_of
 from fenics_mech.forces.joint_forces import nodal_forces, reactions, without_elastic
 from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, forces_inside, strain_of
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
 from fenics_mech.response.static.quasi_static import yielding_to
 from fenics_mech.scene import Prismatic
 
@@ -73,7 +73,7 @@ def _pulled_unevenly(system: System) -> bool:
     return bool((of_members > 1).any())
 
 
-def neglected(system: System, history: History, step: float | None, closed: bool = True) -> Terms:
+def neglected(system: System, response: ElasticResponse, step: float | None, closed: bool = True) -> Terms:
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
@@ -82,7 +82,7 @@ def neglected(system: System, history: History, step: float | None, closed: bool
 
     Parameters
     ----------
-    system, history
+    system, response
         The mechanism and its motion at equal steps of time.
     step
         The step (s); None where the elastic motion has no inertia.
@@ -91,30 +91,30 @@ def neglected(system: System, history: History, step: float | None, closed: bool
     """
     if (spread := system.beams.spread) is not None:
         along = replace(system, beams=replace(spread, reduction=system.beams.reduction))
-        return _by_lumps(system, along, history) + neglected(along, history, step, closed)
-    count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, history), system.beams.reduction
+        return _by_lumps(system, along, response) + neglected(along, response, step, closed)
+    count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, response), system.beams.reduction
     varies, contacts = system.beams.stiffness_powers is not None, system.transformation.constraints.contacts
     if step is None and tension is None and not varies and not contacts:
         return NOTHING
     element, xi = _everywhere(system.beams)
-    pins = point_loads(system, reactions(system, nodal_forces(system, history))) if contacts else []
-    u, w = between_nodes(system, history, element, xi, pins)
+    pins = point_loads(system, reactions(system, nodal_forces(system, response))) if contacts else []
+    u, w = between_nodes(system, response, element, xi, pins)
     if tension is not None:
-        w = w + bent_by_tension(system, history, tension, element, xi)
+        w = w + bent_by_tension(system, response, tension, element, xi)
     z = (u + 1j * w).reshape(len(u), count, -1)
     line = None
     if step is not None:
         share = 1.0 if reduction is None else reduction.fineness ** float(-ORDER)
         line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
         if not system.terms.coupled:
-            line += _of_joints(system, history.displacement, step, closed)
+            line += _of_joints(system, response.displacement, step, closed)
     force = None if tension is None else _by_tension(system, tension, z.imag)
     if reduction is not None and (step is not None or tension is not None):
-        force = _sum(force, _by_statics(system, left_to_statics(system, history), tension, step, closed))
-    ends = _by_varying(system, history, element, xi) if varies else None
+        force = _sum(force, _by_statics(system, left_to_statics(system, response), tension, step, closed))
+    ends = _by_varying(system, response, element, xi) if varies else None
     if tension is not None:
-        axial = forces_inside(system, history, element, xi, pins)[0]
-        of_line, of_nodes = _by_tension_inside(system, history, axial.reshape(z.shape))
+        axial = forces_inside(system, response, element, xi, pins)[0]
+        of_line, of_nodes = _by_tension_inside(system, response, axial.reshape(z.shape))
         line, force = _sum(line, of_line), _sum(force, of_nodes)
     if contacts:
         pulled = tension if system.terms.law is not None else None
@@ -127,16 +127,16 @@ def _sum(first: Array | None, second: Array) -> Array:
     return second if first is None else first + second
 
 
-def _by_lumps(system: System, along: System, history: History) -> Terms:
+def _by_lumps(system: System, along: System, response: ElasticResponse) -> Terms:
     """Give the inertia of mass along the beams in place of that of lumps; `along` is the mechanism with such beams.
 
     It is linear along each element; what that lacks of the consistent mass's forces is on the nodes.
     """
     element, xi = _everywhere(along.beams)
-    along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, history, element))
+    along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, response, element))
     force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(PLACES))
     line = _line(force)
-    lumps, beams = (without_elastic(replace(one, terms=NOTHING), history) for one in (system, along))
+    lumps, beams = (without_elastic(replace(one, terms=NOTHING), response) for one in (system, along))
     return Terms(line=line, force=lumps - beams - along.applied_by(Terms(line=line)))
 
 
@@ -146,16 +146,16 @@ def _everywhere(beams: Beams) -> tuple[Index, Array]:
     return np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
 
 
-def _by_varying(system: System, history: History, element: Index, xi: Array) -> Array:
+def _by_varying(system: System, response: ElasticResponse, element: Index, xi: Array) -> Array:
     """Give the loads on the elements' ends by the shapes that elements lack whose sections vary: ``f S + dk v``.
 
     S are those shapes, f the loads and the inertia along the elements, dk what their stiffness is too large.
     """
     beams, terms = system.beams, system.terms
     count = len(beams.mesh.cell)
-    found = -each(lacking_stiffness(beams), strain_of(system, history, history.elastic.strained(system)))
+    found = -each(lacking_stiffness(beams), strain_of(system, response, response.undamped.strained(system)))
     density, shapes = _line_density(beams).ravel(), evaluate(SHAPES, xi)
-    parts = zip(inertia_of(system, history, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
+    parts = zip(inertia_of(system, response, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
     for acceleration, lacking, of_line in parts:
         load = -density * np.sum(acceleration * shapes, axis=-1)
         if terms.line is not None:
@@ -190,9 +190,9 @@ def _by_pins(
     return ends + of_elements, force
 
 
-def moved_by_gaps(system: System, history: History) -> Array:
+def moved_by_gaps(system: System, response: ElasticResponse) -> Array:
     """Displacement that the nodes lack as travelling pins follow them, ``(angles, nodal dofs)``; see `_by_pins`."""
-    return _by_gaps(system, point_loads(system, reactions(system, nodal_forces(system, history))))
+    return _by_gaps(system, point_loads(system, reactions(system, nodal_forces(system, response))))
 
 
 def _by_gaps(system: System, pins: Sequence[PointLoad]) -> Array:
@@ -226,7 +226,7 @@ def at_the_start(system: System) -> Terms:
     """
     beams, mass = system.beams, system.nodal_mass
     assert beams.reduction is not None
-    still = History(np.zeros((len(system.motion.theta), system.size)), system.rigid_acceleration)
+    still = ElasticResponse(np.zeros((len(system.motion.theta), system.size)), system.rigid_acceleration)
     held = in_member_axes(beams.mesh, left_to_statics(system, still)[:1])
     force = system.assembled_from_members(each(beams.element_stiffness, held))[0]
     inner = np.zeros(len(force), dtype=bool)
@@ -291,7 +291,7 @@ def _by_tension(system: System, tension: Array, w: Array) -> Array:
     return system.assembled_from_members(ends)
 
 
-def _by_tension_inside(system: System, history: History, axial: Array) -> tuple[Array, Array]:
+def _by_tension_inside(system: System, response: ElasticResponse, axial: Array) -> tuple[Array, Array]:
     """Give the loads by what the axial force N at `PLACES` differs from its mean, ``-int (N - mean) w' N' dx``.
 
     Its part that bends an element is linear along it, with the same moments at clamped ends; the rest is on the nodes.
@@ -299,7 +299,7 @@ def _by_tension_inside(system: System, history: History, axial: Array) -> tuple[
     mesh = system.beams.mesh
     h, line = mesh.cell_length[:, None], np.zeros((*axial.shape[:2], 4))
     more = (axial - axial @ WEIGHTS[:, None]) * WEIGHTS
-    ends = _pulled(system, system.to_links(history.displacement), more)
+    ends = _pulled(system, system.to_links(response.displacement), more)
     line[..., 2:] = ends[..., [2, 5]] / h**2 @ OF_WORK_ACROSS
     return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
 

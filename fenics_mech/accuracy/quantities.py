@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
 from fenics_mech.forces.joint_forces import effort_units, joint_forces, joint_names, nodal_forces, reactions
-from fenics_mech.forces.section_forces import deflection_of_nodes, recover_members, stiffnesses
+from fenics_mech.forces.section_forces import deflection_of_nodes, recover_members
+from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -36,7 +37,7 @@ class Quantities:
     Parameters
     ----------
     axial, bending
-        Strain of the axis and of the farther fibre, ``(angles, members, stations)``.
+        Strain of the axis, ``(angles, members, stations)``, and by bending of both fibres, with another axis of 2.
     deflection
         In the fixed frame (m), ``(angles, members, stations, 2)``.
     force
@@ -52,22 +53,22 @@ class Quantities:
     effort: Array
 
     @classmethod
-    def of(cls, scene: Scene, system: System, history: History, loads: Terms = NOTHING) -> Quantities:
+    def of(cls, scene: Scene, system: System, response: ElasticResponse, loads: Terms = NOTHING) -> Quantities:
         """Recover them from a motion at few stations, without the forces of modal damping.
 
         `loads` are those that act beside the system's own.
         """
         system = system if loads is NOTHING else system.with_terms(system.terms + loads)
-        found = reactions(system, nodal_forces(system, history))
+        found = reactions(system, nodal_forces(system, response))
         s = _stations(system)
-        members = recover_members(system, history, s, point_loads(system, found))
-        ea, ei, _, fibre = stiffnesses(scene, s)
+        members = recover_members(system, response, s, point_loads(system, found))
+        axial, bending = stress_over_modulus(scene, s, members.axial_force, members.moment)
         count = len(members.moment)
         forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, count, 2)
-        efforts = np.array(list(Forces(scene, system, history, loads).efforts().values())).reshape(-1, count)
+        efforts = np.array(list(Forces(scene, system, response, loads).efforts().values())).reshape(-1, count)
         return cls(
-            axial=members.axial_force / ea,
-            bending=members.moment * np.abs(fibre).max(axis=-1) / ei,
+            axial=axial,
+            bending=bending,
             deflection=members.deflection,
             force=np.moveaxis(forces, 0, 1),
             effort=efforts.T,
@@ -92,7 +93,7 @@ class Quantities:
     def sizes(self) -> dict[str, Array]:
         """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
         return {
-            "strain": (np.abs(self.axial) + np.abs(self.bending)).max(axis=2),
+            "strain": (np.abs(self.axial) + np.abs(self.bending).max(axis=-1)).max(axis=2),
             "deflection": np.linalg.norm(self.deflection, axis=-1).max(axis=2),
             "joint_force": np.linalg.norm(self.force, axis=-1),
             "torque": np.abs(self.effort),

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from fenics_mech.accuracy.mesh_residual import yielded
 from fenics_mech.effects import Terms
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad, point_loads
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
-from fenics_mech.response import History
 
 Array = NDArray[np.float64]
 MODES = 8  # that are looked at: the blows put less into higher ones
@@ -29,13 +29,13 @@ BLOWS = 8  # that are looked at, the strongest
 MASSLESS = 1e-12  # of the largest 1/omega^2, up to which a mode has no mass, as with lumped ones
 
 
-def ringing(system: System, history: History, step: float) -> Iterator[History]:
+def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[ElasticResponse]:
     """Give the amplitudes of one mode after another by the blows that positions at such a step (s) do not show.
 
     They are at the positions before the blows, and 0 at all others. The modes are those of `unloaded`.
     """
     contacts = system.transformation.constraints.contacts
-    pins = point_loads(system, reactions(system, nodal_forces(system, history))) if contacts else []
+    pins = point_loads(system, reactions(system, nodal_forces(system, response))) if contacts else []
     jumps = [_jump(system, name, pin) for name, pin in zip(contacts, pins)]
     if not np.any(jumps):
         return
@@ -44,7 +44,7 @@ def ringing(system: System, history: History, step: float) -> Iterator[History]:
     strength = np.einsum("ki,ki->k", v, momenta)
     struck = [int(k) for k in np.argsort(strength)[-BLOWS:] if strength[k] > 0]
     count = min(MODES, system.size)
-    amplitudes, accelerations = np.zeros((2, count, *history.displacement.shape))
+    amplitudes, accelerations = np.zeros((2, count, *response.displacement.shape))
     free = unloaded(system)
     on_coordinates = system.transformation.backward(system.values, momenta)
     for k in struck:
@@ -56,7 +56,7 @@ def ringing(system: System, history: History, step: float) -> Iterator[History]:
         amplitudes[:, k] = (unseen * omega * (shapes.T @ on_coordinates[k]) * shapes).T
         accelerations[:, k] = -(omega[:, None] ** 2) * amplitudes[:, k]
     for q, acceleration in zip(amplitudes, accelerations):
-        yield History(q, system.to_links(acceleration))
+        yield ElasticResponse(q, system.to_links(acceleration))
 
 
 def unloaded(system: System) -> System:

@@ -7,79 +7,79 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import each, times
 from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import held_tension, without_elastic
 from fenics_mech.forces.reduced_members import inside
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
 
 Array = NDArray[np.float64]
 
 
-def element_forces(system: System, history: History) -> Array:
+def element_forces(system: System, response: ElasticResponse) -> Array:
     """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
-    return balanced(system, history)[0]
+    return balanced(system, response)[0]
 
 
-def balanced(system: System, history: History) -> tuple[Array, Array]:
+def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     """Forces on the elements' ends, ``(angles, elements, 6)``, and the displacement v that goes with them.
 
     Inside members that are reduced both follow from equilibrium, so that the modes left out answer statically.
     """
-    beams, strained = system.beams, history.strained(system)
-    v, ends = system.to_links(history.displacement), _on_elements(system, history)
+    beams, strained = system.beams, response.strained(system)
+    v, ends = system.to_links(response.displacement), _on_elements(system, response)
     if beams.reduction is None:
         ends += each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
     else:
         law = system.terms.law
-        longer = None if law is None or history.velocity is None else law.on_elements.lengthening(v)
-        elastic, settled = inside(beams, strained, without_elastic(system, history), longer)
+        longer = None if law is None or response.velocity is None else law.on_elements.lengthening(v)
+        elastic, settled = inside(beams, strained, without_elastic(system, response), longer)
         ends, v = ends + elastic, v + settled - strained
     held = system.transformation.held
     if held is not None:
-        ends[..., [0, 3]] += held_tension(system, held, history)[..., None] * [-1.0, 1.0]
+        ends[..., [0, 3]] += held_tension(system, held, response)[..., None] * [-1.0, 1.0]
     return ends, v
 
 
-def left_to_statics(system: System, history: History) -> Array:
+def left_to_statics(system: System, response: ElasticResponse) -> Array:
     """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia."""
-    return balanced(system, history)[1] - system.to_links(history.displacement)
+    return balanced(system, response)[1] - system.to_links(response.displacement)
 
 
-def _on_elements(system: System, history: History) -> Array:
+def _on_elements(system: System, response: ElasticResponse) -> Array:
     """Forces on the elements' ends by everything but the links' stress, ``(angles, elements, 6)``."""
     beams, terms = system.beams, system.terms
-    ends = each(beams.element_mass, in_member_axes(beams.mesh, history.inertia))
-    if history.turning is not None and history.centripetal is not None:
-        ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, history.turning))
+    ends = each(beams.element_mass, in_member_axes(beams.mesh, response.inertia))
+    if response.rotation is not None:
+        ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, response.rotation.turning))
         if beams.rotary is not None:
-            ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, history.centripetal))
+            ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, response.rotation.centripetal))
     if terms.line is not None:
         ends -= beams.layout.work_equivalent(terms.line)
     if terms.ends is not None:
         ends -= terms.ends
     if terms.element_stiffness is None and terms.law is None:
         return ends
-    v, rotation = system.to_links(history.displacement), member_rotation(beams.mesh)
+    v, rotation = system.to_links(response.displacement), member_rotation(beams.mesh)
     if terms.element_stiffness is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
         ends += each(rotation, times(terms.element_stiffness, of_elements))
-    if terms.law is not None and history.velocity is not None:
-        ends += each(rotation, terms.law.on_elements.force(v, history.velocity))
+    if terms.law is not None and response.velocity is not None:
+        ends += each(rotation, terms.law.on_elements.force(v, response.velocity))
     return ends
 
 
-def element_tension(system: System, history: History) -> Array | None:
+def element_tension(system: System, response: ElasticResponse) -> Array | None:
     """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory."""
     law = system.terms.law
-    if law is not None and history.velocity is not None:
-        return law.on_elements.tension(system.to_links(history.displacement), history.velocity)
+    if law is not None and response.velocity is not None:
+        return law.on_elements.tension(system.to_links(response.displacement), response.velocity)
     return system.terms.tension
 
 
-def mean_tension(system: System, history: History) -> Array:
+def mean_tension(system: System, response: ElasticResponse) -> Array:
     """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
 
     The share of modal damping does not, as it is linear in the coordinates; nor does it with moderate rotations.
     """
-    ends = element_forces(system, history.elastic)
+    ends = element_forces(system, response.undamped)
     return (ends[..., 3] - ends[..., 0]) / 2

@@ -14,6 +14,7 @@ from fenics_mech.beams.shapes import (
     integral,
     point_equivalent,
 )
+from fenics_mech.forces.joint_forces import Reactions
 from fenics_mech.mechanism import System
 
 Array = NDArray[np.float64]
@@ -136,7 +137,7 @@ def applied_inside(system: System) -> list[PointLoad]:
     ]
 
 
-def point_loads(system: System, found: dict[tuple[str, str, int], Array]) -> list[PointLoad]:
+def point_loads(system: System, found: Reactions) -> list[PointLoad]:
     """Loads of pins on the members that they travel along, in the order of `contacts`, from the joints' reactions."""
     motion, loads = system.motion, []
     for name, contact in system.transformation.constraints.contacts.items():

@@ -11,8 +11,8 @@ from fenics_mech.beams import Beams
 from fenics_mech.beams.element_matrices import means
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, between_clamped_ends, integral
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
 
 Array = NDArray[np.float64]
 SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
@@ -27,7 +27,7 @@ def nodal_in_members(system: System, nodal: Array) -> Array:
 
 
 def by_rotary_inertia(
-    system: System, history: History, powers: Array, element: NDArray[np.int64], xi: Array
+    system: System, response: ElasticResponse, powers: Array, element: NDArray[np.int64], xi: Array
 ) -> tuple[Array, Array]:
     """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
 
@@ -35,7 +35,8 @@ def by_rotary_inertia(
     """
     beams = system.beams
     h = beams.mesh.cell_length[element]
-    turning = history.inertia if history.centripetal is None else history.inertia - history.centripetal
+    rotation = response.rotation
+    turning = response.inertia if rotation is None else response.inertia - rotation.centripetal
     rate = _rotation(system, turning, element)
     terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
     up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
@@ -54,7 +55,7 @@ def _rotation(system: System, nodal: Array, element: NDArray[np.int64]) -> Array
 
 
 def by_mass_beside_axis(
-    system: System, history: History, mass_moment: Array, element: NDArray[np.int64], xi: Array
+    system: System, response: ElasticResponse, mass_moment: Array, element: NDArray[np.int64], xi: Array
 ) -> tuple[Array, Array]:
     """Moment, and EI times the deflection between clamped ends, by inertia along the member on the arm of its mass.
 
@@ -62,7 +63,7 @@ def by_mass_beside_axis(
     has the rest. `mass_moment` is rho A e of the elements (kg).
     """
     h = system.beams.mesh.cell_length[element]
-    along = _of_neutral_line(system, history, element)[0]
+    along = _of_neutral_line(system, response, element)[0]
     particular = between_clamped_ends(SHAPES, xi, at_elements(shear_number(system.beams), element), order=3)
     on_arm = -mass_moment[element]
     return on_arm * h * np.sum(along * integral(SHAPES, xi), -1), on_arm * h**3 * np.sum(along * particular, -1)
@@ -80,7 +81,7 @@ def at_elements(values: Array | None, element: NDArray[np.int64]) -> Array | Non
     return None if values is None else values[element]
 
 
-def inertia_of(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+def inertia_of(system: System, response: ElasticResponse, element: NDArray[np.int64]) -> tuple[Array, Array]:
     """Acceleration of the mass along and across the member in each element, as coefficients of `SHAPES`.
 
     Returns
@@ -88,24 +89,24 @@ def inertia_of(system: System, history: History, element: NDArray[np.int64]) -> 
     tuple
         Along and across, ``(angles, places, 6)`` each.
     """
-    along, across = _of_neutral_line(system, history, element)
+    along, across = _of_neutral_line(system, response, element)
     if system.beams.mass_moment is not None and system.beams.layout.offsets is not None:
         arm = system.beams.layout.offsets.mass[element, None]  # the centre of mass moves by u - e phi, w
-        along[..., :4] -= arm * (_rotation(system, history.inertia, element) @ AS_CUBICS)
-        if history.turning is not None:
-            across[..., :4] -= arm * (_rotation(system, history.turning, element) @ AS_CUBICS)
+        along[..., :4] -= arm * (_rotation(system, response.inertia, element) @ AS_CUBICS)
+        if response.rotation is not None:
+            across[..., :4] -= arm * (_rotation(system, response.rotation.turning, element) @ AS_CUBICS)
     return along, across
 
 
-def _of_neutral_line(system: System, history: History, element: NDArray[np.int64]) -> tuple[Array, Array]:
+def _of_neutral_line(system: System, response: ElasticResponse, element: NDArray[np.int64]) -> tuple[Array, Array]:
     """Acceleration of the neutral line, as `inertia_of` gives that of the mass."""
     h = system.beams.mesh.cell_length[element]
-    inertia = nodal_in_members(system, history.inertia)[:, element]
+    inertia = nodal_in_members(system, response.inertia)[:, element]
     along = np.zeros((*inertia.shape[:2], 6))
     across = np.zeros_like(along)
     along[..., 4:], across[..., :4] = inertia[..., AXIAL], scaled(inertia[..., NORMAL], h)
-    if history.turning is not None:
-        turning = nodal_in_members(system, history.turning)[:, element]
+    if response.rotation is not None:
+        turning = nodal_in_members(system, response.rotation.turning)[:, element]
         along[..., :4], across[..., 4:] = -scaled(turning[..., NORMAL], h), turning[..., AXIAL]  # the form s
     return along, across
 

@@ -7,22 +7,24 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensibility import Inextensible
-from fenics_mech.response import History
 from fenics_mech.scene import Prismatic, Scene, Slot
 
 Array = NDArray[np.float64]
 
+Reactions = dict[tuple[str, str, int], Array]  # by joint, body and number of components
 
-def nodal_forces(system: System, history: History) -> Array:
+
+def nodal_forces(system: System, response: ElasticResponse) -> Array:
     """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``.
 
     Where members are reduced, what acts inside them stands at their ends.
     """
-    forces, strained = without_elastic(system, history), history.strained(system)  # (4.39)
+    forces, strained = without_elastic(system, response), response.strained(system)  # (4.39)
     reduction = system.beams.reduction
     if reduction is None:
         return forces + (system.nodal_stiffness @ strained.T).T
@@ -33,23 +35,23 @@ def nodal_forces(system: System, history: History) -> Array:
     return at_ends
 
 
-def without_elastic(system: System, history: History) -> Array:
+def without_elastic(system: System, response: ElasticResponse) -> Array:
     """Force that the nodes need from joints and from the links' stress, ``m a - f``, ``(angles, nodal dofs)``."""
-    terms, v = system.terms, system.to_links(history.displacement)
-    forces = (system.nodal_mass @ history.inertia.T).T - system.applied
+    terms, v = system.terms, system.to_links(response.displacement)
+    forces = (system.nodal_mass @ response.inertia.T).T - system.applied
     for entries in system.added_stiffness:
         forces += entries.times(v)
-    if history.turning is not None and history.centripetal is not None:
-        forces += (system.nodal_gyroscopic @ history.turning.T - system.nodal_rotary_mass @ history.centripetal.T).T
-    if history.velocity is not None:
+    if (rotation := response.rotation) is not None:
+        forces += (system.nodal_gyroscopic @ rotation.turning.T - system.nodal_rotary_mass @ rotation.centripetal.T).T
+    if response.velocity is not None:
         for entries in terms.damping:
-            forces += entries.times(history.velocity)
+            forces += entries.times(response.velocity)
         if terms.law is not None:
-            forces += system.assembled(terms.law.on_elements.force(v, history.velocity))
+            forces += system.assembled(terms.law.on_elements.force(v, response.velocity))
     return forces
 
 
-def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array]:
+def reactions(system: System, forces: Array) -> Reactions:
     """Force or moment of every joint on every body that it holds, from `nodal_forces`.
 
     Returns
@@ -58,7 +60,7 @@ def reactions(system: System, forces: Array) -> dict[tuple[str, str, int], Array
         By (joint, body, number of components): forces in the fixed frame (N), ``(angles, 2)``, and moments (N m),
         ``(angles, 1)``.
     """
-    found: dict[tuple[str, str, int], Array] = {}
+    found: Reactions = {}
     for group, multipliers in _multipliers(system, forces):
         start = 0
         for equation in group.equations:
@@ -80,19 +82,19 @@ def _multipliers(system: System, forces: Array) -> Iterator[tuple[Group, Array]]
         yield group, group.multipliers(system.motion, residual)
 
 
-def held_tension(system: System, held: Inextensible, history: History) -> Array:
+def held_tension(system: System, held: Inextensible, response: ElasticResponse) -> Array:
     """Axial force of elements that cannot stretch, less that of their own inertia (N), ``(angles, elements)``.
 
     It is what the nodes need beside the joints' forces; 0 for all other elements.
     """
-    forces = nodal_forces(system, history)
+    forces = nodal_forces(system, response)
     lack = -forces
     for group, multipliers in _multipliers(system, forces):
         lack += group.on_nodes(system.motion, multipliers, system.transformation.height)
     return held.forces(lack)
 
 
-def joint_forces(scene: Scene, found: dict[tuple[str, str, int], Array]) -> dict[str, Array]:
+def joint_forces(scene: Scene, found: Reactions) -> dict[str, Array]:
     """Force (N) that each joint exerts, in the fixed frame, ``(angles, 2)`` each.
 
     Parameters

@@ -27,6 +27,7 @@ from fenics_mech.beams.shapes import (
     integral,
 )
 from fenics_mech.beams.variable_sections import between_ends, lacking_shapes
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import balanced, element_forces, element_tension
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad, applied_inside
 from fenics_mech.forces.inertia import (
@@ -40,8 +41,6 @@ from fenics_mech.forces.inertia import (
     shear_number,
 )
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
-from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -81,14 +80,16 @@ class MemberState:
         )
 
 
-def recover_members(system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()) -> MemberState:
+def recover_members(
+    system: System, response: ElasticResponse, s: Array, loads: Sequence[PointLoad] = ()
+) -> MemberState:
     """Recover the members' state at stations `s`, the same on all members.
 
     Parameters
     ----------
     system
-        The mechanism at the angles of the history.
-    history
+        The mechanism at the angles of the response.
+    response
         Displacement and the inertia that balances it.
     s
         Places along the members, 0..1, shape ``(stations,)``.
@@ -98,16 +99,16 @@ def recover_members(system: System, history: History, s: Array, loads: Sequence[
     beams = system.beams
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    inertia, (ends, v) = inertia_of(system, history, element), balanced(system, history)
-    axial, shear, moment = _statics(system, history, ends, inertia, loads, element, xi)
+    inertia, (ends, v) = inertia_of(system, response, element), balanced(system, response)
+    axial, shear, moment = _statics(system, response, ends, inertia, loads, element, xi)
     displacement = nodal_in_members(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
-    extra_u, extra_w = between_nodes(system, history, element, xi, loads, inertia, v)
+    extra_u, extra_w = between_nodes(system, response, element, xi, loads, inertia, v)
     u, w = u + extra_u, w + extra_w
     if beams.layout.offsets is not None:  # from the neutral line to the axis
         sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
         u += beams.layout.offsets.neutral[element] * (slope + sections)
-    tension = element_tension(system, history)
+    tension = element_tension(system, response)
     if tension is not None:  # the axial force acts on the bent axis
         shear += tension[:, element] * slope
         moment += tension[:, element] * (w - displacement[..., 1])
@@ -145,21 +146,21 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
 
 
 def section_forces(
-    system: System, history: History, s: Array, loads: Sequence[PointLoad] = ()
+    system: System, response: ElasticResponse, s: Array, loads: Sequence[PointLoad] = ()
 ) -> tuple[Array, Array, Array]:
     """Give N, V and M on the straight axes at stations `s` of all members, ``(angles, members x stations)`` each.
 
     Parameters are those of `recover_members`.
     """
-    return forces_inside(system, history, *locate(system.beams, s), loads)
+    return forces_inside(system, response, *locate(system.beams, s), loads)
 
 
 def forces_inside(
-    system: System, history: History, element: NDArray[np.int64], xi: Array, loads: Sequence[PointLoad] = ()
+    system: System, response: ElasticResponse, element: NDArray[np.int64], xi: Array, loads: Sequence[PointLoad] = ()
 ) -> tuple[Array, Array, Array]:
     """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each."""
-    inertia, ends = inertia_of(system, history, element), element_forces(system, history)
-    return _statics(system, history, ends, inertia, loads, element, xi)
+    inertia, ends = inertia_of(system, response, element), element_forces(system, response)
+    return _statics(system, response, ends, inertia, loads, element, xi)
 
 
 def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
@@ -173,7 +174,7 @@ def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad 
 
 def _statics(
     system: System,
-    history: History,
+    response: ElasticResponse,
     ends: Array,
     inertia: tuple[Array, Array],
     loads: Sequence[PointLoad],
@@ -194,21 +195,10 @@ def _statics(
     for each_load in _with_spread(system, loads):
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
     if beams.rotary_powers is not None:
-        moment += by_rotary_inertia(system, history, beams.rotary_powers, element, xi)[0]
+        moment += by_rotary_inertia(system, response, beams.rotary_powers, element, xi)[0]
     if beams.mass_moment is not None:
-        moment += by_mass_beside_axis(system, history, beams.mass_moment, element, xi)[0]
+        moment += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[0]
     return axial, shear, moment
-
-
-def stiffnesses(scene: Scene, s: Array) -> tuple[Array, Array, Array, Array]:
-    """Give EA (N), EI (N m^2), both ``(members, stations)``, and E (Pa) and places (m) of both outer fibres.
-
-    The latter two are ``(members, stations, 2)``; `s` are stations 0..1 along the members.
-    """
-    found = [scene.rigidity(label, s) for label in scene.members()]
-    parts = ("axial", "bending", "modulus", "fibre")
-    ea, ei, modulus, fibre = (np.stack([getattr(rigidity, part) for rigidity in found]) for part in parts)
-    return ea, ei, modulus, fibre
 
 
 def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
@@ -245,7 +235,7 @@ def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Ar
 
 def between_nodes(
     system: System,
-    history: History,
+    response: ElasticResponse,
     element: NDArray[np.int64],
     xi: Array,
     loads: Sequence[PointLoad] = (),
@@ -260,7 +250,7 @@ def between_nodes(
 
     Parameters
     ----------
-    system, history, loads
+    system, response, loads
         As of `recover_members`.
     element, xi
         Places 0..1 in elements.
@@ -273,16 +263,16 @@ def between_nodes(
         beams.line_density[element],
         at_elements(shear_number(beams), element),
     )
-    along, across = inertia_of(system, history, element) if inertia is None else inertia
+    along, across = inertia_of(system, response, element) if inertia is None else inertia
     varies = beams.stiffness_powers is not None
     u, w = np.zeros((2, *along.shape[:2]))
     if not varies:
         u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
         w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
     if beams.rotary_powers is not None:
-        w += by_rotary_inertia(system, history, beams.rotary_powers, element, xi)[1]
+        w += by_rotary_inertia(system, response, beams.rotary_powers, element, xi)[1]
     if beams.mass_moment is not None:
-        w += by_mass_beside_axis(system, history, beams.mass_moment, element, xi)[1]
+        w += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[1]
     for load in _with_spread(system, loads):
         if varies and isinstance(load, SpreadLoad):  # by the section's own stiffness below
             w += load.by_arm(element, xi, h)
@@ -294,7 +284,7 @@ def between_nodes(
         return u, w
     for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
         u, w = u + np.sum(of_u * loaded[0], -1), w + np.sum(of_w * loaded[1], -1)
-    nodal = strain_of(system, history, balanced(system, history)[1] if v is None else v)[:, element]
+    nodal = strain_of(system, response, balanced(system, response)[1] if v is None else v)[:, element]
     more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in lacking_shapes(beams, element, xi)]
     return u + more[0], w + more[1]
 
@@ -313,26 +303,28 @@ def _spread_where_varying(
         yield found, (line[:, element, :2], line[:, element, 2:])
 
 
-def strain_of(system: System, history: History, v: Array) -> Array:
+def strain_of(system: System, response: ElasticResponse, v: Array) -> Array:
     """Nodal values v of the elements in member axes, less what strains nothing along them, ``(angles, elements, 6)``.
 
     With moderate rotations bending shortens the axis: elements are as much longer as their axial force stretches them.
     """
-    nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, history)
+    nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, response)
     if system.terms.law is not None and tension is not None:
         nodal[..., 0] = 0.0
         nodal[..., 3] = tension * system.beams.mesh.cell_length / system.beams.axial_rigidity
     return nodal
 
 
-def bent_by_tension(system: System, history: History, tension: Array, element: NDArray[np.int64], xi: Array) -> Array:
+def bent_by_tension(
+    system: System, response: ElasticResponse, tension: Array, element: NDArray[np.int64], xi: Array
+) -> Array:
     """Deflection that axial forces on their cubic shape add between the nodes of elements, ``(angles, places)`` (m).
 
     It acts as the spread load ``T w''``. `tension` is that of the elements (N), ``(angles, elements)``.
     """
     beams = system.beams
     h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
-    nodal = scaled(nodal_in_members(system, system.to_links(history.displacement))[:, element][..., NORMAL], h)
+    nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
     shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
     return tension[:, element] * h**2 / beams.bending_rigidity[element] * np.sum(nodal * shapes, -1)
 

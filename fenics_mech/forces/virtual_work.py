@@ -20,12 +20,12 @@ from fenics_mech.effects.loads import terms as load_terms
 from fenics_mech.effects.offsets import terms as offset_terms
 from fenics_mech.effects.springs import shortening_power, spring_power
 from fenics_mech.forces.air import air_loads
+from fenics_mech.forces.elastic_response import ElasticResponse, RotationOfFrames
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.forces.shortening import Shortening
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.influence import drive_influences
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ class Rates:
 class Acceleration:
     """Acceleration of the links' points: of nodal dofs, and what the gyroscopic and the rotary matrix multiply.
 
-    All three are ``(angles, nodal dofs)``; see `History`.
+    All three are ``(angles, nodal dofs)``; see `ElasticResponse`.
     """
 
     of_nodes: Array
@@ -89,7 +89,7 @@ class Forces:
 
     Parameters
     ----------
-    scene, system, history
+    scene, system, response
         The scene, its mechanism and its motion.
     beside
         Loads of the system that are none of the scene, such as what stands for an error of its mesh.
@@ -97,7 +97,7 @@ class Forces:
 
     scene: Scene
     system: System
-    history: History
+    response: ElasticResponse
     beside: Terms = NOTHING
 
     @property
@@ -110,7 +110,7 @@ class Forces:
         """
         if self.scene.analysis.method == "static":
             return self.system.terms.law is not None or self.system.terms.element_stiffness is not None
-        return self.history.centripetal is not None
+        return self.response.rotation is not None
 
     def efforts(self) -> dict[str, Array]:
         """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
@@ -129,14 +129,14 @@ class Forces:
         if not self.bent:
             return Rates.of(self.system, unit, self.still)
         rate = self.system.transformation.derivatives(unit)[0]
-        swung = self.system.on_nodes(self.system.transformation.forward(rate, self.history.displacement))
+        swung = self.system.on_nodes(self.system.transformation.forward(rate, self.response.displacement))
         return Rates.of(self.system, unit, swung)
 
     def _on_undeformed(self, unit: Motion) -> Array:
         """Effort of the drive that moves the links so, by the forces that the nodes need, ``(angles,)``."""
-        forces = nodal_forces(self.system, self.history.elastic)
-        if self.history.damping is not None:
-            forces = forces + nodal_forces(replace(self.system, terms=NOTHING), self.history.damping)
+        forces = nodal_forces(self.system, self.response.undamped)
+        if self.response.by_modal_damping is not None:
+            forces = forces + nodal_forces(replace(self.system, terms=NOTHING), self.response.by_modal_damping)
         return np.asarray(np.sum(forces * self.rates_of(unit).rigid, axis=1))
 
     def powers(self) -> dict[str, Array]:
@@ -147,17 +147,17 @@ class Forces:
     @cached_property
     def displacement(self) -> Array:
         """Elastic displacement v in link axes, ``(angles, nodal dofs)``."""
-        return self.system.to_links(self.history.displacement)
+        return self.system.to_links(self.response.displacement)
 
     @cached_property
     def _velocity(self) -> Array:
         """Rate of the displacement with which the links strain, ``(angles, nodal dofs)``."""
         if self.scene.analysis.method in ("static", "quasi-static") or not self.scene.drives:
             return self.still
-        if self.history.velocity is not None:
-            return self.history.velocity
+        if self.response.velocity is not None:
+            return self.response.velocity
         rate = self.system.transformation.derivatives(self.system.motion)[0]
-        carried = self.system.transformation.forward(rate, self.history.displacement)
+        carried = self.system.transformation.forward(rate, self.response.displacement)
         return _rate_of_cycle(self.displacement, self.scene.period) - self.system.on_nodes(carried)
 
     @cached_property
@@ -194,13 +194,12 @@ class Forces:
     @cached_property
     def _accelerations(self) -> dict[str, Acceleration]:
         """Accelerations by cause: those of the motion, of weight and of drag."""
-        history = self.history
-        turning = self.still if history.turning is None else history.turning
-        centripetal = self.still if history.centripetal is None else history.centripetal
-        own = history.inertia - self.weight - sum((a.of_nodes for a in self._drags.values()), self.still)
-        turning = turning - sum((a.turning for a in self._drags.values()), self.still)
+        response = self.response
+        rotation = response.rotation or RotationOfFrames(self.still, self.still)
+        own = response.inertia - self.weight - sum((a.of_nodes for a in self._drags.values()), self.still)
+        turning = rotation.turning - sum((a.turning for a in self._drags.values()), self.still)
         return {
-            "inertia": Acceleration(own, turning, centripetal),
+            "inertia": Acceleration(own, turning, rotation.centripetal),
             "weight": Acceleration(self.weight, self.still, self.still),
             **self._drags,
         }
@@ -222,10 +221,10 @@ class Forces:
     def shortening(self) -> Shortening | None:
         """Displacement by the shortening of members whose axial forces are given."""
         second = self.still
-        if self.history.centripetal is not None:
+        if self.response.rotation is not None:
             drag = self.system.terms.drag
-            own = self.system.rigid_acceleration + drag * self._velocity + self.history.centripetal
-            second = self.history.inertia - own
+            own = self.system.rigid_acceleration + drag * self._velocity + self.response.rotation.centripetal
+            second = self.response.inertia - own
         return Shortening.of(self.scene, self.system, (self.displacement, self._velocity, second))
 
     def _works(self, rates: Rates, shorter: Array | None) -> dict[str, Array]:
@@ -240,7 +239,7 @@ class Forces:
             self.scene, mesh, (motion, rates.motion), (shape, self._velocity), rates.deformation
         )
         if self.scene.damping.air is not None:
-            powers["air drag"] = self._of_applied(*air_loads(self.scene, self.system, self.history), rates, shape)
+            powers["air drag"] = self._of_applied(*air_loads(self.scene, self.system, self.response), rates, shape)
         if shorter is not None:
             for name, power in self._by_shortening(rates, shorter).items():
                 powers[name] = powers.get(name, 0.0) + power
@@ -260,8 +259,8 @@ class Forces:
             elastic = elastic + at_rest
             material = material + system.assembled(law.force(self.displacement, self._velocity)) - at_rest
         forces = {"elastic": elastic, "material": material}
-        if self.history.viscous is not None:
-            forces["modal damping"] = (stiffness @ self.history.viscous.T).T
+        if (damping := self.response.modal_damping) is not None:
+            forces["modal damping"] = (stiffness @ damping.displacement.T).T
         return {name: -np.sum(force * rates.deformation, axis=1) for name, force in forces.items()}
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:
@@ -291,7 +290,7 @@ class Forces:
         system, (u, first, second) = self.system, self.shortening.in_time
         carried = Rates(rates.motion, self.still, rates.turning, shorter)
         found = {name: a.power(system, carried, u) for name, a in self._of_axial_forces.items()}
-        if self.history.centripetal is not None:
+        if self.response.rotation is not None:
             omega, alpha = self.rates.turning, system.motion.alpha[:, system.link_of_dof]
             centripetal = -(omega**2) * u
             own = {"inertia": Acceleration(second + centripetal, 2 * omega * first + alpha * u, centripetal)}
@@ -303,7 +302,7 @@ class Forces:
         found["loads"] = self._of_loads(carried, u)
         found["inertia"] = found.get("inertia", 0.0) + self._of_mass_beside_axes(carried, u)
         if self.scene.damping.air is not None:
-            air = air_loads(self.scene, system, self.history, rigid=True)
+            air = air_loads(self.scene, system, self.response, rigid=True)
             found["air drag"] = self._of_applied(*air, carried, u)
         found["dampers"] = dampers.shortening_power(
             self.scene, system.beams.mesh, (system.motion, rates.motion), (u, first), shorter

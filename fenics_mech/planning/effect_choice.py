@@ -15,8 +15,8 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.kinematics import positions_for_corners, solve_motion
 from fenics_mech.planning.survey import survey
-from fenics_mech.response import solve_static
 from fenics_mech.response.setup import mechanism, scene_modes, system_at
+from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
 POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey

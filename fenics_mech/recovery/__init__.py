@@ -1,7 +1,5 @@
-"""From displacement histories to what an engineer reads: strain, stress, section forces, joint forces."""
+"""From a solution to what an engineer reads: strains, stresses, section forces and joint forces, in one dataset."""
 
-from fenics_mech.forces.joint_forces import joint_forces, reactions
-from fenics_mech.forces.section_forces import MemberState, recover_members
 from fenics_mech.recovery.result import Result
 
-__all__ = ["MemberState", "Result", "joint_forces", "reactions", "recover_members"]
+__all__ = ["Result"]

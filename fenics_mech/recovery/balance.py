@@ -10,17 +10,18 @@ from scipy.interpolate import CubicSpline
 from fenics_mech._arrays import each
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects.springs import spring_energy
-from fenics_mech.forces.blows import Blows
+from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import LOSSES, Forces
 from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.mechanism import System
+from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
 
 Array = NDArray[np.float64]
 SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses
 TINY = float(np.finfo(float).tiny)
 
 
-def energy_balance(forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
+def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
     """Give the mean power of every cause over a cycle, or over a motion in time.
 
     Powers jump where loads jump and impulses strike. Their mean over a cycle by collocation is by the quadrature of its
@@ -28,8 +29,10 @@ def energy_balance(forces: Forces, efforts: dict[str, Array], errors: Array) -> 
 
     Parameters
     ----------
+    solution
+        The response.
     forces
-        The forces of a motion over a whole cycle, or in time.
+        The forces of its motion over a whole cycle, or in time.
     efforts
         Effort of each drive (N m or N), ``(angles,)``.
     errors
@@ -45,25 +48,24 @@ def energy_balance(forces: Forces, efforts: dict[str, Array], errors: Array) -> 
         `drive_impulse` (N m s or N s), the impulse of each drive's effort at each of them. Empty for a mechanism that
         is held, or struck in a motion in time.
     """
-    scene, motion = forces.scene, forces.system.motion
-    in_time = scene.analysis.method == "transient"
+    scene, count, found = solution.scene, len(forces.system.motion.theta), xr.Dataset()
+    in_time = isinstance(solution, TransientSolution)
     struck_in_time = in_time and bool(scene.impulses)
-    if not scene.drives or scene.analysis.method == "static" or struck_in_time or len(motion.theta) < 2:
-        return xr.Dataset()
-    closed, found = forces.history.closed, xr.Dataset()
-    inside = None if closed is None else closed.inside
-    shares = np.full(len(motion.theta), 1 / len(motion.theta))
-    if inside is not None:
-        forces, shares = Forces(scene, inside.system, inside.history), inside.shares
+    if not scene.drives or scene.analysis.method == "static" or struck_in_time or count < 2:
+        return found
+    points = solution.points if isinstance(solution, CollocationSolution) else None
+    weights = np.full(count, 1 / count)
+    if points is not None:
+        forces, weights = Forces(scene, points.system, points.response), points.weights
         efforts = forces.efforts()
     rates = drive_rates(scene, forces.system.motion)
     powers = _powers(forces, efforts, rates)
-    mean = _mean_in_time(forces, powers) if in_time else {name: float(shares @ power) for name, power in powers.items()}
-    if inside is not None and inside.struck is not None:
-        blows = Blows(scene, inside.struck)
-        mean[next(iter(mean))] += float(blows.by_drives.sum()) / scene.period
-        mean["impulses"] = float(blows.by_impulses.sum()) / scene.period
-        found["drive_impulse"] = (("impulse", "drive"), blows.efforts)
+    mean = _mean_in_time(forces, powers) if in_time else {name: float(weights @ p) for name, p in powers.items()}
+    if points is not None and points.impulses is not None:
+        impulses = ImpulseWork(scene, points.impulses)
+        mean[next(iter(mean))] += float(impulses.by_drives.sum()) / scene.period
+        mean["impulses"] = float(impulses.by_impulses.sum()) / scene.period
+        found["drive_impulse"] = (("impulse", "drive"), impulses.efforts)
         found = found.assign_coords(impulse=list(scene.impulses), drive=list(efforts))
     residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
     passed = max(float(np.abs(power).mean()) for power in powers.values())

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.mechanism import System
-from fenics_mech.response import History
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -16,7 +16,7 @@ ON_THE_WAY = 17  # places of a pin that travels
 FINE = 4001  # places along a member, at least, at which its section is looked at
 
 
-def unseen(scene: Scene, system: System, history: History) -> Array:
+def places_between_stations(scene: Scene, system: System, response: ElasticResponse) -> Array:
     """Give places 0..1 between the stations, ascending.
 
     Moments have corners under loads and pins that travel; strains have peaks where a section is weakest. The places are
@@ -26,7 +26,7 @@ def unseen(scene: Scene, system: System, history: History) -> Array:
     places = [place for found in scene.loaded_places().values() for place in found]
     places += [place for label in scene.members() for place in _weakest(scene, label)]
     if system.transformation.constraints.contacts:
-        places += _under_pins(system, history)
+        places += _under_pins(system, response)
     step = np.array(places) * (stations - 1)
     return np.unique(np.array(places)[np.abs(step - np.round(step)) > 1e-9])  # type: ignore[no-any-return]
 
@@ -48,11 +48,11 @@ def _weakest(scene: Scene, label: str) -> list[float]:
     return places
 
 
-def _under_pins(system: System, history: History) -> list[float]:
+def _under_pins(system: System, response: ElasticResponse) -> list[float]:
     """Places of pins that travel: all along their way, and where they press most."""
     mesh = system.beams.mesh
     places: list[float] = []
-    for pin in point_loads(system, reactions(system, nodal_forces(system, history.elastic))):
+    for pin in point_loads(system, reactions(system, nodal_forces(system, response.undamped))):
         along = mesh.cell_start[pin.element] + pin.place * mesh.cell_length[pin.element]
         place = along / mesh.member_length[mesh.cell_member[pin.element]]
         pressed = [np.abs(part).argmax() for part in (pin.across, pin.moment)]

@@ -5,29 +5,27 @@ Newton's method: the equation is linearised about a motion of the crank, and sol
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.accuracy.motion_errors import collocation_better
 from fenics_mech.errors import AssemblyError, UnresolvedError
-from fenics_mech.forces.history import Closed, Inside, history_of
+from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_with_torque
 from fenics_mech.modes import Modes
-from fenics_mech.response import History
 from fenics_mech.response.modal_damping import modal_damping
-from fenics_mech.response.periodic.collocation import between, solve_collocation
-from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.collocation import solve_collocation
+from fenics_mech.response.periodic.cycle import Cycle, States
 from fenics_mech.response.periodic.newton import Orbit
-from fenics_mech.response.periodic.steady_state import axes_at, condition_of, shares_of
-from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.response.periodic.tableau import Tableau, better_than
+from fenics_mech.response.periodic.steady_state import condition_of, weights_of
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved, rough_tension
-from fenics_mech.response.stability.floquet import floquet
+from fenics_mech.response.solution import AtPoints, MotorSolution
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -36,19 +34,18 @@ TOLERANCE = 1e-9  # of the change of the twist, relative
 STEP = 1e-4  # of the crank's angle (rad) and relative of its rate, in differences of loads: errors of about 1e-8
 
 
-def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, History]:
-    """Solve at collocation points; give the mechanism with its crank's own motion, and the history.
-
-    Both are at the starts of the sub-intervals.
+def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
+    """Solve at collocation points; the mechanism has its crank's own motion, at the starts of the sub-intervals.
 
     Raises
     ------
     SolverError
         When Newton's method does not converge (`UnresolvedError`), or the motion is unstable.
     """
-    tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
-    theta = steps.angles(tableau.points, scene.cycle_rate)
-    damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
+    cycle = MotorCycle(scene, system)
+    steps = cycle.steps
+    theta = steps.angles(cycle.tableau.points, scene.cycle_rate)
+    damping = cycle.damping_at(theta)
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOST_ITERATIONS):
         try:
@@ -56,7 +53,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
         except AssemblyError as error:  # so far ahead of the drive that the links' positions are not found
             raise _not_found(scene, theta, twist[0], "no position of the linkage is found there") from error
         tension = rough_tension(scene, equation.system)
-        orbit = solve_collocation(equation, tableau, steps.duration, scene.petsc, tension)
+        orbit = solve_collocation(equation, cycle.tableau, steps.duration, scene.petsc, tension)
         found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
         change = np.abs(found[0] - twist[0]).max() / max(np.abs(found[0]).max(), np.finfo(float).tiny)
         twist = found
@@ -64,7 +61,56 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> tuple[System, Histor
             break
     else:
         raise _not_found(scene, theta, twist[0], f"{MOST_ITERATIONS} iterations still change it by {change:.1e}")
-    return _at_starts(scene, system, modes, orbit, (tableau, steps))
+    return _at_starts(cycle, modes, orbit, (theta, damping))
+
+
+@dataclass(frozen=True, eq=False)
+class MotorCycle(Cycle):
+    """The equation of motion of a mechanism on a motor's shaft: it is linearised about the crank's own motion."""
+
+    _starts: list[tuple[MotorEquation, Array]] = field(default_factory=list)
+
+    @property
+    def linear(self) -> bool:
+        """The twist of the shaft changes the equation."""
+        return False
+
+    @cached_property
+    def massless(self) -> str | None:
+        """The multipliers are those of the linearised equation, whatever a coordinate's mass."""
+        return None
+
+    def damping_at(self, theta: Array) -> Array | None:
+        """Modal damping at drive angles where the crank is not ahead, ``(angles, coordinates, coordinates)``."""
+        return modal_damping(self.scene, _turned(self.scene, self.system, theta, np.zeros((3, len(theta)))))
+
+    @cached_property
+    def damping(self) -> Array | None:
+        """Modal damping at the starts of the sub-intervals."""
+        return modal_damping(self.scene, self.system)
+
+    def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
+        """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""
+        if not self._starts:
+            q, rate = (part[self.steps.regular] for part in motion(np.zeros(1)))
+            theta = self.system.motion.theta
+            self._starts.append(_accelerated(self.scene, self.system, theta, q, rate, self.damping))
+        return self._starts[0]
+
+    def _at_start(self, motion: States | None) -> Matrices:
+        assert motion is not None
+        return self.start_about(motion)[0].linear
+
+    def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
+        assert motion is not None
+        tableau = Tableau.of(scheme, stages)
+        theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
+        q, rate = motion(tableau.points)
+        equation, _ = _accelerated(self.scene, self.system, theta, q, rate, self.damping_at(theta))
+        law = equation.system.terms.law
+        if law is None:
+            return equation.linear
+        return equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
 
 
 def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> UnresolvedError:
@@ -80,59 +126,38 @@ def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> Unresolved
     )
 
 
-def _at_starts(
-    scene: Scene, system: System, modes: Modes, orbit: Orbit, cut: tuple[Tableau, Steps]
-) -> tuple[System, History]:
-    """Give mechanism and history at the starts of the sub-intervals, and judge the motion's accuracy and stability."""
-    tableau, steps = cut
-    analysis, damping = scene.analysis, modal_damping(scene, system)
-    q, rate = orbit.start[steps.regular], orbit.start_velocity[steps.regular]
-    start, twist = _accelerated(scene, system, system.motion.theta, q, rate, damping)
-    crank = Equation(_turned(scene, system, system.motion.theta, twist), damping)
-    flows: dict[tuple[str, int], Flow] = {}
-    better = better_than(analysis.scheme, analysis.stages, steps.disturbed)
-    for points in (better, ("gauss", analysis.stages)):
-        other = Tableau.of(*points)
-        if points not in flows:
-            flows[points] = _flow(scene, system, other, steps, between(orbit, tableau, steps.duration, other.points))
-    stability = None
-    if analysis.stability:
-        shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))  # without twist
-        of_all = replace(modes, shapes=shapes)
-        axes = axes_at(scene, system, steps)
-        stability = floquet(flows["gauss", analysis.stages], start.linear, axes, of_all, scene.petsc)
-        if not analysis.allow_unstable:
-            stability.refuse_unstable()
-    history = replace(
-        history_of(crank, q[:, :-1], rate[:, :-1]),
-        better=collocation_better(scene, crank, orbit, flows[better], (modes, steps)),
-        twist=twist,
+def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, inner: tuple[Array, Array | None]) -> MotorSolution:
+    """Give the solution at the starts of the sub-intervals, and judge its stability.
+
+    `inner` are drive angles and modal damping at the collocation points.
+    """
+    scene, system, motion = cycle.scene, cycle.system, cycle.motion(orbit)
+    q, rate = orbit.start[cycle.steps.regular], orbit.start_velocity[cycle.steps.regular]
+    _, twist = cycle.start_about(motion)
+    crank = Equation(_turned(scene, system, system.motion.theta, twist), cycle.damping)
+    with_twist = replace(modes, shapes=np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1))))
+    stability = cycle.stability(with_twist, motion)
+    return MotorSolution(
+        scene=scene,
+        system=crank.system,
+        response=elastic_response(crank, q[:, :-1], rate[:, :-1]),
+        modes=modes,
+        condition=condition_of(orbit),
         stability=stability,
-        closed=Closed(condition_of(orbit), _inside(scene, system, orbit, cut)),
+        cycle=cycle,
+        equation=crank,
+        orbit=orbit,
+        points=_at_points(cycle, orbit, *inner),
+        twist=twist,
     )
-    return crank.system, history
 
 
-def _inside(scene: Scene, system: System, orbit: Orbit, cut: tuple[Tableau, Steps]) -> Inside:
+def _at_points(cycle: MotorCycle, orbit: Orbit, theta: Array, damping: Array | None) -> AtPoints:
     """Give the motion at the collocation points, with the crank's own motion there."""
-    tableau, steps = cut
-    theta = steps.angles(tableau.points, scene.cycle_rate)
     q, rate, acceleration = orbit.displacement, orbit.velocity, orbit.acceleration
-    there = _turned(scene, system, theta, np.stack([q[:, -1], rate[:, -1], acceleration[:, -1]]))
-    damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
-    equation = Equation(there, damping)
-    return Inside(there, history_of(equation, q[:, :-1], rate[:, :-1]), shares_of(tableau, steps))
-
-
-def _flow(scene: Scene, system: System, tableau: Tableau, steps: Steps, motion: tuple[Array, Array]) -> Flow:
-    """Give the steps of the equation linearised about a motion at the tableau's points."""
-    theta = steps.angles(tableau.points, scene.cycle_rate)
-    damping = modal_damping(scene, _turned(scene, system, theta, np.zeros((3, len(theta)))))
-    equation, _ = _accelerated(scene, system, theta, *motion, damping)
-    law, matrices = equation.system.terms.law, equation.linear
-    if law is not None:
-        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
-    return Flow(matrices, tableau, steps.duration, scene.petsc)
+    twist = np.stack([q[:, -1], rate[:, -1], acceleration[:, -1]])
+    equation = Equation(_turned(cycle.scene, cycle.system, theta, twist), damping)
+    return AtPoints(equation.system, elastic_response(equation, q[:, :-1], rate[:, :-1]), weights_of(cycle))
 
 
 def _accelerated(

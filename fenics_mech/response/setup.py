@@ -14,15 +14,16 @@ from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.effects import NOTHING, Situation, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.mechanism.rigid import LARGEST_TURN
 from fenics_mech.modes import Modes, solve_modes
-from fenics_mech.response import History, solve_static
 from fenics_mech.response.periodic.steps import Steps, hides
 from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.sampling import SAMPLES
@@ -182,7 +183,7 @@ def rough_tension(scene: Scene, system: System) -> NDArray[np.float64] | None:
     return None if law is None else law.on_elements.mean(rigid_tension(scene, system))
 
 
-def static_response(scene: Scene, system: System) -> History:
+def static_response(scene: Scene, system: System) -> ElasticResponse:
     """Solve for the static or quasi-static response, as far as something holds the mechanism.
 
     Raises
@@ -212,8 +213,8 @@ def static_response(scene: Scene, system: System) -> History:
             hint="Add a drive, a spring or a support, or leave the effect out",
         )
     at_rest = scene.analysis.method == "static"
-    history = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
-    turned = np.abs(system.to_links(history.displacement)[:, 2::3])
+    response = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
+    turned = np.abs(system.to_links(response.displacement)[:, 2::3])
     whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in range(len(scene.links))])
     if whole.max() > LARGEST_TURN:
         farthest = list(scene.links)[int(whole.argmax())]
@@ -221,7 +222,7 @@ def static_response(scene: Scene, system: System) -> History:
             f"what holds the mechanism lets link {farthest} turn by {whole.max():.3g} rad from its rough angle, "
             f"and small motions end at {LARGEST_TURN} rad. Give angles near to the equilibrium, or stiffer springs"
         )
-    return history
+    return response
 
 
 def names_of(scene: Scene, system: System, rigid: RigidModes, which: Sequence[int] | None = None) -> list[str]:
@@ -252,7 +253,7 @@ def scene_modes(scene: Scene, system: System) -> Modes:
     return solve_modes(system, modes_kept(scene, system), scene.petsc)
 
 
-def settle(system: System, respond: Callable[[System], History]) -> System:
+def settle(system: System, respond: Callable[[System], ElasticResponse]) -> System:
     """Update the tension of the geometric stiffness with the response until it settles.
 
     Parameters

@@ -13,6 +13,7 @@ import xarray as xr
 
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
+from fenics_mech.analysis import recovered
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.planning.effect_choice import choose
@@ -20,7 +21,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Saved, stored_scene
 from fenics_mech.response.continuation.arc_length import Point, continued
-from fenics_mech.response.continuation.branch import check, family_of, first_motion, result_at
+from fenics_mech.response.continuation.branch import check, family_of, first_motion, solution_at
 from fenics_mech.response.stability.floquet import TOLERANCE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
@@ -165,7 +166,7 @@ def follow(
     try:
         for point in continued(family, start, points):
             progress(point.value)
-            records.append(_record(result_at(at(point.value), point, choices), point, gauge or Gauge()))
+            records.append(_record(recovered(solution_at(at(point.value), point), choices), point, gauge or Gauge()))
             values.append(point.value)
             if len(values) == most_points:
                 ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 from scipy.integrate import trapezoid
 
-from fenics_mech.accuracy.hidden_resonances import MOST_OFF
+from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
@@ -46,7 +46,7 @@ def frequency_table(
     assurance
         MAC of each mode with itself at the next position, ``(angles, modes)``.
     off
-        Share by which the mesh has them wrong, ``(modes,)``; `MOST_OFF` means that or more.
+        Share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means that or more.
     supported
         Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
     """
@@ -55,7 +55,7 @@ def frequency_table(
     for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
         rigid = not curve.any()
         name = f"{mode}, rigid body" if rigid else str(mode)
-        wrong = f"{MOST_OFF:.0%} or more" if share >= MOST_OFF else "" if rigid else f"{100 * share:.2g} %"
+        wrong = f"{LARGEST_KNOWN:.0%} or more" if share >= LARGEST_KNOWN else "" if rigid else f"{100 * share:.2g} %"
         table.add_row(name, number(curve.min()), number(curve.max()), wrong, f"{mac.min():.3f}")
     if supported:
         table.add_section()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad
 from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response import History
 from fenics_mech.response.setup import mechanism
 
 
@@ -72,7 +72,7 @@ def test_point_load_on_a_simply_supported_beam(place, elements, scene_of):
         nodal[:, 3 * nodes + 1], nodal[:, 3 * nodes + 2] = scale * w[31:], scale * slope[31:]
         one = np.ones(4)
         load = PointLoad(np.full(4, element), xi * one, 0 * one, across * one, moment * one)
-        state = recover_members(_Held(system, nodal), History(np.zeros((4, system.size)), 0 * nodal), s, [load])
+        state = recover_members(_Held(system, nodal), ElasticResponse(np.zeros((4, system.size)), 0 * nodal), s, [load])
         angle = system.motion.angle[:, 1]
         found = (
             -np.sin(angle)[:, None] * state.deflection[:, 1, :, 0]

@@ -7,11 +7,10 @@ shares nothing with the beams' mass matrices.
 import numpy as np
 import pytest
 
-from fenics_mech.forces.joint_forces import nodal_forces
+from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.forces.virtual_work import Forces
-from fenics_mech.recovery import reactions
-from fenics_mech.response import solve_static
 from fenics_mech.response.setup import mechanism
+from fenics_mech.response.static.quasi_static import solve_static
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fenics_mech.forces.blows import Blows
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
-from fenics_mech.forces.blows import Blows
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.periodic.steady_state import by_collocation
@@ -123,11 +123,11 @@ def test_kinetic_energy_jumps_by_what_impulses_and_drive_give(more):
     coarse = {"analysis__sub_intervals": 60, "analysis__stability": False, "analysis__allow_coarse": True}
     scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling", *more), impulses=blows, **coarse)
     system = mechanism(scene)
-    _, history = by_collocation(scene, system, scene_modes(scene, system))
-    struck = history.closed.inside.struck
+    solution = by_collocation(scene, system, scene_modes(scene, system))
+    struck = solution.points.impulses
     half = struck.system.to_links(struck.jump) / 2
     before, after = (
-        stored_energy(Forces(scene, struck.system, replace(struck.history, velocity=struck.history.velocity + part)))
+        stored_energy(Forces(scene, struck.system, replace(struck.response, velocity=struck.response.velocity + part)))
         for part in (-half, half)
     )
     found = Blows(scene, struck)

@@ -6,9 +6,9 @@ import pytest
 from fenics_mech.analysis import analyse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.joint_forces import nodal_forces
-from fenics_mech.response import solve_static
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism, scene_modes, settle
+from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.studies.effect_costs import difference
 
 
@@ -43,7 +43,7 @@ def test_recovered_forces_with_settled_axial_forces_are_in_equilibrium(seed):
         analysis__stability=False,
     )
     system = mechanism(scene)
-    system, history = by_collocation(scene, system, scene_modes(scene, system))
-    forces = nodal_forces(system, history)
+    solution = by_collocation(scene, system, scene_modes(scene, system))
+    system, forces = solution.system, nodal_forces(solution.system, solution.response)
     lack = system.transformation.backward(system.values, forces)  # P^T of all forces on the nodes
     assert np.abs(lack).max() < 1e-9 * np.abs(forces).max()

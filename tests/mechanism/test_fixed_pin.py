@@ -15,8 +15,8 @@ from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response import solve_static
 from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 

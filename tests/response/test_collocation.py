@@ -7,9 +7,10 @@ import pytest
 from synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, plain
 
 from fenics_mech import analyse
+from fenics_mech.accuracy.periodic_errors import corrected
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic import newton
-from fenics_mech.response.periodic.collocation import between, corrected, solve_collocation
+from fenics_mech.response.periodic.collocation import between, solve_collocation
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau

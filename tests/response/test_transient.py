@@ -15,7 +15,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, moved
 from fenics_mech.response.transient import coefficients
 from fenics_mech.response.transient.coefficients import Coefficients
-from fenics_mech.response.transient.integration import Blows, Schedule, integrate
+from fenics_mech.response.transient.integration import Blows, Schedule, StartState, integrate
 from fenics_mech.response.velocity_jumps import blows_between
 from fenics_mech.scene.factories import seed_four_bar
 
@@ -51,7 +51,7 @@ class Oscillator:
 
 def solved(oscillator, options=None, blows=None, **schedule):
     schedule = Schedule(**(vars(SPAN) | schedule))
-    return integrate(oscillator, schedule, 0.0, np.zeros(1), np.zeros(1), options or {}, blows)
+    return integrate(oscillator, schedule, StartState(0.0, np.zeros(1), np.zeros(1)), options or {}, blows)
 
 
 def error(tolerance, tableau=RADAU, **options):

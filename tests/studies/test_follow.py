@@ -16,8 +16,8 @@ from fenics_mech.analysis import analyse
 from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.response.continuation.branch import Turning, result_at
-from fenics_mech.response.periodic.steady_state import equation_inside
+from fenics_mech.response.continuation.branch import Turning, solution_at
+from fenics_mech.response.periodic.cycle import equation_at_points
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
@@ -137,7 +137,7 @@ def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):
     speeds = {speed: scene.changed(drive__speed=speed) for speed in (20.0, 25.0, 30.0, 28.0)}
 
     def equation(speed):
-        return equation_inside(speeds[speed], mechanism(speeds[speed]), Steps.of(speeds[speed]), tableau)
+        return equation_at_points(speeds[speed], mechanism(speeds[speed]), Steps.of(speeds[speed]), tableau)
 
     turning = Turning.between(equation, speeds.__getitem__, (20.0, 30.0))
     found, expected = turning.at_rate(28.0), equation(28.0)
@@ -198,9 +198,9 @@ def test_a_branch_broken_off_is_kept_as_far_as_it_is(tmp_path, monkeypatch):
         calls.append(arguments)
         if len(calls) == 3:
             raise MechanismError("the disk is gone")
-        return result_at(*arguments)
+        return solution_at(*arguments)
 
-    monkeypatch.setattr("fenics_mech.studies.follow.result_at", broken)
+    monkeypatch.setattr("fenics_mech.studies.follow.solution_at", broken)
     monkeypatch.setattr("fenics_mech._console.PAUSE", 0)
     over = ["--over", "drive.speed=150:160", "--points", "4"]
     found = CliRunner().invoke(app, ["follow", str(path), *over, "-o", str(tmp_path)])

@@ -10,18 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.effects import active
-from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism.equation import Equation, Matrices
-from fenics_mech.recovery import Result
-from fenics_mech.recovery.dataset import collect
 from fenics_mech.response.continuation.arc_length import Family, Point, paced
 from fenics_mech.response.periodic.collocation import solve_collocation
-from fenics_mech.response.periodic.steady_state import Cycle, equation_inside
+from fenics_mech.response.periodic.cycle import Cycle, equation_at_points
+from fenics_mech.response.periodic.steady_state import at_starts
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, rough_tension, scene_modes
-from fenics_mech.response.stability.floquet import floquet
+from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
@@ -73,7 +71,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
 
     def equation_at(value: float) -> Equation:
         changed = at(value)
-        return equation_inside(changed, mechanism(changed), Steps.of(changed), tableau)
+        return equation_at_points(changed, mechanism(changed), Steps.of(changed), tableau)
 
     stiffened = "geometric-stiffness" in {effect.name for effect in active(scene)}
     polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness
@@ -192,8 +190,8 @@ def first_motion(scene: Scene, family: Family) -> Point:
     return Point(value, paced(orbit, 1 / family.rate(value)), tension)
 
 
-def result_at(scene: Scene, point: Point, choices: Sequence[Choice] = ()) -> Result:
-    """Recover the strains and forces of a point, with its Floquet multipliers, stable or not.
+def solution_at(scene: Scene, point: Point) -> CollocationSolution:
+    """Give the response of a point with its Floquet multipliers, stable or not.
 
     Parameters
     ----------
@@ -201,12 +199,19 @@ def result_at(scene: Scene, point: Point, choices: Sequence[Choice] = ()) -> Res
         The scene with the point's value of the number.
     point
         The point.
-    choices
-        What was decided about effects.
     """
     analysis, system = scene.analysis, mechanism(scene)
     cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
     motion = cycle.motion(orbit)
-    start, history = cycle.history(replace(orbit, flow=cycle.flow(analysis.scheme, analysis.stages, motion)), modes)
-    stability = floquet(cycle.flow("gauss", analysis.stages, motion), start.linear, cycle.axes, modes, scene.petsc)
-    return collect(scene, system, replace(history, stability=stability), modes, choices)
+    orbit = replace(orbit, flow=cycle.flow(analysis.scheme, analysis.stages, motion))
+    equation, response = at_starts(cycle, orbit)
+    return CollocationSolution(
+        scene=scene,
+        system=system,
+        response=response,
+        modes=modes,
+        stability=cycle.judged(modes, motion),
+        cycle=cycle,
+        equation=equation,
+        orbit=orbit,
+    )

@@ -13,8 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech._arrays import times
-from fenics_mech.accuracy.feedback import fed_back
 from fenics_mech.mechanism.equation import Array, Equation, Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
@@ -88,63 +86,6 @@ def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbi
         start=q,
         start_velocity=rate,
     )
-
-
-def corrected(orbit: Orbit, better: Flow) -> tuple[Array, Array]:
-    """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
-
-    Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
-    by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
-    later on: what they make of the fastest vibrations is gone by then. The change itself is also one by the better
-    method; see `fed_back`.
-
-    Parameters
-    ----------
-    orbit
-        A motion by collocation.
-    better
-        The same steps with other points, in the equation linearised about the orbit.
-
-    Raises
-    ------
-    SolverError
-        When the cycle cannot be closed.
-    """
-    assert orbit.flow is not None
-    flow = orbit.flow
-    states = flow.states(orbit.start, orbit.start_velocity)
-    carrier = better if better.tableau.damps else flow
-    load = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
-
-    def carried(defect: Array) -> Array:
-        error = carrier.cycle.solve(load + defect) - states
-        return error if carrier is better else np.roll(times(carrier.transitions, error), 1, axis=0)
-
-    error = carried(better.ends(states) - flow.ends(states))
-    if carrier is not better:
-        lack = better.transitions - flow.transitions
-        error, _ = fed_back(error, lambda found: carried(times(lack, found)), np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
-    return flow.parts(states + error)
-
-
-def refined(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
-    """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
-
-    Parameters
-    ----------
-    q, rate
-        q and q' at the starts of the steps.
-    flow
-        The steps, of the equation linearised about the motion.
-
-    Raises
-    ------
-    SolverError
-        When the cycle cannot be closed.
-    """
-    states = flow.states(q, rate)
-    states += flow.cycle.solve(flow.ends(states) - np.roll(states, -1, axis=0))
-    return flow.parts(states)
 
 
 def between(orbit: Orbit, tableau: Tableau, step: float | Array, places: Array) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from fenics_mech._arrays import times
 from fenics_mech._guard import require_memory
 from fenics_mech.effects import NOTHING
 from fenics_mech.errors import UnresolvedError
-from fenics_mech.forces.history import Closed, History
+from fenics_mech.forces.elastic_response import ElasticResponse, ModalDamping
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 from fenics_mech.response.modal_damping import damping_ratios
@@ -36,9 +36,9 @@ LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
 MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
 
 
-def solve_periodic(
-    scene: Scene, system: System, modes: Modes, joined: SubIntervals, boundary_load: Array | None = None
-) -> History:
+def solve_sub_intervals(
+    scene: Scene, system: System, modes: Modes, boundary_load: Array | None = None
+) -> tuple[ElasticResponse, SubIntervals, float]:
     """Solve for the steady state of the truncated equation (5.1) with modal damping.
 
     Parameters
@@ -49,18 +49,23 @@ def solve_periodic(
         The mechanism at the middles theta_k of the sub-intervals.
     modes
         The modes at the middles.
-    joined
-        The same, joined to a cycle.
     boundary_load
-        Load at the sub-intervals' starts, ``(angles, coordinates)``, when the modal load is to be linear in them.
+        Load at the sub-intervals' starts (N, N m), ``(angles, coordinates)``, where the modal load is to be linear in
+        them.
+
+    Returns
+    -------
+    tuple
+        The response at the middles, the sub-intervals as they are joined, and the condition of their system.
 
     Raises
     ------
     SolverError
-        When the KSP does not converge or its answer is not accurate, as at an undamped resonance; `UnresolvedError`
-        when modes ring that the sub-intervals are too long for.
+        When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
+    UnresolvedError
+        When modes ring that the sub-intervals are too long for.
     """
-    step = scene.period / len(modes.theta)
+    joined, step = SubIntervals.of(scene, modes), scene.period / len(modes.theta)
     load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
     slope = np.zeros_like(load)
     if boundary_load is not None:
@@ -75,7 +80,7 @@ def solve_periodic(
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
         _refuse_ringing(scene, modes, state, free)
-    return replace(_superpose(system, modes, state, load, scene), closed=Closed(condition))
+    return _superpose(system, modes, state, load, scene), joined, condition
 
 
 @dataclass(frozen=True)
@@ -200,7 +205,7 @@ def _without_ringing(slower: int, count: int) -> str:
     return f"To avoid it, {', or '.join(ways)}; effects = 'auto' tells whether method quasi-static is enough"
 
 
-def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> History:
+def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> ElasticResponse:
     """Displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out."""
     y = state[..., 0]
     displacement, elastic = superposed(modes, y), -(modes.omega**2) * y
@@ -211,10 +216,10 @@ def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: S
         elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
         inertia += system.rigid_acceleration
     inertia += system.to_links(superposed(modes, elastic))
-    return _damped(scene, system, modes, state[..., 1], History(displacement=displacement, inertia=inertia))
+    return _damped(scene, system, modes, state[..., 1], ElasticResponse(displacement=displacement, inertia=inertia))
 
 
-def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: History) -> History:
+def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: ElasticResponse) -> ElasticResponse:
     """Take the forces of modal damping ``M Phi 2 zeta omega y'`` out of the inertia, into the links.
 
     Parameters
@@ -222,7 +227,7 @@ def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: H
     rate
         y' over omega, ``(angles, modes)``.
     balanced
-        The history with the inertia that balances the elastic forces.
+        The response with the inertia that balances the elastic forces.
     """
     share = 2 * damping_ratios(scene, modes.omega) * rate
     if not share.any():
@@ -233,8 +238,8 @@ def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: H
         viscous = displacement_under(replace(system, terms=NOTHING), forces, scene.petsc)
     else:
         viscous = superposed(modes, share)  # M Phi omega^2 = P^T k P Phi
-    drag = system.to_links(drag)
-    return replace(balanced, inertia=balanced.inertia - drag, viscous=system.to_links(viscous), drag=drag)
+    damping = ModalDamping(system.to_links(viscous), system.to_links(drag))
+    return replace(balanced, inertia=balanced.inertia - damping.acceleration, modal_damping=damping)
 
 
 def superposed(modes: Modes, values: Array) -> Array:

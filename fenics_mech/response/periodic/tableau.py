@@ -92,15 +92,6 @@ class Tableau:
         return np.stack([part.integ()(places) for part in _lagrange(self.points)], axis=-1)
 
 
-def better_than(scheme: str, stages: int, disturbed: bool = False) -> tuple[str, int]:
-    """Scheme and number of points that tell the error of a scheme, by one order better, or by two.
-
-    Gauss points are at hand, as stability is judged there. Where blows and jumps disturb a motion, vibrations count
-    that are too fast for the steps; only Radau points damp those.
-    """
-    return ("gauss", stages) if scheme == "radau" and not disturbed else ("radau", stages + 1)
-
-
 def _lagrange(points: Array) -> list[Polynomial]:
     """Give the polynomials that are 1 at one point and 0 at the others."""
     one = Polynomial([1.0])

@@ -14,7 +14,7 @@ from scipy.linalg import eigh
 
 from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
-from fenics_mech.forces.history import History
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
@@ -23,7 +23,9 @@ from fenics_mech.response.static.equilibrium import LARGEST_LOSS, loss, naming_b
 SMALLER = 0.95  # of a tension that buckles, until it does not
 
 
-def solve_static(system: System, options: Mapping[str, Any] | None = None, rigid: RigidModes | None = None) -> History:
+def solve_static(
+    system: System, options: Mapping[str, Any] | None = None, rigid: RigidModes | None = None
+) -> ElasticResponse:
     """Solve ``K q = f`` at every angle.
 
     A nonlinear law is solved for by Newton's method. Where rigid-body modes are left, the links accelerate by what of
@@ -48,7 +50,7 @@ def solve_static(system: System, options: Mapping[str, Any] | None = None, rigid
     if len(rigid := RigidModes.giving_way(system) if rigid is None else rigid):
         return _relieved(system, rigid)
     q = displacement_under(system, system.load, options, LARGEST_LOSS)
-    return History(displacement=q, inertia=system.rigid_acceleration)
+    return ElasticResponse(displacement=q, inertia=system.rigid_acceleration)
 
 
 def yielding_to(
@@ -101,15 +103,15 @@ def displacement_under(
     return answer
 
 
-def _relieved(system: System, rigid: RigidModes) -> History:
+def _relieved(system: System, rigid: RigidModes) -> ElasticResponse:
     """Solve beside rigid-body modes, which are the same at all positions as nothing is driven."""
     if system.terms.tension is not None:
         refuse_buckled(system, 0, rigid.elastic())
     q, acceleration = (np.array(parts) for parts in zip(*map(rigid.relieved, system.load)))
-    return History(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))
+    return ElasticResponse(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))
 
 
-def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> History:
+def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> ElasticResponse:
     """Solve ``K q + law = f`` at every angle."""
     linear = replace(system, terms=replace(system.terms, law=None))
     start = solve_static(linear, options).displacement
@@ -127,7 +129,7 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Histo
 
     with naming_buckled(equation, tension):
         found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
-    return History(
+    return ElasticResponse(
         displacement=found.displacement,
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),

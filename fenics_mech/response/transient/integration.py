@@ -82,6 +82,23 @@ class Schedule:
 
 
 @dataclass(frozen=True)
+class StartState:
+    """State from which a motion in time starts.
+
+    Parameters
+    ----------
+    time
+        Time (s).
+    displacement, velocity
+        q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
+    """
+
+    time: float
+    displacement: Array
+    velocity: Array
+
+
+@dataclass(frozen=True)
 class Blows:
     """Impulses as they strike.
 
@@ -119,9 +136,6 @@ class Course:
         Time steps that were made.
     interpolation
         Largest relative error of the interpolated matrices and load.
-    too_fast
-        Frequency (Hz) of the slowest vibration that the times are too few for, to tell what the mesh does to it; or
-        None.
     """
 
     time: Array
@@ -130,7 +144,6 @@ class Course:
     change: float
     steps: int
     interpolation: float
-    too_fast: float | None = None
 
 
 class _Record:
@@ -169,9 +182,7 @@ class _Record:
 def integrate(
     coefficients: Coefficients,
     schedule: Schedule,
-    time: float,
-    q: Array,
-    rate: Array,
+    start: StartState,
     options: Mapping[str, Any],
     blows: Blows | None = None,
 ) -> Course:
@@ -183,8 +194,8 @@ def integrate(
         The equation at any time.
     schedule
         How long, and how accurately.
-    time, q, rate
-        Where the motion starts (s), with its displacement and velocity, ``(coordinates,)`` each.
+    start
+        Where the motion starts.
     options
         PETSc options with the prefix "transient_"; transient_ts_type chooses the integrator, by default collocation.
     blows
@@ -195,11 +206,11 @@ def integrate(
     SolverError
         When the time steps fail, or a mass or a tangent matrix is singular.
     """
-    weight, slack = coefficients.weight, SAME * schedule.cycle
-    z, z_rate = q * weight, rate * weight
+    weight, slack, time = coefficients.weight, SAME * schedule.cycle, start.time
+    z, z_rate = start.displacement * weight, start.velocity * weight
     record = _Record(schedule, time, z, z_rate)
-    blows = blows or Blows(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(q))))
-    run = _Run(coefficients, schedule, options, record.keep, z, weight * np.vstack([rate, blows.jump]))
+    blows = blows or Blows(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(z))))
+    run = _Run(coefficients, schedule, options, record.keep, z, np.vstack([z_rate, weight * blows.jump]))
     for stop in _stops(coefficients, blows, time, record.times[-1], slack):
         if stop > time:
             coefficients.look(time, stop)

@@ -5,15 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic import arm
 
 from fenics_mech import analyse
-from fenics_mech.accuracy import hidden_resonances as dispersion
-from fenics_mech.accuracy.hidden_resonances import Resonances, enough_modes, frequency_error
+from fenics_mech.accuracy import missed_resonances
+from fenics_mech.accuracy.frequency_errors import frequency_error
+from fenics_mech.accuracy.missed_resonances import Resonances, enough_modes
 from fenics_mech.modes import Modes
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
+from tests.response.synthetic import arm
 
 ANGLE = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 
@@ -97,7 +98,7 @@ def test_harmonics_of_a_load_over_a_phase(uneven, monkeypatch):
     found, numbers = replace(resonances(5.0, 0.01, 0.0), load=load[:, None]), np.array([0, 3, 7, 20])
     phase = np.cumsum(2 * np.pi / 48 * (1 + uneven * np.sin(ANGLE)))
     exact = [load @ np.exp(-1j * number * phase) / 24 for number in numbers]
-    monkeypatch.setattr(dispersion, "AT_A_TIME", 100)
+    monkeypatch.setattr(missed_resonances, "AT_A_TIME", 100)
     assert found._harmonics_of_load(phase, numbers)[0] == pytest.approx(np.array(exact), abs=1e-12)
 
 

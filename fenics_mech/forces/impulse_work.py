@@ -17,16 +17,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.effects.impulses import nodal_impulses
-from fenics_mech.forces.history import Struck
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.virtual_work import Acceleration, Forces, Rates
 from fenics_mech.kinematics.influence import drive_influences, drive_rates
+from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Blows:
+class AtImpulses:
+    """State of a mechanism at the impulses of its cycle.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angle of each impulse.
+    response
+        Its response there, with the mean of the velocities before and after.
+    jump
+        Change of q' by each impulse (m/s, rad/s), ``(impulses, coordinates)``.
+    """
+
+    system: System
+    response: ElasticResponse
+    jump: Array
+
+
+@dataclass(frozen=True)
+class ImpulseWork:
     """The impulses of a scene as they strike its mechanism.
 
     Parameters
@@ -38,7 +58,7 @@ class Blows:
     """
 
     scene: Scene
-    struck: Struck
+    struck: AtImpulses
 
     @cached_property
     def efforts(self) -> Array:
@@ -59,7 +79,7 @@ class Blows:
 
     @cached_property
     def _forces(self) -> Forces:
-        return Forces(self.scene, self.struck.system, self.struck.history)
+        return Forces(self.scene, self.struck.system, self.struck.response)
 
     def _of_impulses(self, rates: Rates) -> Array:
         """Work of the impulses in some rates."""

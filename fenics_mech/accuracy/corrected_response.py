@@ -1,0 +1,87 @@
+"""A response without one of its sources of error: the difference is the error, to its first order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech.accuracy.mesh_residual import order_of
+from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.mechanism import System
+
+
+@dataclass(frozen=True)
+class MeshSafety:
+    """Factors by which differences by the mesh are raised, where their first order is less than the error."""
+
+    varying_section: float = 1.25  # or lumped mass: the difference is 0.57 of the error or more
+    travelling_pin: float = 2.0  # the difference is 0.4 to 0.9 of the error
+    one_element: float = 2.5  # whose section varies: the error is 0.8 to 5 times its first order
+    no_inertia: float = 2.0  # the axial force of an element is a mean, which is left out
+    constant: float = 1e-9  # change of a section along an element, of its mean, that is rounding
+
+
+MESH_SAFETY = MeshSafety()
+RESONANT = "what the mesh does next to a resonance that hardly anything damps, which it may move there or away"
+
+
+@dataclass(frozen=True)
+class CorrectedResponse:
+    """A response without one source of error.
+
+    Parameters
+    ----------
+    response
+        The response without it.
+    order
+        Convergence order of the error: in the number of steps, elements, modes or harmonics.
+    safety
+        Factor by which differences are raised, as they are less than the true error.
+    loads
+        Loads that act beside those of the system.
+    remark
+        What the difference does not tell of the error.
+    """
+
+    response: ElasticResponse
+    order: float
+    safety: float = 1.0
+    loads: Terms = NOTHING
+    remark: str = ""
+
+
+def corrected_for_mesh(
+    system: System, response: ElasticResponse, loads: Terms, resonant: bool = False, least: float = 1.0
+) -> CorrectedResponse:
+    """Say how the error by the mesh falls, and raise it by its safety factor, `least` or more.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        The response without the error.
+    loads
+        What the elements neglect.
+    resonant
+        Whether the error may be larger next to a resonance that hardly anything damps.
+    least
+        Smallest factor.
+    """
+    remark = RESONANT if resonant else ""
+    return CorrectedResponse(response, order_of(system), max(least, _safety_of(system)), loads, remark)
+
+
+def _safety_of(system: System) -> float:
+    """Factor by which the error of a mesh is raised."""
+    beams = system.beams
+    least = MESH_SAFETY.travelling_pin if system.transformation.constraints.contacts else 1.0
+    if beams.stiffness_powers is None:
+        return least if beams.spread is None else max(least, MESH_SAFETY.varying_section)
+    powers = np.abs(beams.stiffness_powers).reshape(len(beams.mesh.cell), -1, beams.stiffness_powers.shape[-1])
+    varies = (powers[..., 1:].max(axis=-1, initial=0.0) > MESH_SAFETY.constant * powers[..., 0]).any(axis=1)
+    members = beams.mesh.cell_member
+    alone = np.bincount(members)[members] == 1
+    return MESH_SAFETY.one_element if alone[varies].any() else max(least, MESH_SAFETY.varying_section)

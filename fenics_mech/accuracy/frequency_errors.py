@@ -1,0 +1,66 @@
+"""Errors of natural frequencies by the mesh, and the harmonics of a load that would be felt on a mode."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.mechanism import System
+from fenics_mech.modes import Modes
+
+Array = NDArray[np.float64]
+LARGEST_KNOWN = 0.2  # of a natural frequency: beyond it the first order tells no more
+POSITIONS = 8  # of the cycle, at which modes are looked at
+
+
+def highest_felt(load: Array, static: Array, loss: float, enough: float) -> int:
+    """Give the number of the highest harmonic of a load that would be felt on a mode; 0 where none would.
+
+    Parameters
+    ----------
+    load, static
+        The load and its static answer at equal steps of time, ``(angles, coordinates)`` each.
+    loss
+        Loss factor of the mode.
+    enough
+        Square root of an elastic energy, twice of it, that is felt.
+    """
+    spectrum = np.fft.rfft(np.stack([load, static]), axis=1) * (2 / len(load))
+    harmonics = np.sqrt(np.abs(np.einsum("hi,hi->h", spectrum[0], spectrum[1].conj())))
+    least = loss * enough + np.finfo(float).tiny
+    return int(np.flatnonzero(harmonics > least).max(initial=0))
+
+
+def frequency_error(system: System, modes: Modes) -> Array:
+    """Give by which share about elements have natural frequencies wrong, ``(modes,)``, up to `LARGEST_KNOWN`.
+
+    In bending that is ``omega^2 rho A h^4 / (1440 EI)``, along the axis ``omega^2 rho A h^2 / (24 EA)`` and in shear
+    ``omega^2 rho A h^2 / (24 G A_s)``, weighted with the elements' kinetic energy. What lumps of mass add is given by
+    Rayleigh's quotient with the mass along the elements.
+
+    Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978), for the axis; in bending
+    by the same expansion of the cubic element with consistent mass.
+    """
+    beams, count = system.beams.spread or system.beams, modes.omega.shape[1]
+    h = beams.mesh.cell_length
+    flexibility = h**4 / (1440 * beams.bending_rigidity) + h**2 / (24 * beams.axial_rigidity)
+    if beams.shear_rigidity is not None:
+        flexibility += h**2 / (24 * beams.shear_rigidity)
+    per_square = beams.line_density * flexibility
+    if (reduction := system.beams.reduction) is not None:
+        per_square *= reduction.fineness**-4.0
+    share = np.zeros(count)
+    at = np.unique(np.linspace(0, len(modes.theta), POSITIONS, endpoint=False).astype(int))
+    for k in at:
+        values = np.repeat(system.values[k : k + 1], count, axis=0)
+        v = in_member_axes(beams.mesh, system.on_nodes(system.transformation.forward(values, modes.shapes[k])))
+        energy = np.einsum("mei,eij,mej->me", v, beams.element_mass, v, optimize=True)
+        share += modes.omega[k] ** 2 * (energy @ per_square) / len(at)
+    if system.beams.spread is not None:
+        along = replace(system, beams=replace(beams, reduction=reduction))
+        of_both = np.einsum("kmi,kmi->km", modes.shapes, along.mass_times(modes.shapes))
+        share += np.abs(np.sqrt(of_both) - 1).mean(axis=0)
+    return np.minimum(share, LARGEST_KNOWN)

@@ -1,0 +1,72 @@
+"""What the drag of the air that is linearised about the rigid motion leaves out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.errors import UnresolvedError
+from fenics_mech.forces.air import displacement_and_velocity, flow_of
+from fenics_mech.mechanism import System
+from fenics_mech.response.solution import Solution
+from fenics_mech.response.static.quasi_static import yielding_to
+
+Array = NDArray[np.float64]
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class DragLimits:
+    """How far the linearised drag of the air may be off."""
+
+    mentioned: float = 0.01  # of the drag, from which a result says so
+    largest: float = 1e-3  # of the elastic displacement in the energy norm, by statics: 1 % where vibration is tenfold
+
+
+DRAG = DragLimits()
+
+
+def left_out_of_drag(solution: Solution) -> float:
+    """Estimate what the linearised drag of the air leaves out, as a share of the largest drag of a member.
+
+    Raises
+    ------
+    UnresolvedError
+        When it matters to drag and strains, unless the scene lets it pass: see `DragLimits`.
+    """
+    scene, system, response = solution.scene, solution.system, solution.response
+    if scene.damping.air is None or response.velocity is None:
+        return 0.0
+    flow = flow_of(scene, system)
+    ends, bound = flow.left_out(*displacement_and_velocity(system, response))
+    by_member = flow.by_member(bound).max(axis=0)
+    if not by_member.any():
+        return 0.0
+    share = float(by_member.max()) / max(flow.largest(), TINY)
+    if share <= DRAG.mentioned or scene.analysis.allow_coarse:
+        return share
+    slack = system.slack
+    q = yielding_to(slack, slack.on_coordinates(slack.assembled_from_members(ends)), scene.petsc)
+    change = np.sqrt(_energy(system, system.to_links(q)) / _energy(system, system.to_links(response.displacement)))
+    if change > DRAG.largest:
+        member = system.beams.mesh.members[int(by_member.argmax())]
+        raise UnresolvedError(
+            f"member {member} vibrates too fast for the drag of the air, which is linearised about the rigid motion: "
+            f"that leaves out up to {share:.2g} of the drag, and {change:.1e} of the displacement by statics. Take "
+            "damping.external instead of damping.air; analysis.allow_coarse lets it pass"
+        )
+    return share
+
+
+def unlinear(share: float) -> list[str]:
+    """Say that the linearised drag leaves out a share of the drag that is worth a word."""
+    if share <= DRAG.mentioned:
+        return []
+    return [f"what the drag of the air does by the square of the links' vibration, up to {share:.2g} of the drag"]
+
+
+def _energy(system: System, v: Array) -> float:
+    """Largest strain energy of displacements in link axes, but for a factor (J)."""
+    return float(np.sum(v * (system.nodal_stiffness @ v.T).T, axis=1).max())

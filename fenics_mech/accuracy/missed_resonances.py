@@ -1,0 +1,268 @@
+"""Resonances that the steps or the mesh miss, as they shift or weaken a vibration more than its damping does.
+
+In a step of length h a vibration becomes ``R(i omega h)`` times as large instead of ``exp(i omega h)``: weaker
+(dissipation) and late or early (dispersion); elements put its frequency too high, and lumped mass too low. Where that
+outweighs the damping, an estimate that starts from the motion found does not show how large the vibration may be: its
+load and its damping do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.accuracy.feedback import LEAST_LOSS
+from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
+from fenics_mech.accuracy.periodic_errors import more_accurate
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.modes import Modes, solve_modes
+from fenics_mech.response.modal_damping import damping_ratios
+from fenics_mech.response.periodic.sub_intervals import superposed
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution, SubIntervalSolution
+from fenics_mech.response.static.quasi_static import displacement_under
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ResonanceLimits:
+    """When a harmonic of a load counts as one that may meet a mode."""
+
+    near: float = 0.02  # of a natural frequency, up to which a harmonic beside it is on it
+    mesh_safety: float = 2.0  # on the error of a frequency by the mesh: with one element it is 1.6
+    steps: float = 1.0  # times the damping ratio: change by steps that conceals a resonance
+    finer: float = 0.3  # the same, by more accurate steps or by a mesh
+    coarse: float = 0.05  # of a natural frequency by the mesh, from which its first order says too little
+    felt: float = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
+    farthest: float = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
+    undamped: float = 1e-6  # loss factor, below which `LEAST_LOSS` is taken
+    lasts: float = 4.0  # logarithm of what a cycle leaves of a vibration, up to which it lasts
+    even: float = 1e-6  # difference of steps of a phase, relative to them, that counts as none
+    linear: float = 1e-4  # of a motion, that a vibration beside it may be where an equation is linear for small ones
+
+
+LIMITS = ResonanceLimits()
+LOOKED_AT = 360  # positions of the cycle, for the harmonic with the largest vibration
+AT_A_TIME = 4_000_000  # numbers: positions times harmonics
+
+
+def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse, float]]:
+    """Give by source of error a response with some of the vibration that the source may miss, and how much of it."""
+    match solution:
+        case SubIntervalSolution():
+            yield from _by_sub_intervals(solution)
+        case CollocationSolution():
+            equation, cycle, analysis = solution.equation, solution.cycle, solution.scene.analysis
+            resonances = _resonances_of(solution, equation)
+            finer = Tableau.of(*more_accurate(analysis.scheme, analysis.stages, cycle.steps.disturbed))
+            by_steps = resonances.by_steps(cycle.tableau, finer, float(cycle.steps.duration.max()))
+            at, size = cycle.steps.regular, equation.system.size
+            motion = solution.orbit.start[at, :size], solution.orbit.start_velocity[at, :size]
+            for source, missed in (("time", by_steps), ("mesh", resonances.by_mesh)):
+                yield from _beside(source, equation, motion, resonances, missed)
+        case HarmonicSolution():
+            cycle = solution.cycle
+            resonances = _resonances_of(solution, cycle.start)
+            q, rate = (part[cycle.steps.regular] for part in cycle.series_motion(solution.series)(np.zeros(1)))
+            yield from _beside("mesh", cycle.start, (q, rate), resonances, resonances.by_mesh)
+
+
+def _resonances_of(solution: CollocationSolution | HarmonicSolution, equation: Equation) -> Resonances:
+    """Give the resonances that the loads of a scene's equation may have, with the modes given or more."""
+    rate, linear = abs(solution.scene.cycle_rate), equation.linear
+    modes = enough_modes(equation.system, solution.modes, linear.load, rate, linear.loss, solution.scene.petsc)
+    return Resonances.of(equation, modes, rate)
+
+
+def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, ElasticResponse, float]]:
+    """Give the vibration that the mesh, or modes left out at the mesh's frequencies, may miss."""
+    scene, system, kept = solution.scene, solution.system, solution.modes
+    rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene, kept.omega)
+    modes = enough_modes(system, kept, system.load, rate, 2 * float(ratios.min()), scene.petsc)
+    losses, off = 2 * damping_ratios(scene, modes.omega).mean(axis=0), frequency_error(system, modes)
+    resonances = Resonances(modes, rate, system.load, losses, off)
+    left_out = np.arange(len(off)) >= kept.omega.shape[1]
+    missed = resonances.by_mesh | (resonances.met & left_out & resonances.shifted)
+    if missed.any():
+        y, _ = resonances.vibration(missed)
+        inertia = system.to_links(superposed(modes, -(modes.omega**2) * y))
+        yield "mesh", solution.response.changed(superposed(modes, y), inertia), 1.0
+
+
+def _beside(
+    source: str, equation: Equation, motion: tuple[Array, Array], resonances: Resonances, missed: Mask
+) -> Iterator[tuple[str, ElasticResponse, float]]:
+    """Put a little of a missed vibration beside a motion, as an equation may be linear for small motions only."""
+    if not missed.any():
+        return
+    more = vibrating_motion(equation, resonances, missed)
+    share = share_beside(motion[0], more[0])
+    yield source, elastic_response(equation, *(part + share * change for part, change in zip(motion, more))), share
+
+
+def share_beside(q: Array, vibration: Array) -> float:
+    """Give how much of a vibration stands beside a motion q for the equation to be linear in it."""
+    moves, vibrates = (float(np.abs(part).max(initial=0.0)) for part in (q, vibration))
+    return LIMITS.linear * moves / vibrates if vibrates > LIMITS.linear * moves > 0 else 1.0
+
+
+@dataclass(frozen=True)
+class Resonances:
+    """Modes and the harmonics of their loads that may meet them.
+
+    Parameters
+    ----------
+    modes
+        Elastic modes at equal steps of time.
+    rate
+        Circular frequency of the cycle (rad/s).
+    load
+        Load on the coordinates, ``(angles, coordinates)``: where modes cross, modal loads may have corners.
+    loss
+        Loss factors, twice the damping ratios, ``(modes,)``.
+    off
+        By which share about the mesh has the natural frequencies wrong, ``(modes,)``; see `frequency_error`.
+    """
+
+    modes: Modes
+    rate: float
+    load: Array
+    loss: Array
+    off: Array
+
+    @classmethod
+    def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
+        """Take load and losses from an equation at the modes' angles."""
+        shapes, matrices = modes.shapes, equation.linear
+        work = np.einsum("kmi,kij,kmj->km", shapes, matrices.damping, shapes, optimize=True)
+        loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
+        return cls(modes, rate, matrices.load, loss, off)
+
+    @cached_property
+    def harmonics(self) -> Array:
+        """Circular frequencies of the harmonics that the angles show (rad/s)."""
+        return self.rate * np.arange(len(self.load) // 2 + 1)
+
+    @cached_property
+    def least_loss(self) -> Array:
+        """Loss factors; of modes that the mesh is too coarse for the least, as they stand for others above them."""
+        return np.where(self.off > LIMITS.coarse, np.minimum.accumulate(self.loss[::-1])[::-1], self.loss)
+
+    @cached_property
+    def remember(self) -> Mask:
+        """Which modes' vibration lasts much of the cycle, so that it goes by their mean frequency, ``(modes,)``."""
+        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.least_loss < LIMITS.lasts
+
+    @cached_property
+    def width(self) -> Array:
+        """Loss factor, and of other modes the share by which the frequency varies over the cycle, ``(modes,)``."""
+        omega = self.modes.omega
+        varies = np.where(self.remember, 0.0, np.ptp(omega, axis=0) / omega.mean(axis=0))
+        return np.where(self.least_loss > LIMITS.undamped, self.least_loss, LEAST_LOSS) + varies
+
+    @cached_property
+    def met(self) -> Mask:
+        """Which harmonics a mode of the linkage may meet, ``(harmonics, modes)``.
+
+        Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
+        """
+        omega, beside = self.modes.omega, LIMITS.near + LIMITS.mesh_safety * self.off
+        lowest, highest = (np.where(self.remember, omega.mean(axis=0), edge) for edge in (omega.min(0), omega.max(0)))
+        least, most = (1 - beside) * lowest, (1 + beside) * highest
+        most = np.where(self.off > LIMITS.coarse, np.maximum(most, np.append(least[1:], np.inf)), most)
+        return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
+
+    @property
+    def shifted(self) -> Mask:
+        """Which modes the mesh shifts by a share of their width, or more, ``(modes,)``."""
+        return self.off > LIMITS.finer * self.width / 2
+
+    @property
+    def by_mesh(self) -> Mask:
+        """Those that the mesh may miss."""
+        return self.met & (self.off > LIMITS.coarse)
+
+    def by_steps(self, tableau: Tableau, finer: Tableau, step: float) -> Mask:
+        """Those that steps of such a duration (s) may miss, or more accurate ones that estimate their error."""
+        change, beside = (points.change(self.harmonics * step)[:, None] for points in (tableau, finer))
+        return self.met & ((change > LIMITS.steps * self.width / 2) | (beside > LIMITS.finer * self.width / 2))
+
+    def vibration(self, missed: Mask) -> tuple[Array, Array]:
+        """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest missed vibration.
+
+        It is the static answer to the load over the width of the resonance, of the harmonic with the largest one. Where
+        a frequency varies slowly, harmonics are those over the phase of the mode's own vibration (WKB).
+        """
+        modes, count = self.modes, len(self.load)
+        y, y_rate = np.zeros((2, *modes.omega.shape))
+        for m in np.flatnonzero(missed.any(axis=0)):
+            pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones(count)
+            numbers, phase = np.flatnonzero(missed[:, m]), 2 * np.pi / count * np.cumsum(pace)
+            loads = self._harmonics_of_load(phase, numbers)
+            worst = int(np.abs(modes.shapes[:: max(1, count // LOOKED_AT), m] @ loads).max(axis=0).argmax())
+            found = -1j * (modes.shapes[:, m] @ loads[:, worst]) * np.exp(1j * numbers[worst] * phase)
+            found /= modes.omega[:, m].mean() ** 2 * self.width[m]
+            y[:, m], y_rate[:, m] = found.real, (1j * numbers[worst] * found).real * self.rate * pace
+        return y, y_rate
+
+    def _harmonics_of_load(self, phase: Array, numbers: NDArray[np.int64]) -> NDArray[np.complex128]:
+        """Give harmonics of the load over a phase that grows by a turn in the cycle, ``(coordinates, numbers)``."""
+        count = len(phase)
+        if np.ptp(np.diff(phase, prepend=0.0)) < LIMITS.even / count:
+            return (np.fft.rfft(self.load, axis=0)[numbers] * np.exp(-1j * numbers * phase[0])[:, None]).T * (2 / count)
+        parts = np.array_split(numbers, -(-count * len(numbers) // AT_A_TIME))
+        turns = (np.exp(-1j * phase[:, None] * part) for part in parts)
+        return np.concatenate([self.load.T @ turn for turn in turns], axis=1) * (2 / count)
+
+
+def vibrating_motion(equation: Equation, resonances: Resonances, missed: Mask) -> tuple[Array, Array]:
+    """Give q and q', ``(angles, coordinates)`` each, of the largest missed vibration.
+
+    The modes are those of the links' mass and stiffness alone. Under all that acts on the equation, what balances their
+    inertia has other shares along stiff coordinates.
+    """
+    modes = resonances.modes
+    momenta = equation.system.mass_times(modes.shapes)
+    inertia = [np.einsum("kmi,km->ki", momenta, modes.omega**2 * part) for part in resonances.vibration(missed)]
+    q, rate = np.moveaxis(np.linalg.solve(equation.linear.stiffness, np.stack(inertia, axis=-1)), -1, 0)
+    return q, rate
+
+
+def enough_modes(
+    system: System, modes: Modes, load: Array, rate: float, loss: float, options: Mapping[str, Any]
+) -> Modes:
+    """Give the elastic modes, with more where a harmonic of a load would be felt on one that is faster.
+
+    Parameters
+    ----------
+    system, modes
+        The mechanism, and modes of it.
+    load
+        The load, ``(angles, coordinates)``.
+    rate
+        Circular frequency of the cycle (rad/s).
+    loss
+        Least loss factor.
+    options
+        PETSc options for statics and eigenproblems.
+    """
+    static = displacement_under(system.slack, load, options)  # rough, and also where it buckles for a moment
+    whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
+    fastest = (
+        LIMITS.farthest
+        * rate
+        * highest_felt(load, static, loss if loss > LIMITS.undamped else LEAST_LOSS, LIMITS.felt * whole)
+    )
+    modes = modes.elastic
+    while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:
+        modes = solve_modes(system, min(2 * modes.omega.shape[1] + 2, system.size), options).elastic
+    return modes

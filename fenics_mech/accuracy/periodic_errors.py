@@ -1,0 +1,205 @@
+"""Errors of a periodic response by collocation or harmonic balance: by its steps or harmonics, and by its mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import times
+from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.feedback import fed_back, without_mesh
+from fenics_mech.accuracy.linear_response import periodic_change
+from fenics_mech.effects import Terms
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
+
+Array = NDArray[np.float64]
+OF_STEPS = 2  # differences of steps are 0.3 to 1 of the true error in what was tried
+LITTLE = 1e-4  # of a motion, that a vibration which is taken as linear is
+HARMONIC_ORDER = 8  # the series falls faster than any power; this one asks for harmonics enough
+
+
+def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResponse]:
+    """Give a response by collocation without the errors of its steps ("time") and of its mesh.
+
+    Raises
+    ------
+    SolverError
+        When the cycle of the more accurate steps cannot be closed.
+    """
+    scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
+    analysis, regular, size = scene.analysis, cycle.steps.regular, equation.system.size
+    points = more_accurate(analysis.scheme, analysis.stages, cycle.steps.disturbed)
+    finer = cycle.flow(*points, cycle.motion(orbit))
+    right = (part[regular, :size] for part in corrected(orbit, finer))
+    order = 2 * analysis.stages - (analysis.scheme == "radau")
+    assert orbit.flow is not None
+    starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
+    return {
+        "time": CorrectedResponse(elastic_response(equation, *right), order, OF_STEPS),
+        "mesh": _mesh_error(solution.response, AnswerOfSteps(equation, starts, orbit.flow, regular, step)),
+    }
+
+
+def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
+    """Give a response by harmonic balance without the errors of its harmonics and of its mesh.
+
+    Raises
+    ------
+    SolverError
+        When the cycle of the steps that tell the error cannot be closed.
+    """
+    cycle = solution.cycle
+    motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
+    starts, flow = motion(np.zeros(1)), cycle.flow("gauss", solution.scene.analysis.stages, motion)
+    finer = (part[regular] for part in refined(*starts, flow))
+    step = solution.scene.period / len(cycle.system.motion.theta)
+    return {
+        "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), HARMONIC_ORDER),
+        "mesh": _mesh_error(solution.response, AnswerOfSteps(cycle.start, starts, flow, regular, step)),
+    }
+
+
+def _mesh_error(response: ElasticResponse, answer: AnswerOfSteps) -> CorrectedResponse:
+    return corrected_for_mesh(answer.system, *without_mesh(answer, response))
+
+
+@dataclass(frozen=True)
+class AnswerOfSteps:
+    """How a periodic motion answers to small loads, by the steps that carried the motion itself; see `Answer`.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the starts of the sub-intervals.
+    starts
+        q and q' at the starts of all steps, with all coordinates.
+    flow
+        The steps of the cycle, linearised about the motion. They may have more coordinates, on which the load does not
+        act.
+    regular
+        Which steps begin a sub-interval.
+    step
+        Duration of the sub-intervals (s).
+    """
+
+    equation: Equation
+    starts: tuple[Array, Array]
+    flow: Flow
+    regular: NDArray[np.bool_]
+    step: float
+
+    @property
+    def system(self) -> System:
+        """The mechanism at the starts of the sub-intervals."""
+        return self.equation.system
+
+    @cached_property
+    def motion(self) -> tuple[Array, Array]:
+        """Q and q' at the starts of the sub-intervals."""
+        q, rate = (part[self.regular, : self.system.size] for part in self.starts)
+        return q, rate
+
+    @property
+    def unit(self) -> Array:
+        """Factors of q, and none of q'."""
+        return np.pad(self.flow.unit[: self.system.size], (0, self.system.size))
+
+    @property
+    def loss(self) -> float:
+        """Least loss factor of vibration."""
+        return self.equation.linear.loss
+
+    @property
+    def within(self) -> float:
+        """Size of a change up to which the equation is taken as linear."""
+        size = self.system.size
+        return LITTLE * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
+
+    def _load(self, loads: Terms) -> Array:
+        return self.system.on_coordinates(self.system.applied_by(loads))
+
+    def to(self, loads: Terms) -> Array:
+        """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``."""
+        size = self.system.size
+        whole = np.pad(self._load(loads), ((0, 0), (0, self.flow.size - size)))
+        found = periodic_change(whole, self.flow.states(*self.starts), self.flow, self.regular)
+        return np.concatenate([part[:, :size] for part in found], axis=1)
+
+    def changed(self, change: Array, loads: Terms) -> ElasticResponse:
+        """Give the response with changes of q and q', under loads."""
+        (q, rate), size = self.motion, self.system.size
+        return elastic_response(self.equation, q + change[:, :size], rate + change[:, size:], self._load(loads))
+
+
+def more_accurate(scheme: str, stages: int, disturbed: bool = False) -> tuple[str, int]:
+    """Scheme and number of points that tell the error of a scheme, by one order better, or by two.
+
+    Gauss points are at hand, as stability is judged there. Where impulses and jumps disturb a motion, vibrations count
+    that are too fast for the steps; only Radau points damp those.
+    """
+    return ("gauss", stages) if scheme == "radau" and not disturbed else ("radau", stages + 1)
+
+
+def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
+    """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
+
+    Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
+    by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
+    later on: what they make of the fastest vibrations is gone by then. The change itself is also one by the better
+    method; see `fed_back`.
+
+    Parameters
+    ----------
+    orbit
+        A motion by collocation.
+    finer
+        The same steps with other points, in the equation linearised about the orbit.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    assert orbit.flow is not None
+    flow = orbit.flow
+    states = flow.states(orbit.start, orbit.start_velocity)
+    carrier = finer if finer.tableau.damps else flow
+    load = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
+
+    def carried(defect: Array) -> Array:
+        error = carrier.cycle.solve(load + defect) - states
+        return error if carrier is finer else np.roll(times(carrier.transitions, error), 1, axis=0)
+
+    error = carried(finer.ends(states) - flow.ends(states))
+    if carrier is not finer:
+        missing = finer.transitions - flow.transitions
+        error, _ = fed_back(error, lambda found: carried(times(missing, found)), np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
+    return flow.parts(states + error)
+
+
+def refined(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
+    """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
+
+    Parameters
+    ----------
+    q, rate
+        q and q' at the starts of the steps.
+    flow
+        The steps, of the equation linearised about the motion.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
+    """
+    states = flow.states(q, rate)
+    states += flow.cycle.solve(flow.ends(states) - np.roll(states, -1, axis=0))
+    return flow.parts(states)

@@ -1,0 +1,111 @@
+"""Errors of a response in time: those of its time steps, of its mesh, and of the modes left out of members."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.linear_response import change_in_time, too_fast
+from fenics_mech.accuracy.mesh_residual import at_the_start, neglected
+from fenics_mech.effects import Terms
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.solution import TransientSolution
+from fenics_mech.response.transient.in_time import (
+    concatenated,
+    course_from,
+    cycles_of,
+    equation_in_time,
+    schedule_of,
+)
+from fenics_mech.response.transient.integration import LONGEST_STEP, Course
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+OF_MODES = 2.0  # convergence order in the cutoff, of the answer of the modes left out
+ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
+LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
+OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
+
+
+def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse]:
+    """Give a response in time without the errors of its steps ("time"), of its mesh, and of the modes left out.
+
+    Raises
+    ------
+    SolverError
+        When the steps that tell the error fail.
+    """
+    scene, system, course = solution.scene, solution.system, solution.course
+    rough = None if own_steps(scene) else _rough_course(solution)
+    step, duration = scene.period / scene.analysis.sub_intervals, float(np.ptp(course.time))
+    roughly, responses, loads, fast, state = [], [], [], [], np.zeros((4, course.displacement.shape[1]))
+    for part in cycles_of(scene, course.time):
+        equation = equation_in_time(scene, system, course.time[part])
+        motion = course.displacement[part], course.velocity[part]
+        fast.append(too_fast(equation.linear, motion, step, duration))
+        if rough is not None:
+            roughly.append(elastic_response(equation, rough.displacement[part], rough.velocity[part]))
+        found, missing, state = _without_mesh(equation, motion, step, state)
+        responses.append(found)
+        loads.append(missing)
+    errors = {"mesh": corrected_for_mesh(system, concatenated(responses), concatenated(loads))}
+    if slowest := [frequency for frequency in fast if frequency is not None]:
+        remark = (
+            f"what the mesh does to vibration from {min(slowest):.3g} Hz on, which {scene.analysis.sub_intervals} "
+            "sub_intervals are too few for"
+        )
+        errors["mesh"] = replace(errors["mesh"], remark=remark)
+    if roughly:
+        errors = {"time": CorrectedResponse(concatenated(roughly), 1, ROUGH_SHARE), **errors}
+    if scene.analysis.reduction != "none" and scene.analysis.start == "rigid":
+        errors["modes"] = CorrectedResponse(solution.response, OF_MODES, loads=at_the_start(system))
+    return errors
+
+
+def own_steps(scene: Scene) -> bool:
+    """Whether the scene's options of PETSc choose the steps in time, whatever the tolerance."""
+    return any(name.startswith(OWN_STEPS) for name in scene.petsc)
+
+
+def _rough_course(solution: TransientSolution) -> Course:
+    """Integrate over the same times with a larger tolerance, and longer steps where that does not govern them."""
+    scene, time = solution.scene, solution.course.time
+    lead = schedule_of(scene).lead(float(time[0]))
+    cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
+    tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
+    rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)
+    return course_from(rough, solution.system, solution.start, LONGER * LONGEST_STEP)
+
+
+def _without_mesh(
+    equation: Equation, motion: tuple[Array, Array], step: float, state: Array
+) -> tuple[ElasticResponse, Terms, Array]:
+    """Give a part of a response without the error of the mesh.
+
+    Parameters
+    ----------
+    equation, motion
+        The equation of the part, and its q and q'.
+    step
+        Of its positions (s).
+    state
+        Changes of q, q', q'' and force, by the mesh, one step before the part, ``(4, coordinates)``.
+
+    Returns
+    -------
+    tuple
+        The response, the load that it has beside, and the change at its end.
+    """
+    law, matrices = equation.system.terms.law, equation.linear
+    if law is not None:
+        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
+    missing = neglected(equation.system, elastic_response(equation, *motion), step, closed=False)
+    load = equation.system.on_coordinates(equation.system.applied_by(missing))
+    change = change_in_time(load, matrices, step, state)
+    q, rate = change[:2]
+    return elastic_response(equation, motion[0] + q, motion[1] + rate, load), missing, change[:, -1]

@@ -1,0 +1,140 @@
+"""The elastic response of a mechanism: displacement, velocity, and the acceleration that its inertia feels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import times
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RotationOfFrames:
+    """What the rotation of the links' frames does to the elastic motion v in them.
+
+    Parameters
+    ----------
+    turning
+        What the gyroscopic matrix is multiplied by, ``2 omega v' + alpha v`` and the drag per mass on ``omega v``
+        (m/s^2), ``(angles, nodal dofs)``.
+    centripetal
+        ``-omega^2 v`` (m/s^2), which the rotation of sections and point masses does not feel, ``(angles, nodal dofs)``.
+    """
+
+    turning: Array
+    centripetal: Array
+
+
+@dataclass(frozen=True)
+class ModalDamping:
+    """The forces ``D q'`` of modal damping, as a stress of the links and as their inertia.
+
+    Springs carry no share of them, nor do axial forces: those act on the axis as it is bent, and would turn a link by
+    forces from nowhere.
+
+    Parameters
+    ----------
+    displacement
+        Displacement in link axes (m, rad) whose elastic forces they are, ``P^T k v = D q'``, ``(angles, nodal dofs)``.
+    acceleration
+        Acceleration (m/s^2, rad/s^2) whose inertia would balance them, ``P^T m a = D q'``, ``(angles, nodal dofs)``.
+    """
+
+    displacement: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True)
+class ElasticResponse:
+    """Elastic displacement of the mechanism over the drive angles, and the inertia that goes with it.
+
+    Parameters
+    ----------
+    displacement
+        Coordinates q (m, rad), ``(angles, coordinates)``.
+    inertia
+        Rigid and elastic acceleration of every nodal dof in link axes, less gravity's, and the drag per mass on its
+        velocity (m/s^2, rad/s^2), ``(angles, nodal dofs)``.
+    velocity
+        Velocity v' of every nodal dof in link axes (m/s, rad/s), where a solver gives it, ``(angles, nodal dofs)``.
+    rotation
+        What the rotation of the links' frames adds; None where the coupling is off.
+    modal_damping
+        The forces of modal damping; None where there are none.
+    """
+
+    displacement: Array
+    inertia: Array
+    velocity: Array | None = None
+    rotation: RotationOfFrames | None = None
+    modal_damping: ModalDamping | None = None
+
+    @property
+    def undamped(self) -> ElasticResponse:
+        """The response without the forces of modal damping, and with the inertia that balances what is left."""
+        if self.modal_damping is None:
+            return self
+        return replace(self, inertia=self.inertia + self.modal_damping.acceleration, modal_damping=None)
+
+    @property
+    def by_modal_damping(self) -> ElasticResponse | None:
+        """The forces of modal damping alone, and the inertia that balances them; None where there are none."""
+        if (damping := self.modal_damping) is None:
+            return None
+        return ElasticResponse(np.zeros_like(self.displacement), -damping.acceleration, modal_damping=damping)
+
+    def strained(self, system: System) -> Array:
+        """Displacement in link axes whose elastic forces are all stress of the links, ``(angles, nodal dofs)``.
+
+        Beside the displacement itself it holds what damping by the material and by modal ratios adds.
+        """
+        v = system.to_links(self.displacement)
+        if self.modal_damping is not None:
+            v = v + self.modal_damping.displacement
+        if self.velocity is not None and system.terms.material:
+            v = v + system.terms.material * self.velocity
+        return v
+
+    def changed(self, displacement: Array, inertia: Array) -> ElasticResponse:
+        """Give the undamped response with a change of q and of the nodal inertia."""
+        undamped = self.undamped
+        return replace(undamped, displacement=undamped.displacement + displacement, inertia=undamped.inertia + inertia)
+
+
+def elastic_response(equation: Equation, q: Array, rate: Array, load: Array | None = None) -> ElasticResponse:
+    """Give the response from its coordinates and their rates: the equation of motion gives the acceleration.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the drive angles.
+    q, rate
+        Coordinates (m, rad) and their rates (m/s, rad/s), ``(angles, coordinates)``.
+    load
+        A load beside that of the equation (N, N m), ``(angles, coordinates)``.
+    """
+    system, (p, first, second) = equation.system, equation.shape
+    v, v_rate = map(system.on_nodes, equation.in_links(q, rate))
+    acceleration = equation.acceleration(q, rate)
+    if load is not None:
+        acceleration += np.linalg.solve(equation.linear.mass, load[..., None])[..., 0]
+    of_links = times(p, acceleration)
+    if first is not None and second is not None:
+        of_links += 2 * times(first, rate) + times(second, q)
+    inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.drag * v_rate
+    rotation = damping = None
+    if equation.extra_damping is not None:
+        forces = equation.extra_damping @ equation.straining(q, rate)[..., None]
+        matrices = equation.links_stiffness, equation.linear.mass
+        damping = ModalDamping(*(system.on_nodes(times(p, np.linalg.solve(m, forces)[..., 0])) for m in matrices))
+    if first is not None and second is not None:
+        omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.tangential))
+        rotation = RotationOfFrames(turning=2 * omega * v_rate + alpha * v, centripetal=-(omega**2) * v)
+        inertia += rotation.centripetal
+    return ElasticResponse(q, inertia, v_rate, rotation, damping)

@@ -1,0 +1,159 @@
+"""Strains, stresses, forces and deflections of a response, at the stations of the members."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.accuracy.validity import bow, euler_ratio, rotation
+from fenics_mech.effects import NOTHING
+from fenics_mech.effects.dampers import damper_forces
+from fenics_mech.effects.springs import spring_forces
+from fenics_mech.forces.air import drag_known
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.element_loads import point_loads
+from fenics_mech.forces.joint_forces import Reactions, joint_forces, nodal_forces, reactions
+from fenics_mech.forces.section_forces import MemberState, recover_members, section_forces
+from fenics_mech.forces.strains import stress_over_modulus, young_modulus
+from fenics_mech.forces.viscous import elastic_strain, sampling_error
+from fenics_mech.mechanism import System
+from fenics_mech.recovery.peak_places import places_between_stations
+from fenics_mech.response.solution import Solution, StaticSolution
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+Variables = dict[str, tuple[tuple[str, ...], Array]]
+
+
+@dataclass(frozen=True)
+class Fields:
+    """What is recovered from a response.
+
+    Parameters
+    ----------
+    system
+        The mechanism, on which the drag of the air acts as a load.
+    members
+        The members' state at the stations.
+    variables
+        Labelled arrays by their names; see `variables.ATTRIBUTES`.
+    coordinates
+        Labels of their dimensions.
+    sampling
+        Error of the members' strains by the number of positions, ``(members,)``, where the material damps.
+    """
+
+    system: System
+    members: MemberState
+    variables: Variables
+    coordinates: dict[str, Any]
+    sampling: Array | None = None
+
+    @property
+    def curves(self) -> dict[str, Array]:
+        """Strains of both fibres, and magnitudes of deflections (m), ``(angles, members, stations, fibres or 1)``."""
+        bent = np.linalg.norm(self.variables["deflection"][1], axis=-1, keepdims=True)
+        return {"strain": self.variables["strain"][1], "deflection": bent}
+
+
+def recover(solution: Solution) -> Fields:
+    """Recover strains, stresses, section forces, deflections and joint forces from a response."""
+    scene, response = solution.scene, solution.response
+    system = drag_known(scene, solution.system, response)
+    s = np.linspace(0, 1, scene.analysis.stations)
+    members, elastic, found = _with_viscous_forces(system, response, s)
+    by_joint = joint_forces(scene, found)
+    forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
+    variables = _of_members(scene, members, elastic) | _of_springs(scene, system, response)
+    variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
+    largest = _largest_strain(scene, system, response, variables["strain"][1])
+    variables["largest_strain"] = (("member",), largest)
+    coordinates = {
+        "theta": system.motion.theta,
+        "time": ("theta", system.motion.time),
+        "member": list(system.beams.mesh.members),
+        "s": s,
+        "fibre": ["+", "-"],
+        "joint": list(by_joint),
+        "component": ["x", "y"],
+        **{kind: list(parts) for kind, parts in (("spring", scene.springs), ("damper", scene.dampers)) if parts},
+    }
+    sampling = None
+    if scene.damping.material and not isinstance(solution, StaticSolution):
+        axial, bending = _stress_over_modulus(scene, elastic)
+        sampling = sampling_error(scene, axial[..., None] + bending)
+    return Fields(system, members, variables, coordinates, sampling)
+
+
+def _with_viscous_forces(
+    system: System, response: ElasticResponse, s: Array
+) -> tuple[MemberState, MemberState, Reactions]:
+    """Members with the forces of modal damping and without them, and the joints' reactions with them."""
+    found = reactions(system, nodal_forces(system, response.undamped))
+    elastic = recover_members(system, response.undamped, s, point_loads(system, found))
+    if response.by_modal_damping is None:
+        return elastic, elastic, found
+    bare = replace(system, terms=NOTHING)
+    viscous = reactions(bare, nodal_forces(bare, response.by_modal_damping))
+    forces = section_forces(bare, response.by_modal_damping, s, point_loads(bare, viscous))
+    return elastic.with_forces(*forces), elastic, {key: force + viscous[key] for key, force in found.items()}
+
+
+def _stress_over_modulus(scene: Scene, members: MemberState) -> tuple[Array, Array]:
+    return stress_over_modulus(scene, members.s, members.axial_force, members.moment)
+
+
+def _of_members(scene: Scene, members: MemberState, elastic: MemberState) -> Variables:
+    """Strains, stresses, section forces and deflections of the members, with their dimensions.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    members, elastic
+        The members' state, and that without the forces of modal damping, from which the strains are.
+    """
+    whole_axial, whole_bending = _stress_over_modulus(scene, members)
+    stress = young_modulus(scene, members.s) * (whole_axial[..., None] + whole_bending)
+    axial, bending = (elastic_strain(scene, part) for part in _stress_over_modulus(scene, elastic))
+    along = ("theta", "member", "s")
+    return {
+        "strain": ((*along, "fibre"), axial[..., None] + bending),  # (6.38)
+        "strain_axial": (along, axial),
+        "strain_bending": ((*along, "fibre"), bending),
+        "stress": ((*along, "fibre"), stress),
+        "moment": (along, members.moment),
+        "axial_force": (along, members.axial_force),
+        "shear_force": (along, members.shear_force),
+        "deflection": ((*along, "component"), members.deflection),
+        "euler_ratio": (("member",), euler_ratio(scene, members)),
+        "bow": (("member",), bow(scene, members)),
+        "rotation": (("member",), rotation(members)),
+    }
+
+
+def _largest_strain(scene: Scene, system: System, response: ElasticResponse, strain: Array) -> Array:
+    """Largest strain of each member, at its stations and where it may have a peak between them, ``(members,)``."""
+    found, places = np.abs(strain).max(axis=(0, 2, 3)), places_between_stations(scene, system, response)
+    if not len(places):
+        return found
+    _, elastic, _ = _with_viscous_forces(system, response, places)
+    axial, bending = (elastic_strain(scene, part) for part in _stress_over_modulus(scene, elastic))
+    return np.maximum(found, np.abs(axial[..., None] + bending).max(axis=(0, 2, 3)))
+
+
+def _of_springs(scene: Scene, system: System, response: ElasticResponse) -> Variables:
+    """Forces of springs and dampers, where there are some."""
+    mesh, motion, v = system.beams.mesh, system.motion, system.to_links(response.displacement)
+    forces = {
+        "spring": spring_forces(scene, mesh, motion, v),
+        "damper": damper_forces(scene, mesh, motion, v, response.velocity),
+    }
+    return {
+        f"{kind}_force": (("theta", kind), np.stack(list(found.values()), axis=1))
+        for kind, found in forces.items()
+        if found
+    }

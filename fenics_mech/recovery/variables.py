@@ -1,0 +1,94 @@
+"""Names of a result's variables: what each means, and its unit."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
+from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.scene import Scene
+from fenics_mech.scene.springs_dampers import Hinge
+
+ATTRIBUTES = {
+    "strain": ("1", "strain of the outer fibre"),
+    "strain_error": ("1", "error of the member's strain by each source, estimated"),
+    "deflection_error": ("m", "error of the member's deflection by each source, estimated"),
+    "joint_force_error": ("N", "error of the joint's force by each source, estimated"),
+    "drive_effort_error": ("N m", "error of each drive's effort by each source, estimated; N along a slide"),
+    "relative_error": ("1", "largest error of a strain by each source, over the member's largest strain"),
+    "deflection_relative_error": (
+        "1",
+        "largest error of a deflection by each source, over the member's largest deflection",
+    ),
+    "joint_force_relative_error": ("1", "largest error of a joint force by each source, over the largest of all"),
+    "drive_effort_relative_error": ("1", "largest error of an effort by each source, over the largest effort"),
+    "error_order": ("1", "power of the number of steps, elements, modes and so on with which the error falls"),
+    "strain_axial": ("1", "axial strain"),
+    "strain_bending": ("1", "bending strain of the outer fibre"),
+    "stress": ("Pa", "stress of the outer fibre"),
+    "moment": ("N m", "bending moment"),
+    "axial_force": ("N", "axial force, tension positive"),
+    "shear_force": ("N", "shear force dM/ds"),
+    "deflection": ("m", "elastic displacement, fixed frame"),
+    "joint_force": ("N", "force of the joint's first body on its second, fixed frame"),
+    "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
+    "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
+    "mean_power": ("W", "mean power that the cause gives to the mechanism, negative where it takes"),
+    "drive_impulse": ("N m s", "impulse of each drive's effort at each impulse; N s along a slide"),
+    "drive_twist": ("rad", "angle of the crank ahead of its drive"),
+    "drive_rate": ("rad/s", "rate of the crank"),
+    "spring_force": ("N", "tension of each spring; of one at a joint the moment with which it turns its bodies back"),
+    "damper_force": ("N", "tension of each damper; of one at a joint the moment with which it turns its bodies back"),
+    "frequency": ("Hz", "natural frequency"),
+    "frequency_error": (
+        "1",
+        f"share by which the mesh has the frequency wrong, but for pins that travel; {LARGEST_KNOWN:g}: that or more",
+    ),
+    "euler_ratio": ("1", "largest axial force over the Euler load of the member on two pins"),
+    "bow": ("1", "largest distance of the member's axis from its chord, over its length"),
+    "rotation": ("rad", "largest rotation of the member's axis from its rigid position"),
+    "multiplier": ("1", "Floquet multiplier: what a cycle makes of a small disturbance, largest magnitude first"),
+    "growth_rate": ("1/s", "rate at which the disturbance grows; it decays where negative"),
+    "multiplier_frequency": ("Hz", "frequency of the disturbance in the axes of its link, multiplier_link"),
+    "multiplier_link": ("1", "link that has the largest part of the disturbance, by mass"),
+    "multiplier_mode": ("1", "mode that has the largest part of the disturbance"),
+    "largest_strain": ("1", "largest strain of the member, at stations and where it may have a peak between them"),
+    "state": ("1", "displacement (m, rad) and velocity of the coordinates at the end, from which to go on"),
+    "assurance": ("1", "MAC of each mode with itself at the next position"),
+    "harmonic_frequency": ("Hz", "frequency of the harmonic"),
+    "gauge_s": ("1", "place of the gauge along the member"),
+    "gauge_fibre": ("1", "fibre of the gauge"),
+    "strain_amplitude": ("1", "amplitude of the strain's harmonic; order 0 is its mean"),
+    "strain_phase": ("rad", "phase of the strain's harmonic, a cosine of the time since drive angle 0"),
+    "joint_force_amplitude": ("N", "amplitude of the joint force's harmonic; order 0 is its mean"),
+    "joint_force_phase": ("rad", "phase of the joint force's harmonic, a cosine of the time since drive angle 0"),
+    "input_torque_amplitude": ("N m", "amplitude of the input torque's harmonic; order 0 is its mean"),
+    "input_torque_phase": ("rad", "phase of the input torque's harmonic, a cosine of the time since drive angle 0"),
+    "vibration_amplitude": ("1", "half of the range of the strain at mid-span about its quasi-static curve"),
+    "vibration_frequency": ("Hz", "ripples about the quasi-static curve in a cycle, over its duration"),
+    "vibration_harmonic": ("1", "largest harmonic of the strain's distance from its quasi-static curve"),
+    "vibration_mode": ("1", "mode whose natural frequency is nearest to the vibration's"),
+}
+
+
+def with_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
+    """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``."""
+    units = _units(scene)
+    for name, (unit, meaning) in ATTRIBUTES.items():
+        if name in data:
+            data[name].attrs.update(units=units.get(name, unit), long_name=meaning)
+    data["theta"].attrs.update(units="rad", long_name="drive angle")
+    data["time"].attrs.update(units="s", long_name="time")
+    data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
+    return data
+
+
+def _units(scene: Scene) -> dict[str, str]:
+    """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
+    efforts = effort_units(scene)
+    found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
+    found |= dict.fromkeys(("drive_effort", "drive_effort_error"), efforts)
+    found["drive_impulse"] = [f"{unit} s" for unit in efforts]
+    for name, parts in (("spring_force", scene.springs), ("damper_force", scene.dampers)):
+        found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts.values()]
+    return {name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in found.items() if units}

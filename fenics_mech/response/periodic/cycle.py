@@ -1,0 +1,193 @@
+"""The equation of motion of a scene over the steps of its cycle, and whether a motion of it is stable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.forces.elastic_response import elastic_response
+from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.modes import Modes
+from fenics_mech.response.modal_damping import modal_damping
+from fenics_mech.response.periodic.collocation import between
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.harmonic_balance import Series
+from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import rough_tension, system_at, with_tension
+from fenics_mech.response.stability.floquet import Stability, floquet
+from fenics_mech.response.stability.resonance import blaming, refuse_magnified
+from fenics_mech.response.stability.turning import LinkAxes
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+States = Callable[[Array], tuple[Array, Array]]  # q and q' at places 0..1 in every step of the cycle
+LARGEST_SPREAD = 1e12  # of the fastest coordinate's frequency over the slowest one's
+FASTEST = 1e14  # rad in a step; measured: right at 5e13, and multipliers next to 1 of no vibration at 5e15
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """The equation of motion of a scene at the collocation points of the steps of its cycle.
+
+    Parameters
+    ----------
+    scene, system
+        The scene, and its mechanism at the starts of the sub-intervals.
+    """
+
+    scene: Scene
+    system: System
+    _equations: dict[tuple[str, int], Equation] = field(default_factory=dict)
+    _flows: dict[tuple[str, int], Flow] = field(default_factory=dict)
+
+    @cached_property
+    def steps(self) -> Steps:
+        """The sub-intervals, cut where something jumps."""
+        return Steps.of(self.scene)
+
+    @cached_property
+    def tableau(self) -> Tableau:
+        """The collocation points that the scene asks for."""
+        return Tableau.of(self.scene.analysis.scheme, self.scene.analysis.stages)
+
+    @cached_property
+    def start(self) -> Equation:
+        """The equation at the starts of the sub-intervals."""
+        return Equation(self.system, modal_damping(self.scene, self.system))
+
+    @property
+    def settling(self) -> bool:
+        """Whether axial forces of the response act on it."""
+        return self.scene.analysis.tension == "settled" and self.system.terms.tension is not None
+
+    @property
+    def linear(self) -> bool:
+        """Whether the equation does not depend on the motion."""
+        return self.system.terms.law is None and not self.settling
+
+    @property
+    def tension(self) -> Array | None:
+        """Rough axial force at the starts (N), where the links have a nonlinear law."""
+        return rough_tension(self.scene, self.system)
+
+    def at_points(self, scheme: str, stages: int) -> Equation:
+        """Give the equation at collocation points of all steps."""
+        if (scheme, stages) not in self._equations:
+            tableau = Tableau.of(scheme, stages)
+            self._equations[scheme, stages] = equation_at_points(self.scene, self.system, self.steps, tableau)
+        return self._equations[scheme, stages]
+
+    def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
+        """Give the steps of the equation linearised about the motion (a linear one needs none)."""
+        if (scheme, stages) not in self._flows:
+            matrices = self._about(motion, scheme, stages)
+            tableau = Tableau.of(scheme, stages)
+            self._flows[scheme, stages] = Flow(matrices, tableau, self.steps.duration, self.scene.petsc)
+        return self._flows[scheme, stages]
+
+    def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
+        """Linearise about a motion at the collocation points of all steps."""
+        equation = self.at_points(scheme, stages)
+        if self.linear or motion is None:
+            return equation.linear
+        q, rate = motion(Tableau.of(scheme, stages).points)
+        law = equation.system.terms.law
+        if law is None:
+            return self.stiffened(equation, q, rate).linear
+        return equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
+
+    def _at_start(self, motion: States | None) -> Matrices:
+        """Linear part of the equation at the starts of the sub-intervals."""
+        return self.start.linear
+
+    @staticmethod
+    def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
+        """Give the equation with the axial forces of a motion."""
+        tension = mean_tension(equation.system, elastic_response(equation, q, rate))
+        return Equation(with_tension(equation.system, tension), equation.extra_damping)
+
+    def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
+        """Judge a motion, if the scene wants it.
+
+        Raises
+        ------
+        SolverError
+            When it is unstable, or an equation that is the same for all motions has a resonance.
+        """
+        if not self.scene.analysis.stability:
+            return None
+        found = self.judged(modes, motion)
+        if not self.scene.analysis.allow_unstable:
+            found.refuse_unstable()
+        if self.linear:
+            found.refuse_resonance()
+        return found
+
+    def judged(self, modes: Modes, motion: States | None) -> Stability:
+        """Find the Floquet multipliers of a motion, stable or not."""
+        if self.massless is not None:
+            raise SolverError(
+                f"{self.massless} has next to no mass: multipliers, lost to rounding, do not tell its vibration. Give "
+                "its link a density or a mass, or write analysis.stability = false"
+            )
+        flow = self.flow("gauss", self.scene.analysis.stages, motion)
+        return floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc)
+
+    @cached_property
+    def axes(self) -> LinkAxes:
+        """The links' axes at the starts of the steps."""
+        if self.steps.regular.all():
+            return LinkAxes.of(self.system, self.system.motion)
+        return LinkAxes.of(self.system, solve_motion(self.scene, self.steps.start, near=self.system.motion))
+
+    @cached_property
+    def massless(self) -> str | None:
+        """Coordinate whose own vibration turns so far in a step that its multipliers are lost to rounding."""
+        mass, stiffness = (np.diag(part[0]) for part in (self.start.linear.mass, self.start.linear.stiffness))
+        heavy = np.flatnonzero(mass > 0)  # with lumped masses rotations have none
+        pace = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
+        lost = pace.max() > FASTEST / float(np.max(self.steps.duration)) and pace.max() > LARGEST_SPREAD * pace.min()
+        return self.system.transformation.names[heavy[int(pace.argmax())]] if lost else None
+
+    @contextmanager
+    def determined(self, modes: Modes) -> Iterator[None]:
+        """Add the mode at resonance to an error about a linear equation; see `blaming`."""
+        if not self.linear or self.massless is not None:
+            yield
+            return
+        with blaming(lambda: self.judged(modes, None).nearest()):
+            yield
+
+    def refuse_magnified(self, modes: Modes, condition: float, motion: States | None) -> None:
+        """Raise `SolverError` where rounding would show in a motion of that condition."""
+        refuse_magnified(condition, lambda: self.judged(modes, motion).nearest())
+
+    def motion(self, orbit: Orbit) -> States:
+        """Give a motion by collocation between the starts of the steps."""
+        return lambda places: between(orbit, self.tableau, self.steps.duration, places)
+
+    def series_motion(self, series: Series) -> States:
+        """Give a Fourier series between the starts of the steps."""
+        return lambda places: series.at(np.abs(self.steps.angles(places, self.scene.cycle_rate)))
+
+
+def equation_at_points(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
+    """Give the equation at collocation points of all steps."""
+    theta = steps.angles(tableau.points, scene.cycle_rate)
+    there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
+    if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
+        raise UnresolvedError(
+            "the linkage has no coordinates that are good all over the cycle. Take other sub_intervals"
+        )
+    return Equation(there, modal_damping(scene, there))

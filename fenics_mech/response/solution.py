@@ -1,0 +1,169 @@
+"""What the solvers of the response give: a kind of `Solution` each. None of them estimates an error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.impulse_work import AtImpulses
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.modes import Modes
+from fenics_mech.response.periodic.cycle import Cycle
+from fenics_mech.response.periodic.harmonic_balance import Series
+from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.sub_intervals import SubIntervals
+from fenics_mech.response.stability.floquet import Stability
+from fenics_mech.response.transient.integration import Course, StartState
+from fenics_mech.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """The response of a scene at its positions.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the positions, with the axial forces of the response where they settle.
+    response
+        The elastic response there.
+    """
+
+    scene: Scene
+    system: System
+    response: ElasticResponse
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticSolution(Solution):
+    """A static or quasi-static response."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransientSolution(Solution):
+    """A response in time.
+
+    Parameters
+    ----------
+    course
+        The motion in time, and how it came about.
+    start
+        The state from which it started.
+    """
+
+    course: Course
+    start: StartState
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeriodicSolution(Solution):
+    """A periodic response.
+
+    Parameters
+    ----------
+    modes
+        Modes at the positions.
+    condition
+        How many times a relative error of the cycle's equations comes out in the motion; None where it is not known.
+    stability
+        Whether small disturbances decay; None where that was not examined.
+    """
+
+    modes: Modes
+    condition: float | None = None
+    stability: Stability | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SubIntervalSolution(PeriodicSolution):
+    """A periodic response by the sub-intervals of chapter 5.
+
+    Parameters
+    ----------
+    joined
+        The sub-intervals, joined to a cycle.
+    boundary_load
+        Load at their starts (N, N m), ``(angles, coordinates)``; None where it is constant in each.
+    """
+
+    joined: SubIntervals
+    boundary_load: Array | None = None
+
+
+@dataclass(frozen=True)
+class AtPoints:
+    """A periodic motion at the collocation points of all its steps.
+
+    Parameters
+    ----------
+    system, response
+        The mechanism and its response there.
+    weights
+        Weights of the points in a mean over the cycle, ``(points,)``.
+    impulses
+        The state at the impulses of the cycle, where there are some.
+    """
+
+    system: System
+    response: ElasticResponse
+    weights: Array
+    impulses: AtImpulses | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CollocationSolution(PeriodicSolution):
+    """A periodic response by collocation.
+
+    Parameters
+    ----------
+    cycle
+        The equation of motion over the cycle.
+    equation
+        That equation at the positions, with the axial forces of the response where they settle.
+    orbit
+        The motion at the collocation points and at the starts of all steps.
+    points
+        The motion at the collocation points as forces see it, where energy is balanced over them.
+    """
+
+    cycle: Cycle
+    equation: Equation
+    orbit: Orbit
+    points: AtPoints | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorSolution(CollocationSolution):
+    """A periodic response of a mechanism on the shaft of a motor: all of it belongs to the crank's own motion.
+
+    Parameters
+    ----------
+    twist
+        Angle of the crank ahead of its drive (rad) and two time derivatives, ``(3, angles)``.
+    """
+
+    twist: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class HarmonicSolution(PeriodicSolution):
+    """A periodic response as a Fourier series.
+
+    Parameters
+    ----------
+    cycle
+        The equation of motion over the cycle.
+    series
+        The coordinates as a Fourier series.
+    """
+
+    cycle: Cycle
+    series: Series

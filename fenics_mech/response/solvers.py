@@ -1,0 +1,76 @@
+"""The solver of a scene's response: the one that it asks for, or the simplest that knows all of its effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fenics_mech.effects import Terms, active
+from fenics_mech.errors import SceneError
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import require_dense
+from fenics_mech.modes import Modes
+from fenics_mech.response.motor_response import by_motor
+from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
+from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.periodic.sub_intervals import require_joined
+from fenics_mech.response.setup import modes_kept, refuse_unseen, settle, static_response
+from fenics_mech.response.solution import PeriodicSolution, StaticSolution
+from fenics_mech.scene import Scene
+
+SOLVERS: dict[str, Callable[[Scene, System, Modes], PeriodicSolution]] = {
+    "sub-intervals": by_sub_intervals,
+    "collocation": by_collocation,
+    "motor": by_motor,
+    "harmonic-balance": by_harmonic_balance,
+}
+
+
+def periodic_solver(scene: Scene, terms: Terms) -> str:
+    """Give the solver of a periodic response: the one asked for, or the simplest that knows all effects.
+
+    Raises
+    ------
+    SceneError
+        When the solver asked for does not know them.
+    """
+    asked = scene.analysis.solver
+    if any(drive.motor is not None for drive in scene.drives):
+        return "motor"
+    beyond = bool(terms.coupled or terms.law or terms.material or terms.drag or terms.damping or terms.follower)
+    beyond = beyond or bool(scene.impulses) or (terms.tension is not None and scene.analysis.tension == "settled")
+    if beyond and asked == "sub-intervals":
+        names = ", ".join(effect.name for effect in active(scene))
+        raise SceneError(
+            f"the sub-intervals of chapter 5 do not know all effects of the scene ({names})",
+            place="analysis.solver",
+            hint="Write solver = 'collocation'",
+        )
+    if asked != "auto":
+        return asked
+    return "collocation" if beyond else "sub-intervals"
+
+
+def check_periodic(scene: Scene, system: System, solver: str) -> None:
+    """Refuse what a periodic solver cannot resolve or hold, before it begins.
+
+    Raises
+    ------
+    SceneError
+        When its points of a cycle miss what a load or a drive does between them.
+    TooLargeError
+        When its matrices do not fit into memory.
+    """
+    points = scene.analysis.sub_intervals * (1 if solver == "sub-intervals" else scene.analysis.stages)
+    refuse_unseen(scene, points, by_collocation=solver in ("collocation", "motor"))
+    if solver == "sub-intervals":
+        require_joined(modes_kept(scene, system), points)
+    else:
+        require_dense(system.size, scene.analysis.stages * len(Steps.of(scene).start))
+
+
+def by_statics(scene: Scene, system: System) -> StaticSolution:
+    """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that."""
+    refuse_unseen(scene, scene.analysis.sub_intervals)
+    if scene.analysis.tension == "settled" and system.terms.tension is not None:
+        system = settle(system, lambda changed: static_response(scene, changed))
+    return StaticSolution(scene=scene, system=system, response=static_response(scene, system))
