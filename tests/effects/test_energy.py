@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fenics_mech.forces.blows import Blows
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
+from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.periodic.steady_state import by_collocation
@@ -130,7 +130,7 @@ def test_kinetic_energy_jumps_by_what_impulses_and_drive_give(more):
         stored_energy(Forces(scene, struck.system, replace(struck.response, velocity=struck.response.velocity + part)))
         for part in (-half, half)
     )
-    found = Blows(scene, struck)
+    found = ImpulseWork(scene, struck)
     assert found.by_impulses + found.by_drives == pytest.approx(after - before, rel=1e-9)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.accuracy.hidden_resonances import frequency_error
+from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.errors import SceneError
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build

@@ -103,7 +103,7 @@ def test_graded_and_stated_meshes_keep_their_kind():
 @pytest.fixture
 def runs(monkeypatch):
     """Scenes that were analysed, one a trial."""
-    found, as_stated = [], fenics_mech.analysis._as_stated
+    found, as_stated = [], fenics_mech.analysis.as_planned
 
     def noted(scene, *rest):
         found.append(scene)
