@@ -109,7 +109,7 @@ def runs(monkeypatch):
         found.append(scene)
         return as_stated(scene, *rest)
 
-    monkeypatch.setattr(fenics_mech.analysis, "_as_stated", noted)
+    monkeypatch.setattr(fenics_mech.analysis, "as_planned", noted)
     return found
 
 
