@@ -1,0 +1,65 @@
+"""The `fenics-mech` command: one module a command, and what they have in common in `common`."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from fenics_mech._console import err
+from fenics_mech._version import __version__
+from fenics_mech.cli.animate_command import animate
+from fenics_mech.cli.check_command import check
+from fenics_mech.cli.cost_command import cost
+from fenics_mech.cli.effects_command import effects
+from fenics_mech.cli.follow_command import follow
+from fenics_mech.cli.mesh_command import mesh
+from fenics_mech.cli.modes_command import modes
+from fenics_mech.cli.run_command import run
+from fenics_mech.cli.scaling_command import scaling
+from fenics_mech.cli.schema_command import schema
+from fenics_mech.cli.sweep_command import sweep
+from fenics_mech.errors import MechanismError
+
+app = typer.Typer(
+    help="Dynamics of planar linkages whose links bend.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for _command in (run, modes, check, effects, sweep, follow, cost, scaling, animate, mesh, schema):
+    app.command()(_command)
+
+
+def main() -> None:
+    """Run the command; every error of ours is one message on stderr and exit code 1."""
+    try:
+        app()
+    except MechanismError as error:
+        _fail(str(error))
+    except MemoryError as error:
+        _fail(f"not enough memory: take fewer sub_intervals, stations or elements, or a reduction. {error}".rstrip())
+    except OSError as error:
+        _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
+
+
+def _fail(message: str) -> None:
+    err.print(f"[bold red]error:[/] {escape(message)}", soft_wrap=True, highlight=False)
+    sys.exit(1)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Dynamics of planar linkages whose links bend."""

@@ -1,0 +1,39 @@
+"""`fenics-mech animate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, progress_bar, tell
+from fenics_mech.cli.common import Refine, SceneFile, refined_scene
+from fenics_mech.errors import MechanismError
+
+
+def animate(
+    scene: SceneFile,
+    file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
+    magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="chosen")] = None,
+    frames: Annotated[int, typer.Option(min=2, max=10_000, help="Frames in one cycle.")] = 120,
+    refine: Refine = 0,
+) -> None:
+    """Draw the moving mechanism, deflection magnified and coloured by strain. SCENE may also be a result.nc."""
+    from fenics_mech import views  # noqa: PLC0415
+    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+    from fenics_mech.recovery import Result  # noqa: PLC0415
+
+    views.check_ending(file)
+    make_folder(file.parent)
+    if scene.suffix == ".nc":
+        if refine:
+            raise MechanismError("a result cannot be refined: give --refine with the scene file")
+        result = Result.load(scene)
+    else:
+        loaded = refined_scene(scene, refine, strict=False)
+        with progress_bar(len(STEPS)) as step:
+            result = analyse(loaded, step)
+    with progress_bar(frames) as step:
+        views.animate(result, file, magnify=magnify, frames=frames, progress=lambda i, n: step(f"frame {i + 1} of {n}"))
+    tell(f"Wrote {file}")

@@ -1,0 +1,36 @@
+"""`fenics-mech check`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import out, progress_bar
+from fenics_mech.cli.common import Strict, loaded_scene
+from fenics_mech.errors import MechanismError
+
+
+def check(
+    scene: Annotated[Path | None, typer.Argument(help="Scene file to check.", show_default=False)] = None,
+    strict: Strict = False,
+) -> None:
+    """Check a scene file without analysing it; without a file, check the program against the dissertation."""
+    from fenics_mech import studies, views  # noqa: PLC0415
+    from fenics_mech.effects import active  # noqa: PLC0415
+    from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
+
+    if scene is not None:
+        loaded = loaded_scene(scene, strict)
+        active(loaded)
+        out.print(views.scene_overview(loaded, reachable_range(loaded)), highlight=False)
+        return
+    findings = []
+    with progress_bar(len(studies.CHECKS)) as step:
+        for name, examine in studies.CHECKS.items():
+            step(name)
+            findings += examine()
+    out.print(views.check_table(findings))
+    if not all(finding.holds for finding in findings):
+        raise MechanismError("some checks failed: this installation does not give right numbers")

@@ -1,0 +1,51 @@
+"""What several commands have in common: their arguments and options, and how a scene file is loaded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fenics_mech._console import warn
+from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.scene import Scene
+
+SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Stop with an error where numbers of the scene are implausible.")
+]
+Tolerance = Annotated[
+    list[str] | None,
+    typer.Option("--tol", help="Largest error, as 1e-3 (strains) or deflection=1%: it chooses mesh and steps."),
+]
+OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
+
+
+def loaded_scene(path: Path, strict: bool) -> Scene:
+    """Load a scene file, and warn of implausible numbers in it; with `strict` they are an error."""
+    from fenics_mech.scene import load  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
+
+    scene = load(path)
+    warn(implausible(scene), strict)
+    return scene
+
+
+def refined_scene(path: Path, refine: int, strict: bool, tolerance: list[str] | None = None) -> Scene:
+    """Load a scene that is to be analysed, with the tolerance of the command and a refined mesh.
+
+    A tolerance chooses the mesh itself: with one, a refinement is an error.
+    """
+    from fenics_mech.scene import refined, stated_tolerance  # noqa: PLC0415
+
+    scene = loaded_scene(path, strict)
+    scene = scene.changed(tolerance=stated_tolerance(tolerance)) if tolerance else scene
+    if refine and scene.tolerance is not None:
+        shares = " and ".join(f"{share:g}" for share in scene.tolerances.values())
+        what = f"--refine asks for a mesh, and the tolerance of {shares} chooses it"
+        raise MechanismError(f"{what}: give one of them")
+    return refined(scene, refine)

@@ -1,0 +1,41 @@
+"""`fenics-mech effects`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, refined_scene
+
+
+def effects(
+    scene: SceneFile,
+    compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
+    folder: OutFolder = Path("out"),
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option("--tol", help="Largest error, as 1e-3 or deflection=1%: effects above half of it act."),
+    ] = None,
+    strict: Strict = False,
+) -> None:
+    """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
+    from fenics_mech import views  # noqa: PLC0415
+    from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415
+    from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
+
+    loaded = refined_scene(scene, 0, strict, tolerance).changed(effects="auto")
+    with progress_bar(1) as step:
+        step("effects")
+        chosen, choices = choose(loaded)
+    out.print(views.effects_table(choices, loaded.neglected))
+    names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
+    enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
+    tell(f"effects = 'auto' means effects = [{names}]{enough}")
+    if compare:
+        make_folder(folder)
+        runs = added_one_by_one(loaded)
+        out.print(views.runs_table(runs))
+        tell_written([views.plot_effects(runs, folder / "effects.png")], folder)

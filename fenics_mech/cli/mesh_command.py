@@ -1,0 +1,28 @@
+"""`fenics-mech mesh`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fenics_mech._console import make_folder, tell, tell_written
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile
+
+
+def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
+    """Mesh a scene: writes mesh.msh, mesh.vtu and mesh.xdmf at drive angle 0."""
+    import numpy as np  # noqa: PLC0415
+
+    from fenics_mech.beams import mesh_scene  # noqa: PLC0415
+    from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
+    from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
+    from fenics_mech.recovery.result import write_whole  # noqa: PLC0415
+    from fenics_mech.scene import load, refined  # noqa: PLC0415
+
+    loaded = refined(load(scene), refine)
+    make_folder(folder)
+    beams = mesh_scene(loaded)
+    plane = plane_mesh(loaded, beams, solve_motion(loaded, np.zeros(1)))
+    for ending in FORMATS:
+        write_whole(folder / f"mesh{ending}", lambda temporary: write_mesh(plane, temporary))
+    tell(f"{len(beams.cell)} elements, {len(beams.node_name)} nodes, {len(beams.members)} members")
+    tell_written((Path(f"mesh{ending}") for ending in FORMATS), folder)

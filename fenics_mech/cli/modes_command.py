@@ -1,0 +1,30 @@
+"""`fenics-mech modes`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, loaded_scene
+
+
+def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
+    """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
+    from fenics_mech import views  # noqa: PLC0415
+    from fenics_mech.scene import refined  # noqa: PLC0415
+    from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
+
+    loaded = refined(loaded_scene(scene, strict), refine)
+    make_folder(folder)
+    with progress_bar(4) as step:
+        found = solved(loaded, step)
+        step("plot")
+        supported = dict(zip(found.data["member"].to_numpy(), found.data["supported"].to_numpy()))
+        frequency, theta = found.data["frequency"].to_numpy(), found.data["theta"].to_numpy()
+        table = views.write_frequencies(theta, frequency, folder / "frequencies.csv")
+        plot = views.plot_frequencies(frequency, theta, folder / "frequencies.png", supported)
+    assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
+    out.print(views.frequency_table(frequency, assurance, error, supported))
+    for freedom in found.free:
+        tell(f"Rigid body: {freedom}")
+    tell_written((table, plot), folder)

@@ -1,0 +1,55 @@
+"""`fenics-mech run`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
+from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.scene import Scene
+
+
+def run(
+    scene: SceneFile,
+    folder: OutFolder = Path("out"),
+    plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
+    csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
+    refine: Refine = 0,
+    tolerance: Tolerance = None,
+    strict: Strict = False,
+) -> None:
+    """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
+    from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
+    from fenics_mech._ranks import shared  # noqa: PLC0415
+    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+
+    def prepared() -> Scene:
+        loaded = refined_scene(scene, refine, strict, tolerance)
+        make_folder(folder)
+        return loaded
+
+    first = one_voice()
+    loaded = shared(prepared)
+    with progress_bar(len(STEPS) + 1 + plots + csv) as step:
+        result = shared(lambda: analyse(loaded, step))
+        if not first:
+            return
+        step("writing result.nc")
+        written = [result.save(folder / "result.nc")]
+        if csv:
+            step("writing tables")
+            written += result.to_csv(folder)
+        if plots:
+            step("plots")
+            rigid = studies.rigid_body_strains(loaded) if loaded.analysis.method == "periodic" else {}
+            written += views.plot_all(result, folder, rigid=rigid)
+    out.print(views.summary(result))
+    tell_written(written, folder)
+    if strict and result.warnings:
+        raise MechanismError("--strict makes the warnings above errors")

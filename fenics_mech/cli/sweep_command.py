@@ -1,0 +1,68 @@
+"""`fenics-mech sweep`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import one_voice, out, progress_bar, tell_written
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, refined_scene
+from fenics_mech.errors import MechanismError
+
+
+def sweep(
+    scene: SceneFile,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            help="Field and its values, PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or "
+            "drive.speed='100 rpm:600 rpm:51'. Several make a grid.",
+            show_default=False,
+        ),
+    ],
+    folder: OutFolder = Path("out"),
+    refine_peaks: Annotated[
+        int, typer.Option(min=0, max=100_000, help="Most points to add where the curve of strain is not resolved.")
+    ] = 0,
+    member: Annotated[
+        str | None, typer.Option(help="Member of the waterfall and of maps.", show_default="that of the largest strain")
+    ] = None,
+    s: Annotated[float, typer.Option(min=0, max=1, help="Place of the strain whose harmonics are kept.")] = 0.5,
+    fibre: Annotated[str, typer.Option(help="Its fibre, + or -.")] = "+",
+    harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics kept.")] = 20,
+    refine: Refine = 0,
+    strict: Strict = False,
+) -> None:
+    """Analyse a scene over speed, damping or any number in it: writes sweep.nc and plots.
+
+    Ended before its time, it goes on where it was when it is started again with the same folder. Under mpirun the
+    processes share the points.
+    """
+    from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
+    from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
+    from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
+    from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
+    from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
+
+    first = one_voice()
+    loaded = refined_scene(scene, refine, strict)
+    axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
+    check_member(list(loaded.members()), member)
+    with progress_bar(math.prod(len(axis.values) for axis in axes) + refine_peaks) as step:
+        found = run_sweep(
+            loaded,
+            axes,
+            folder,
+            gauge=gauge,
+            refine_peaks=refine_peaks,
+            progress=lambda done, points: step(f"point {done + 1} of {points}"),
+        )
+    if first:
+        plots = plot_sweep(found, folder, member)
+        out.print(sweep_summary(found))
+        tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)
+        if (found.data["error"] != "").all():
+            raise MechanismError("no point of the sweep has an answer; sweep.nc and the lines above tell why")

@@ -1,0 +1,106 @@
+"""Natural frequencies of a linkage over its cycle, without a response."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import xarray as xr
+
+from fenics_mech.accuracy.hidden_resonances import frequency_error
+from fenics_mech.mechanism import RigidModes
+from fenics_mech.modes import simply_supported_frequencies
+from fenics_mech.planning.effect_choice import choose
+from fenics_mech.recovery.result import Saved, stamp, stored_scene
+from fenics_mech.response.setup import mechanism, names_of, scene_modes
+from fenics_mech.scene import Scene
+
+
+@dataclass(frozen=True)
+class NaturalFrequencies(Saved):
+    """What `modes` found.
+
+    Parameters
+    ----------
+    data
+        Coordinates theta (rad), mode (from 1), member; variables frequency (Hz, by theta and mode), assurance (the
+        modal assurance criterion of each mode with itself at the next position, by theta and mode), frequency_error
+        (share by which the mesh has each frequency wrong, estimated) and supported (Hz: the lowest frequency of each
+        member as a simply supported beam, eq. (7.6)).
+
+    Examples
+    --------
+    >>> import fenics_mech as fm
+    >>> found = fm.modes(fm.load("demos/four_bar.toml"))
+    >>> float(found.data["frequency"].sel(mode=1).min().round(1))
+    42.0
+    """
+
+    KIND: ClassVar[str] = "set of natural frequencies"
+    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "free")
+
+    @property
+    def scene(self) -> Scene:
+        """The scene whose frequencies these are."""
+        return stored_scene(self.data)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Motions of the rigid links that no joint, drive or spring prevents, in words."""
+        return tuple(str(self.data.attrs["free"]).splitlines())
+
+
+def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> NaturalFrequencies:
+    """Solve for the natural frequencies of a linkage at equal steps over its cycle.
+
+    Parameters
+    ----------
+    scene
+        The scene: ``analysis.modes`` states how many modes, ``analysis.sub_intervals`` at how many positions.
+    progress
+        Called with the name of each step as it begins.
+
+    Returns
+    -------
+    NaturalFrequencies
+        Frequencies (Hz) over the drive angle, how surely they were tracked, their error by the mesh, and the rigid-body
+        freedoms in words.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be assembled at some drive angle.
+    SolverError
+        When the eigenvalue solver does not converge.
+
+    Examples
+    --------
+    >>> import fenics_mech as fm
+    >>> crank_and_two_links = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 12})
+    >>> found = fm.modes(crank_and_two_links)
+    >>> dict(found.data["frequency"].sizes)
+    {'theta': 12, 'mode': 5}
+    >>> found.free
+    ()
+    """
+    chosen, _ = choose(scene)
+    system = mechanism(chosen, progress)
+    progress("modes")
+    found = scene_modes(chosen, system)
+    supported = simply_supported_frequencies(chosen)
+    data = xr.Dataset(
+        {
+            "frequency": (("theta", "mode"), found.frequency, {"units": "Hz"}),
+            "assurance": (("theta", "mode"), found.assurance, {"units": "1"}),
+            "frequency_error": ("mode", frequency_error(system, found), {"units": "1"}),
+            "supported": ("member", [float(lowest[0]) for lowest in supported.values()], {"units": "Hz"}),
+        },
+        {
+            "theta": ("theta", found.theta, {"units": "rad"}),
+            "mode": range(1, found.frequency.shape[1] + 1),
+            "member": list(supported),
+        },
+        stamp(chosen) | {"free": "\n".join(names_of(chosen, system, RigidModes.of(system)))},
+    )
+    return NaturalFrequencies(data)
