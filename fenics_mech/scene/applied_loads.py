@@ -55,7 +55,7 @@ class FactorTable(Part):
     Two points at one angle make a jump.
     """
 
-    kind: Literal["table"]
+    kind: Literal["table"] = "table"
     angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
     values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
 
@@ -88,7 +88,7 @@ class FactorTable(Part):
 class FactorExpression(Part):
     """A formula of theta, taken from 0 to 2 pi and repeated in every cycle."""
 
-    kind: Literal["expression"]
+    kind: Literal["expression"] = "expression"
     formula: str
 
     @field_validator("formula")
@@ -128,7 +128,7 @@ class Pulse(Part):
         Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
     """
 
-    kind: Literal["pulse"]
+    kind: Literal["pulse"] = "pulse"
     start: Angle
     end: Angle
     ramp: Annotated[Angle, Field(ge=0)] = 0.0

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import unicodedata
-from typing import Annotated, Any
+from functools import cache
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fenics_mech.errors import SceneError, shortened
+from fenics_mech.scene.first_error import first_error
 
 CONTROL = "Cc", "Cf", "Cs", "Zl", "Zp"  # Unicode's control characters, marks of direction, halves and ends of lines
 
@@ -16,9 +18,40 @@ PointName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*\.[A-Za-z_][
 
 
 class Part(BaseModel):
-    """A frozen piece of a scene."""
+    """A frozen piece of a scene. Quantities are numbers in SI or texts with a unit: ``"135 mm"``.
+
+    Raises
+    ------
+    SceneError
+        About the first thing that is wrong, with its place.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise first_error(error, values, _known_keys) from None
+
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # parts of a part are validated without it
+
+    @classmethod
+    def read(cls, data: Any) -> Self:
+        """Make the part from plain data, as a scene file holds it; errors as of the class."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError as error:
+            raise first_error(error, data, _known_keys) from None
+
+
+@cache
+def _known_keys() -> frozenset[str]:
+    """All keys of all tables."""
+    tables: list[type[Part]] = [Part]
+    for table in tables:
+        tables += table.__subclasses__()
+    return frozenset(field.alias or name for table in tables for name, field in table.model_fields.items())
 
 
 def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:

@@ -52,7 +52,7 @@ def check_finite(formula: Formula) -> None:
 class Harmonics(Part):
     """``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)``, in rad or m."""
 
-    kind: Literal["harmonics"]
+    kind: Literal["harmonics"] = "harmonics"
     mean: AngleOrLength = 0.0
     cosine: Annotated[tuple[AngleOrLength, ...], Field(max_length=MOST_HARMONICS)] = ()
     sine: Annotated[tuple[AngleOrLength, ...], Field(max_length=MOST_HARMONICS)] = ()
@@ -91,7 +91,7 @@ class Harmonics(Part):
 class Table(Part):
     """Equally spaced values over a cycle (rad or m), joined by a periodic quintic spline."""
 
-    kind: Literal["table"]
+    kind: Literal["table"] = "table"
     values: Annotated[tuple[AngleOrLength, ...], Field(min_length=6, max_length=100_000)]
 
     def jet(self, theta: Array) -> Jet:
@@ -105,7 +105,7 @@ class Table(Part):
 class Expression(Part):
     """A formula of theta (0 to 2 pi in a cycle), in rad or m; it must be periodic."""
 
-    kind: Literal["expression"]
+    kind: Literal["expression"] = "expression"
     formula: str
 
     @field_validator("formula")
@@ -151,7 +151,7 @@ class TimeTable(Part):
     It goes over into the steady motion with its speed and without acceleration.
     """
 
-    kind: Literal["table"]
+    kind: Literal["table"] = "table"
     times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
     angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
 
@@ -173,7 +173,7 @@ class TimeTable(Part):
 class TimeExpression(Part):
     """Angle (rad) turned during a run-up, as a formula of the time t (s)."""
 
-    kind: Literal["expression"]
+    kind: Literal["expression"] = "expression"
     formula: str
 
     @field_validator("formula")

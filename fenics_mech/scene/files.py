@@ -79,6 +79,11 @@ def schema() -> dict[str, Any]:
         full["$defs"][part].pop("required", None)
     names = {key: {"type": "string"} for key in ("section", "material")}  # of all members of a drawn link
     full["$defs"]["Link"]["properties"] |= names | {"mesh": {"$ref": "#/$defs/Mesh"}}
+    for part in (full, *full["$defs"].values()):
+        part["description"] = part["description"].partition("\n\nExamples\n")[0]
+        for tag in ("kind", "shape"):  # a file states them, but for those that are the rule
+            if part["properties"].get(tag, {}).get("const", "custom") not in ("custom", "revolute"):
+                part["required"] = [tag, *part.get("required", [])]
     return full
 
 

@@ -28,7 +28,7 @@ class Weld(Part):
         Angle of the second body's frame in the first's (rad).
     """
 
-    kind: Literal["weld"]
+    kind: Literal["weld"] = "weld"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0
 
@@ -46,7 +46,7 @@ class Slot(Part):
         Instead of an angle: the member of the first body along whose bent axis the pin travels.
     """
 
-    kind: Literal["slot"]
+    kind: Literal["slot"] = "slot"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0
     member: Name | None = None
@@ -63,7 +63,7 @@ class Prismatic(Part):
         Angle of the second body's frame in the first's (rad).
     """
 
-    kind: Literal["prismatic"]
+    kind: Literal["prismatic"] = "prismatic"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0
     member: Name | None = None

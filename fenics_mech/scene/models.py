@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.base import Name, Part, PointName, check_texts
@@ -219,6 +221,20 @@ Drives = Annotated[
 ]
 
 
+def _place_in(part: Any, path: str, value: Any) -> None:
+    """Put a value into nested data, by dotted path; tables on the way are made where they are missing."""
+    *parents, last = (int(key) if key.isdecimal() else key for key in path.split("."))
+    try:
+        for parent in parents:
+            if isinstance(part, dict):
+                part.setdefault(parent, {})
+            part[parent] = list(part[parent]) if isinstance(part[parent], tuple) else part[parent]
+            part = part[parent]
+        part[last] = value
+    except (KeyError, IndexError, TypeError) as error:
+        raise SceneError("there is no such part of the scene", place=path) from error
+
+
 class Scene(Part):
     """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format.
 
@@ -260,17 +276,32 @@ class Scene(Part):
         check_references(self)
         return self
 
-    def changed(self, **values: Any) -> Scene:
-        """Give a copy with other values, by path with "__" for the dots: ``analysis__modes="all"``.
+    def changed(self, values: Mapping[str, Any] | None = None, /, **keys: Any) -> Scene:
+        """Give a copy of the scene with other values.
+
+        Parameters
+        ----------
+        values
+            New values by dotted path: numbers in SI, texts with a unit, or whole parts.
+        **keys
+            The same by keys of the scene itself, such as ``effects="auto"``; below them with "__" for the dots.
 
         Raises
         ------
         SceneError
             When a path does not exist or the new scene is not valid.
-        """
-        from fenics_mech.scene.build import changed  # noqa: PLC0415  (build needs this module)
 
-        return changed(self, **values)
+        Examples
+        --------
+        >>> scene = fm.load("demos/four_bar.toml")
+        >>> round(scene.changed({"drive.speed": "400 rpm", "analysis.modes": 3}).drive.speed, 3)
+        41.888
+        """
+        data = self.model_dump()
+        dotted = {key.replace("__", "."): value for key, value in keys.items()} | dict(values or {})
+        for path, value in dotted.items():
+            _place_in(data, path, value)
+        return self.read(data)
 
     @property
     def named_effects(self) -> tuple[str, ...]:

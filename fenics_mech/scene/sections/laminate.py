@@ -42,7 +42,7 @@ class LaminateSection(Section):
     """
 
     complete = True
-    shape: Literal["laminate"]
+    shape: Literal["laminate"] = "laminate"
     width: Annotated[Length, Positive]
     plies: Annotated[tuple[Ply, ...], Field(min_length=1)]
     axis: Literal["neutral", "middle"] = "neutral"

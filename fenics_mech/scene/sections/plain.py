@@ -115,7 +115,7 @@ class RectangleSection(PlainSection):
         Size in the plane of motion (m).
     """
 
-    shape: Literal["rectangle"]
+    shape: Literal["rectangle"] = "rectangle"
     width: Annotated[Length, Positive]
     height: Annotated[Length, Positive]
 
@@ -148,7 +148,7 @@ class RoundSection(PlainSection):
         Diameter (m).
     """
 
-    shape: Literal["round"]
+    shape: Literal["round"] = "round"
     diameter: Annotated[Length, Positive]
 
     @property
@@ -182,7 +182,7 @@ class TubeSection(PlainSection):
         Thickness of the wall (m), at most half the diameter.
     """
 
-    shape: Literal["tube"]
+    shape: Literal["tube"] = "tube"
     diameter: Annotated[Length, Positive]
     thickness: Annotated[Length, Positive]
 
@@ -230,7 +230,7 @@ class ISection(PlainSection):
         Thickness of each flange and of the web (m).
     """
 
-    shape: Literal["I"]
+    shape: Literal["I"] = "I"
     height: Annotated[Length, Positive]
     width: Annotated[Length, Positive]
     flange: Annotated[Length, Positive]

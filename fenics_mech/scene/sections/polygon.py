@@ -58,7 +58,7 @@ class PolygonSection(Section):
         "middle" between the outer fibres, or at the "origin", y = 0.
     """
 
-    shape: Literal["polygon"]
+    shape: Literal["polygon"] = "polygon"
     outline: Outline | None = None
     holes: tuple[Outline, ...] = ()
     parts: tuple[PolygonPart, ...] = ()

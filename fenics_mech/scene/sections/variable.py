@@ -98,7 +98,7 @@ class VariableSection(Section):
     """
 
     constant = False
-    shape: Literal["variable"]
+    shape: Literal["variable"] = "variable"
     area: _profile("m**2")  # type: ignore[valid-type]
     inertia: _profile("m**4")  # type: ignore[valid-type]
     fibre: _profile("m")  # type: ignore[valid-type]
@@ -135,7 +135,7 @@ class TaperSection(Section):
 
     model_config = ConfigDict(populate_by_name=True)
     constant = False
-    shape: Literal["taper"]
+    shape: Literal["taper"] = "taper"
     from_: Annotated[Name, Field(alias="from")]
     to: Name
 

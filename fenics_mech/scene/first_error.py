@@ -1,0 +1,145 @@
+"""What is wrong with a scene, or a part of it: pydantic's list of errors turned into one message."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Collection
+from typing import Any
+
+from pydantic import ValidationError
+
+from fenics_mech.errors import SceneError, shortened
+
+BRANCHES = (
+    "[key]",
+    "custom",
+    "rectangle",
+    "round",
+    "tube",
+    "I",
+    "laminate",
+    "polygon",
+    "variable",
+    "taper",
+    "one",
+    "many",
+    "revolute",
+    "weld",
+    "slot",
+    "prismatic",
+    "harmonics",
+    "table",
+    "expression",
+    "pulse",
+    "load",
+    "line-load",
+    "line",
+    "hinge",
+)  # of pydantic unions
+
+MOST_COMPARED = 1000  # errors; a file may have 400,000 unknown keys
+
+ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself
+
+SENTENCES = {  # by pydantic's type of error, where its own words speak of Python
+    "union_tag_invalid": "there is no kind {tag!r} here; known are {expected_tags}",
+    "union_tag_not_found": "must be a table with a `kind`",
+    "tuple_type": "must be a list",
+    "dict_type": "must be a table",
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "string_type": "must be a string",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+    "too_long": "must have at most {max_length} entries and has {actual_length}",
+    "too_short": "must have at least {min_length} entries and has {actual_length}",
+    "string_too_long": "must have at most {max_length} characters",
+}
+
+
+def first_error(error: ValidationError, data: Any, keys: Callable[[], Collection[str]]) -> SceneError:
+    """Turn pydantic's list of errors into one message about the first.
+
+    Parameters
+    ----------
+    error
+        What pydantic found.
+    data
+        What it looked at.
+    keys
+        Gives the known keys of all tables; it is asked where a key is unknown.
+    """
+    found = error.errors(include_url=False)
+    first = _misspelled(found) or found[0]
+    place = _place(first["loc"], data)
+    message, hint = _sentence(first), ""
+    if first["type"] == "extra_forbidden":
+        missing = [str(other["loc"][-1]) for other in _missing_beside(first, found)]
+        near = difflib.get_close_matches(place[-1], missing, n=1) or _known_key(place[-1], keys())
+        advice = "Remove it or correct its name; `fenics-mech schema` lists all keys"
+        if len(place) > 1 and place[-1] in ABOVE:
+            advice = "It belongs above the first [table] of the file"
+        message, hint = f"unknown key {shortened(place[-1])}", f"Did you mean {near[0]!r}?" if near else advice
+    elif first["type"] == "missing":
+        message = "this key is missing" if isinstance(first["loc"][-1], str) else "an entry of the list is missing"
+        if place[0] in ("springs", "dampers") and place[-1] == "between":
+            message = "there is neither `between`, two points, nor `joint`"
+    places = {tuple(_place(other["loc"], data)) for other in found}
+    if len(places) > 1:
+        hint = f"{hint}{'' if hint.endswith('?') else '.'} {len(places) - 1} more found after it".removeprefix(". ")
+    return SceneError(message, place=".".join(place), hint=hint)
+
+
+def _misspelled(found: list[Any]) -> Any | None:
+    """Find the error about an unknown key that is nearly the name of one that is missing in the same table."""
+    missing: dict[tuple[int | str, ...], list[str]] = {}  # of each table
+    for error in found:
+        if error["type"] == "missing":
+            missing.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
+    for error in found[:MOST_COMPARED]:
+        names = missing.get(error["loc"][:-1], []) if error["type"] == "extra_forbidden" else []
+        if names and difflib.get_close_matches(str(error["loc"][-1]), names, n=1):
+            return error
+    return None
+
+
+def _known_key(name: str, known: Collection[str]) -> list[str]:
+    """Give the key of any table that a name, which is none, is nearly."""
+    return [] if name in known else difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+
+
+def _missing_beside(error: Any, found: list[Any]) -> list[Any]:
+    """Errors about keys that are missing in the table that another error is in."""
+    return [other for other in found if other["type"] == "missing" and other["loc"][:-1] == error["loc"][:-1]]
+
+
+def _sentence(error: Any) -> str:
+    """Say what pydantic found in words of ours."""
+    if error["type"] in SENTENCES:
+        message = SENTENCES[error["type"]].format(**error.get("ctx", {}))
+        return message if "tag}" in SENTENCES[error["type"]] else f"{message}, found {shortened(error['input'])}"
+    message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    if error["type"].startswith("value_error") or error["type"] == "unknown_shape":
+        return message
+    if error["loc"] == ("effects", "literal['auto']"):
+        return f'must be "auto", or a list of names such as ["coupling"], found {shortened(error["input"])}'
+    if error["type"] == "string_pattern_mismatch":
+        message = "must be a name of letters, digits, _ and -, or link.point where a point is meant"
+        if "@" in error["ctx"]["pattern"]:
+            message = "must be link.point, a joint, or member@place with a place 0 to 1 along the member"
+    if error["type"] in ("int_parsing", "int_type", "int_from_float"):
+        message = "must be a whole number" + " or 'all'" * ("modes" in error["loc"])
+    return f"{message}, found {shortened(error['input'])}"
+
+
+def _place(location: tuple[int | str, ...], data: Any) -> list[str]:
+    """Keep of pydantic's location what stands in the data, and the last key where it is missing there."""
+    place: list[str] = []
+    for part in location:
+        known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
+        if known:
+            data = data[part]  # type: ignore[index]
+        elif not isinstance(data, dict) or part in BRANCHES or str(part).startswith("literal["):
+            continue  # a branch of a union, or a mark that the key itself is bad
+        place.append(str(part))
+    return place
