@@ -1,29 +1,201 @@
-"""fenics_mech: dynamics of planar linkages whose links bend."""
+"""fenics_mech: dynamics of planar linkages whose links bend.
 
+Everything that a user needs stands here: ``import fenics_mech as fm``, and then ``fm.load``, ``fm.analyse``,
+``fm.Scene`` and so on. The command is `fenics-mech`.
+"""
+
+import sys
+from collections.abc import Callable
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from fenics_mech._version import __version__
+from fenics_mech.errors import (
+    AssemblyError,
+    MechanismError,
+    ResultError,
+    SceneError,
+    SolverError,
+    TooLargeError,
+    UnresolvedError,
+    ViewError,
+)
 
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
-    from fenics_mech.scene import Scene, four_bar, load
-    from fenics_mech.studies.follow import follow
+    from fenics_mech.scene import (
+        AirDrag,
+        Analysis,
+        CustomSection,
+        Damping,
+        Drive,
+        Expression,
+        FactorExpression,
+        FactorHarmonics,
+        FactorTable,
+        Ground,
+        Harmonics,
+        HingeDamper,
+        HingeSpring,
+        Impulse,
+        ISection,
+        LaminateSection,
+        LineDamper,
+        LineLoad,
+        LineSpring,
+        Link,
+        Load,
+        Material,
+        Measurement,
+        Member,
+        Mesh,
+        Motor,
+        Ply,
+        PointMass,
+        PolygonPart,
+        PolygonSection,
+        Prismatic,
+        Pulse,
+        RectangleSection,
+        Revolute,
+        RigidBody,
+        RoundSection,
+        Scene,
+        Slot,
+        Table,
+        TaperSection,
+        TimeExpression,
+        TimeTable,
+        TubeSection,
+        VariableSection,
+        Weld,
+        four_bar,
+        load,
+        manipulator,
+        quick_return,
+        refined,
+        slider_crank,
+    )
+    from fenics_mech.studies.follow import Branch, follow
+    from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
+    from fenics_mech.studies.sweep import Sweep, sweep
+    from fenics_mech.studies.sweep_points import Gauge
+    from fenics_mech.views import animate, plot_all, summary
 
-__all__ = ["Result", "Scene", "__version__", "analyse", "follow", "four_bar", "load"]
-PLACES = {
+__all__ = [
+    "AirDrag",
+    "Analysis",
+    "AssemblyError",
+    "Branch",
+    "CustomSection",
+    "Damping",
+    "Drive",
+    "Expression",
+    "FactorExpression",
+    "FactorHarmonics",
+    "FactorTable",
+    "Gauge",
+    "Ground",
+    "Harmonics",
+    "HingeDamper",
+    "HingeSpring",
+    "ISection",
+    "Impulse",
+    "LaminateSection",
+    "LineDamper",
+    "LineLoad",
+    "LineSpring",
+    "Link",
+    "Load",
+    "Material",
+    "Measurement",
+    "MechanismError",
+    "Member",
+    "Mesh",
+    "Motor",
+    "NaturalFrequencies",
+    "Ply",
+    "PointMass",
+    "PolygonPart",
+    "PolygonSection",
+    "Prismatic",
+    "Pulse",
+    "RectangleSection",
+    "Result",
+    "ResultError",
+    "Revolute",
+    "RigidBody",
+    "RoundSection",
+    "Scene",
+    "SceneError",
+    "Slot",
+    "SolverError",
+    "Sweep",
+    "Table",
+    "TaperSection",
+    "TimeExpression",
+    "TimeTable",
+    "TooLargeError",
+    "TubeSection",
+    "UnresolvedError",
+    "VariableSection",
+    "ViewError",
+    "Weld",
+    "__version__",
+    "analyse",
+    "animate",
+    "follow",
+    "four_bar",
+    "load",
+    "manipulator",
+    "modes",
+    "plot_all",
+    "quick_return",
+    "refined",
+    "slider_crank",
+    "summary",
+    "sweep",
+]
+NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
+    "Branch": "studies.follow",
+    "Gauge": "studies.sweep_points",
+    "NaturalFrequencies": "studies.natural_frequencies",
     "Result": "recovery",
-    "Scene": "scene",
+    "Sweep": "studies.sweep",
     "analyse": "analysis",
+    "animate": "views",
     "follow": "studies.follow",
-    "four_bar": "scene",
-    "load": "scene",
+    "modes": "studies.natural_frequencies",
+    "plot_all": "views",
+    "summary": "views",
+    "sweep": "studies.sweep",
 }
 
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for, and no more: dolfinx takes a second, and the command must be able to be interrupted."""
-    if name in PLACES:
-        return getattr(import_module(f"{__name__}.{PLACES[name]}"), name)
+    if name in __all__:
+        return getattr(import_module(f"{__name__}.{NOT_IN_SCENE.get(name, 'scene')}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+class _TopLevel(ModuleType):
+    """The top level, whose function `modes` remains when Python binds the room of that name to it."""
+
+    @property
+    def modes(self) -> Callable[..., Any]:
+        function: Callable[..., Any] = __getattr__("modes")
+        return function
+
+    @modes.setter
+    def modes(self, room: ModuleType) -> None:
+        pass
+
+
+sys.modules[__name__].__class__ = _TopLevel

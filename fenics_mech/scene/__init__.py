@@ -1,57 +1,93 @@
 """What the user states: links, members, sections, materials, joints, drive, analysis."""
 
-from fenics_mech.scene.applied_loads import Impulse, LineLoad, Load
-from fenics_mech.scene.drives import Drive, Expression, Harmonics, Table
-from fenics_mech.scene.factories import four_bar
+from fenics_mech.scene.analysis_options import Analysis
+from fenics_mech.scene.applied_loads import (
+    FactorExpression,
+    FactorHarmonics,
+    FactorTable,
+    Impulse,
+    LineLoad,
+    Load,
+    Pulse,
+)
+from fenics_mech.scene.damping_options import AirDrag, Damping
+from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table, TimeExpression, TimeTable
+from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
-from fenics_mech.scene.models import (
-    Analysis,
-    Damping,
-    Ground,
-    Link,
-    Material,
-    Measurement,
-    Member,
-    Mesh,
-    PointMass,
-    RigidBody,
-    Scene,
+from fenics_mech.scene.models import Ground, Link, Material, Measurement, Member, Mesh, PointMass, RigidBody, Scene
+from fenics_mech.scene.sections import (
+    CustomSection,
+    ISection,
+    LaminateSection,
+    Ply,
+    PolygonPart,
+    PolygonSection,
+    RectangleSection,
+    RoundSection,
+    Section,
+    TaperSection,
+    TubeSection,
+    VariableSection,
 )
-from fenics_mech.scene.sections import CustomSection, RectangleSection, Section
+from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 
 __all__ = [
+    "AirDrag",
     "Analysis",
     "CustomSection",
     "Damping",
     "Drive",
     "Expression",
+    "FactorExpression",
+    "FactorHarmonics",
+    "FactorTable",
     "Ground",
     "Harmonics",
+    "HingeDamper",
+    "HingeSpring",
+    "ISection",
     "Impulse",
+    "LaminateSection",
+    "LineDamper",
     "LineLoad",
+    "LineSpring",
     "Link",
     "Load",
     "Material",
     "Measurement",
     "Member",
     "Mesh",
+    "Motor",
+    "Ply",
     "PointMass",
+    "PolygonPart",
+    "PolygonSection",
     "Prismatic",
+    "Pulse",
     "RectangleSection",
     "Revolute",
     "RigidBody",
+    "RoundSection",
     "Scene",
     "Section",
     "Slot",
     "Table",
+    "TaperSection",
+    "TimeExpression",
+    "TimeTable",
+    "TubeSection",
+    "VariableSection",
     "Weld",
     "four_bar",
     "load",
+    "manipulator",
     "parse",
+    "quick_return",
     "refined",
     "schema",
+    "slider_crank",
     "stated_tolerance",
 ]

@@ -26,7 +26,7 @@ from fenics_mech.response.stability.floquet import TOLERANCE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep import stacked
-from fenics_mech.studies.sweep_axes import placed, scene_data, unit_of
+from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
 from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, kept_unit, reduced
 
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
@@ -104,7 +104,7 @@ class Branch(Saved):
 def follow(
     scene: Scene,
     path: str,
-    ends: tuple[float, float],
+    ends: tuple[float | str, float | str],
     *,
     points: int = 40,
     most_points: int = 2000,
@@ -121,7 +121,7 @@ def follow(
     path
         Dotted path of the number ("drive.speed").
     ends
-        Where to start, and the other end of the range (SI).
+        Where to start, and the other end of the range: numbers (SI), or texts with a unit.
     points
         Smallest number of points over the range.
     most_points
@@ -139,6 +139,13 @@ def follow(
         When the scene's steady state cannot be followed.
     SolverError
         When there is no motion at the start. A branch that is lost later is given as far as it goes.
+
+    Examples
+    --------
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 24, "analysis.solver": "collocation"})
+    >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "110 rpm"), points=2)
+    >>> bool(branch.data["stable"].all())
+    True
     """
     if scene.tolerance is not None:
         raise SceneError(
@@ -148,12 +155,13 @@ def follow(
         )
     if points < 1 or most_points < 2:
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
+    range_si = range_in_si(scene, path, ends)
     check(scene)
     refuse_too_stiff(scene)
-    first, choices = choose(build(placed(scene_data(scene), {path: ends[0]})))
+    first, choices = choose(build(placed(scene_data(scene), {path: range_si[0]})))
     data = scene_data(first)
     at = lru_cache(maxsize=8)(lambda value: build(placed(data, {path: value})))
-    family = family_of(at, path, ends)
+    family = family_of(at, path, range_si)
     records: list[Record] = []
     values: list[float] = []
     ended = END

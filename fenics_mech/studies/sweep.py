@@ -9,9 +9,10 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -24,7 +25,7 @@ from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.result import Saved, stored_scene, write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
-from fenics_mech.studies.sweep_axes import Axis, placed, scene_data
+from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
 from fenics_mech.studies.sweep_points import (
     KEPT,
     TEXTS,
@@ -52,6 +53,12 @@ class Sweep(Saved):
         One dimension per swept field, named by its path, in SI; then members, joints, modes, harmonics. Variables as in
         `sweep_points.KEPT`, NaN where a point has none, and the texts `sweep_points.TEXTS`. Units in
         ``attrs["units"]``.
+
+    Examples
+    --------
+    >>> found = fm.sweep(fm.load("demos/four_bar.toml"), {"drive.speed": ["100 rpm"]})
+    >>> found.paths
+    ['drive.speed']
     """
 
     KIND: ClassVar[str] = "sweep"
@@ -66,6 +73,53 @@ class Sweep(Saved):
     def scene(self) -> Scene:
         """The scene of the first point."""
         return stored_scene(self.data)
+
+
+def sweep(
+    scene: Scene,
+    values: Mapping[str, Sequence[float | str]],
+    folder: str | Path | None = None,
+    *,
+    gauge: Gauge | None = None,
+    refine_peaks: int = 0,
+    progress: Callable[[int, int], None] = lambda done, points: None,
+) -> Sweep:
+    """Analyse a scene at given values of its numbers; several numbers make a grid.
+
+    A point that fails ends nothing: the sweep holds its error and NaN for its numbers.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    values
+        Values by dotted path: numbers (SI), or texts with a unit.
+    folder
+        Where finished points are kept, so that a sweep that was ended goes on. Without one, nothing is written.
+    gauge, refine_peaks, progress
+        As of `run_sweep`.
+
+    Returns
+    -------
+    Sweep
+        A dataset with one dimension per swept number.
+
+    Raises
+    ------
+    SceneError, ResultError, MechanismError
+        As `run_sweep`, and when a path or a value is not valid.
+
+    Examples
+    --------
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 60})
+    >>> found = fm.sweep(scene, {"drive.speed": ["80 rpm", "100 rpm"]})
+    >>> found.data["peak_strain"].sel(member="coupler").values.round(6).tolist()
+    [1.6e-05, 2.3e-05]
+    """
+    axes = axes_of(scene, values)
+    with TemporaryDirectory() as made:  # one for all processes: that of the first
+        kept = Path(folder) if folder is not None else Path(MPI.COMM_WORLD.bcast(made))
+        return run_sweep(scene, axes, kept, gauge=gauge, refine_peaks=refine_peaks, progress=progress)
 
 
 def run_sweep(
@@ -221,13 +275,13 @@ class _Run:
     def finish(self, values: Sequence[Sequence[float]]) -> Sweep:
         """Put the points together and write them."""
         records = self.records(values)
-        sweep = Sweep(self.dataset(values, records))
-        sweep.save(self.folder / "sweep.nc")
+        found = Sweep(self.dataset(values, records))
+        found.save(self.folder / "sweep.nc")
         places = itertools.product(*values)
         lines = [",".join([*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"])]
         lines += [",".join(map(str, (*at, record["seconds"], record["error"]))) for at, record in zip(places, records)]
         write_whole(self.folder / "timings.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
-        return sweep
+        return found
 
     def dataset(self, values: Sequence[Sequence[float]], records: Sequence[Record]) -> xr.Dataset:
         """Label the points' numbers."""

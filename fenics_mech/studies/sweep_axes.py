@@ -58,14 +58,39 @@ def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
     SceneError
         When a text cannot be read, its path is not that of a number of the scene, or an end is not valid there.
     """
-    axes = tuple(_parse(scene, text) for text in texts)
+    return _checked([_parse(scene, text) for text in texts])
+
+
+def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[Axis, ...]:
+    """Give the swept fields with their values in SI, increasing and each once; errors as of `parse_axes`.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    values
+        Numbers (SI) or texts with a unit, by dotted path.
+    """
+    axes = []
+    for path, along in values.items():
+        found = [_in_si(scene, path, value) for value in along]
+        if not found:
+            raise SceneError("no value is given", place=path, hint="Give one or more")
+        unit = unit_of(scene, path)
+        written = _written([str(value) for value in along], found) or (unit, 1.0)
+        axes.append(Axis(path, tuple(sorted(set(found))), unit, written))
+    return _checked(axes)
+
+
+def _checked(axes: Sequence[Axis]) -> tuple[Axis, ...]:
+    """Raise `SceneError` where a grid has no field, one twice, or too many points."""
     paths = [axis.path for axis in axes]
     if not paths or len(set(paths)) < len(paths):
         raise SceneError("a sweep goes over one field or more, each of them once", place=", ".join(paths))
     count = math.prod(len(axis.values) for axis in axes)
     if count > MOST_POINTS:
         raise SceneError(f"{count} points, and a sweep has at most {MOST_POINTS}", place=", ".join(paths))
-    return axes
+    return tuple(axes)
 
 
 def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
@@ -78,10 +103,15 @@ def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
         end is not valid there.
     """
     path, parts = _split(text, 2, RANGE_FORM)
-    ends = _ends(scene, path, parts[0], parts[1], RANGE_FORM)
-    if isinstance(ends[0], int):
+    return path, range_in_si(scene, path, (parts[0], parts[1]))
+
+
+def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
+    """Give both ends of a range in SI; errors as of `parse_range`."""
+    found = _ends(scene, path, str(ends[0]), str(ends[1]), RANGE_FORM)
+    if isinstance(found[0], int):
         raise SceneError("this is a whole number, which does not change continuously", place=path)
-    return path, ends
+    return found
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
@@ -147,21 +177,21 @@ def _ends(scene: Scene, path: str, first: str, last: str, form: str) -> tuple[fl
     return ends
 
 
-def _in_si(scene: Scene, path: str, text: str) -> float | int:
-    """Give the value that a scene has once `text` is written at `path`."""
-    data, number = scene_data(scene), _number(text)
+def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
+    """Give the value that a scene has once `value`, SI or with a unit, is written at `path`."""
+    data, number = scene_data(scene), _number(str(value))
     for key, part in _walk(data, path):
         if not _has(part, key):
             keys = list(part) if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else ()
             known = ", ".join(str(key) for key in keys)
             hint = f"There are {known}" if known else "There is nothing below the key before it"
             raise SceneError(f"there is no {key!r} in this scene", place=path, hint=hint)
-    changed = scene_data(build(placed(data, {path: text if number is None else number})))
+    changed = scene_data(build(placed(data, {path: value if number is None else number})))
     for key, part in _walk(changed, path):
-        value = part[key]
-    if isinstance(value, bool) or not isinstance(value, int | float):
+        found = part[key]
+    if isinstance(found, bool) or not isinstance(found, int | float):
         raise SceneError("only a number can be swept, and this is none", place=path)
-    return value
+    return found
 
 
 def unit_of(scene: Scene, path: str) -> str:
