@@ -52,6 +52,12 @@ def analyse(scene: Scene, progress: Progress = lambda step: None) -> Result:
         When a solver does not converge, or an error is too large.
     SceneError
         When a periodic response is asked for and nothing is driven.
+
+    Examples
+    --------
+    >>> result = fm.analyse(fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 90}))
+    >>> print(f"{abs(result.data['strain'].sel(member='coupler')).max().item():.4f}")
+    0.0003
     """
     refuse_undriven(scene)
     progress("effects")

@@ -8,7 +8,21 @@ LONGEST, LONGEST_VALUE = 1000, 160  # characters of a message, and of a value th
 
 
 class MechanismError(Exception):
-    """Base of every error that a user of the program can meet; its text is one line without control characters."""
+    """Base of every error that a user of the program can meet; its text is one line without control characters.
+
+    Parameters
+    ----------
+    message
+        What was found, where, what is expected, and what to do.
+
+    Examples
+    --------
+    >>> try:
+    ...     fm.load("nowhere.toml")
+    ... except fm.MechanismError as error:
+    ...     print(error)
+    nowhere.toml: cannot read the scene file: No such file or directory
+    """
 
     def __init__(self, message: str) -> None:
         line = printable(message)
@@ -43,6 +57,14 @@ class SceneError(MechanismError):
         Line of the scene file, where it could be found.
     hint
         What to do about it.
+
+    Examples
+    --------
+    >>> try:
+    ...     fm.Material(modulus="71 kg", density=2714)
+    ... except fm.SceneError as error:
+    ...     print(error.place)
+    modulus
     """
 
     def __init__(self, message: str, *, place: str = "", line: int | None = None, hint: str = "") -> None:

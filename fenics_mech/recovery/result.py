@@ -78,6 +78,12 @@ class Result(Saved):
         variables strain, strain_axial, strain_bending, stress, moment, axial_force, shear_force, deflection,
         joint_force, input_torque and, where modes were solved, frequency and assurance. SI units in
         ``attrs["units"]``.
+
+    Examples
+    --------
+    >>> result = fm.Result.load("out/result.nc")
+    >>> result.strain_at("coupler", s=0.5).shape
+    (90,)
     """
 
     KIND: ClassVar[str] = "result"

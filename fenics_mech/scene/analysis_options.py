@@ -79,6 +79,11 @@ class Analysis(Part):
         with the elastic response until it changes no more (collocation, quasi-static and static).
     stations
         Number of equally spaced points along each member at which results are given.
+
+    Examples
+    --------
+    >>> fm.Analysis(method="transient", cycles=3).cycles
+    3
     """
 
     method: Literal["periodic", "transient", "quasi-static", "static"] = "periodic"

@@ -28,7 +28,20 @@ Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?
 
 
 class FactorHarmonics(Harmonics):
-    """``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)``, numbers."""
+    """A factor ``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)`` of a load.
+
+    Parameters
+    ----------
+    mean
+        Mean of the factor.
+    cosine, sine
+        Amplitudes of the harmonics, the first first.
+
+    Examples
+    --------
+    >>> fm.Load(at="B", force=("10 N", 0), factor=fm.FactorHarmonics(mean=1.0, sine=(0.5,))).factor_range
+    (0.5, 1.5)
+    """
 
     mean: float = 0.0
     cosine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
@@ -50,9 +63,21 @@ class FactorHarmonics(Harmonics):
 
 
 class FactorTable(Part):
-    """Values at given angles of the cycle, joined by straight lines, also from the last to the first of the next cycle.
+    """A factor of a load by values at angles, joined by straight lines, also over the end of the cycle.
 
     Two points at one angle make a jump.
+
+    Parameters
+    ----------
+    angles
+        Drive angles (rad), increasing over at most one cycle.
+    values
+        Values of the factor there.
+
+    Examples
+    --------
+    >>> fm.FactorTable(angles=("0 deg", "90 deg", "180 deg"), values=(0, 1, 0)).jumps
+    ()
     """
 
     kind: Literal["table"] = "table"
@@ -86,7 +111,18 @@ class FactorTable(Part):
 
 
 class FactorExpression(Part):
-    """A formula of theta, taken from 0 to 2 pi and repeated in every cycle."""
+    """A factor of a load by a formula.
+
+    Parameters
+    ----------
+    formula
+        The factor as a formula of theta (rad), from 0 to 2 pi in every cycle.
+
+    Examples
+    --------
+    >>> fm.FactorExpression(formula="1 + cos(theta)").kind
+    'expression'
+    """
 
     kind: Literal["expression"] = "expression"
     formula: str
@@ -126,6 +162,11 @@ class Pulse(Part):
         Angles (rad) at which the factor is 1/2, on its way up and down.
     ramp
         Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
+
+    Examples
+    --------
+    >>> fm.Pulse(start="30 deg", end="60 deg", ramp="5 deg").kind
+    'pulse'
     """
 
     kind: Literal["pulse"] = "pulse"
@@ -250,6 +291,11 @@ class Load(Varying):
         The force turns with the link, and with its elastic rotation at the point.
     factor
         What it is multiplied by, over the drive angle.
+
+    Examples
+    --------
+    >>> fm.Load(at="coupler@0.5", force=(0, "-20 N")).force
+    (0.0, -20.0)
     """
 
     at: Place
@@ -273,6 +319,11 @@ class LineLoad(Varying):
         With "member" the two components are along the member's axis and its normal, and turn with its rigid motion.
     factor
         What it is multiplied by, over the drive angle.
+
+    Examples
+    --------
+    >>> fm.LineLoad(member="coupler", line=(0, "-40 N/m"), axes="member").line
+    (0.0, -40.0)
     """
 
     member: str
@@ -304,6 +355,11 @@ class Impulse(Part):
         Force times time along X and Y of the fixed frame (N s).
     angular_impulse
         Moment times time, counter-clockwise (N m s).
+
+    Examples
+    --------
+    >>> fm.Impulse(at="coupler.B", angle="90 deg", impulse=("0.1 N s", 0)).impulse
+    (0.1, 0.0)
     """
 
     at: Place

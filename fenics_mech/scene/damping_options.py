@@ -36,6 +36,11 @@ class AirDrag(Part):
         Drag coefficient of the members in cross flow.
     width
         Width of the members across the plane (m); without it that of their sections, a round's being its diameter.
+
+    Examples
+    --------
+    >>> fm.Damping(air=fm.AirDrag(density=1.2, coefficient=2.0)).air.density
+    1.2
     """
 
     density: Annotated[Density, Field(gt=0)]
@@ -78,6 +83,11 @@ class Damping(Part):
         The same on the velocity relative to the links' own axes: the surroundings turn with each link (1/s).
     air
         Drag by the square of the absolute velocity across the members.
+
+    Examples
+    --------
+    >>> fm.Damping(ratio="2 %").ratio
+    0.02
     """
 
     ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0

@@ -50,7 +50,21 @@ def check_finite(formula: Formula) -> None:
 
 
 class Harmonics(Part):
-    """``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)``, in rad or m."""
+    """A periodic law ``mean + sum_n cosine_n cos(n theta) + sine_n sin(n theta)`` of a drive.
+
+    Parameters
+    ----------
+    mean
+        Mean angle (rad) or stroke (m).
+    cosine, sine
+        Amplitudes (rad or m) of the harmonics, the first first.
+
+    Examples
+    --------
+    >>> swing = fm.Harmonics(mean="90 deg", sine=("30 deg",))
+    >>> fm.Drive(joint="O", law=swing, period=0.5).law.kind
+    'harmonics'
+    """
 
     kind: Literal["harmonics"] = "harmonics"
     mean: AngleOrLength = 0.0
@@ -89,7 +103,18 @@ class Harmonics(Part):
 
 
 class Table(Part):
-    """Equally spaced values over a cycle (rad or m), joined by a periodic quintic spline."""
+    """A periodic law of a drive by values, joined by a periodic quintic spline.
+
+    Parameters
+    ----------
+    values
+        Angles (rad) or strokes (m) at equal steps of the cycle; the first is not repeated at its end.
+
+    Examples
+    --------
+    >>> len(fm.Table(values=("0 mm", "2 mm", "4 mm", "5 mm", "4 mm", "2 mm")).values)
+    6
+    """
 
     kind: Literal["table"] = "table"
     values: Annotated[tuple[AngleOrLength, ...], Field(min_length=6, max_length=100_000)]
@@ -103,7 +128,18 @@ class Table(Part):
 
 
 class Expression(Part):
-    """A formula of theta (0 to 2 pi in a cycle), in rad or m; it must be periodic."""
+    """A periodic law of a drive by a formula.
+
+    Parameters
+    ----------
+    formula
+        Angle (rad) or stroke (m) as a formula of theta, which runs from 0 to 2 pi in a cycle.
+
+    Examples
+    --------
+    >>> fm.Expression(formula="0.1 * sin(theta) ** 3").kind
+    'expression'
+    """
 
     kind: Literal["expression"] = "expression"
     formula: str
@@ -146,9 +182,22 @@ SLACK = 1e-6  # of its speed or its length, by which a run-up's law may miss wha
 
 
 class TimeTable(Part):
-    """Angles (rad) turned at given times (s) of a run-up, joined by a quintic spline that starts from rest.
+    """A run-up by angles at given times, joined by a quintic spline that starts from rest.
 
     It goes over into the steady motion with its speed and without acceleration.
+
+    Parameters
+    ----------
+    times
+        Times (s), from 0 to the end of the run-up.
+    angles
+        Angles turned (rad).
+
+    Examples
+    --------
+    >>> law = fm.TimeTable(times=(0.0, 0.5, 1.0), angles=(0.0, 1.0, 5.0))
+    >>> fm.Drive(joint="O", speed=10.0, run_up=1.0, run_up_law=law).run_up
+    1.0
     """
 
     kind: Literal["table"] = "table"
@@ -171,7 +220,18 @@ class TimeTable(Part):
 
 
 class TimeExpression(Part):
-    """Angle (rad) turned during a run-up, as a formula of the time t (s)."""
+    """A run-up by a formula.
+
+    Parameters
+    ----------
+    formula
+        Angle turned (rad) as a formula of the time t (s).
+
+    Examples
+    --------
+    >>> fm.Drive(joint="O", speed=10.0, run_up=1.0, run_up_law=fm.TimeExpression(formula="5 * t ** 2")).run_up
+    1.0
+    """
 
     kind: Literal["expression"] = "expression"
     formula: str
@@ -213,6 +273,11 @@ class Motor(Part):
         Moment of the shaft over its twist (N m/rad), and over the rate of it (N m s/rad).
     inertia
         Moment of inertia of what turns with the crank (kg m^2): rotor, gears, flywheel.
+
+    Examples
+    --------
+    >>> fm.Drive(joint="O", speed=30.0, motor=fm.Motor(stiffness=200.0, inertia=0.01)).motor.damping
+    0.0
     """
 
     stiffness: Annotated[TorsionalRate, Field(gt=0)]
@@ -243,6 +308,11 @@ class Drive(Part):
         the end.
     motor
         What lies between a drive at constant speed and its crank; without it the crank turns as the drive does.
+
+    Examples
+    --------
+    >>> round(fm.Drive(joint="O", speed="300 rpm").speed, 3)
+    31.416
     """
 
     joint: Name

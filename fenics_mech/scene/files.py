@@ -30,6 +30,11 @@ def load(path: str | Path) -> Scene:
     ------
     SceneError
         When the file cannot be read or does not describe a scene.
+
+    Examples
+    --------
+    >>> fm.load("demos/four_bar.toml").name
+    'seed four-bar'
     """
     path = Path(path)
     try:

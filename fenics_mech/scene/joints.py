@@ -11,7 +11,18 @@ from fenics_mech.scene.units import Angle
 
 
 class Revolute(Part):
-    """A pin through two or more points, written "link.point" or "ground.point"."""
+    """A pin through two or more points.
+
+    Parameters
+    ----------
+    connect
+        The points, as "link.point" or "ground.point".
+
+    Examples
+    --------
+    >>> fm.Revolute(connect=("crank.A", "coupler.A")).kind
+    'revolute'
+    """
 
     kind: Literal["revolute"] = "revolute"
     connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
@@ -26,6 +37,11 @@ class Weld(Part):
         The two points.
     angle
         Angle of the second body's frame in the first's (rad).
+
+    Examples
+    --------
+    >>> round(fm.Weld(connect=("ground.base", "arm.base"), angle="90 deg").angle, 4)
+    1.5708
     """
 
     kind: Literal["weld"] = "weld"
@@ -44,6 +60,11 @@ class Slot(Part):
         Direction of the guide in the first body's frame (rad).
     member
         Instead of an angle: the member of the first body along whose bent axis the pin travels.
+
+    Examples
+    --------
+    >>> fm.Slot(connect=("ground.G", "rod.B"), angle=0.0).kind
+    'slot'
     """
 
     kind: Literal["slot"] = "slot"
@@ -61,6 +82,11 @@ class Prismatic(Part):
         As of a slot.
     turn
         Angle of the second body's frame in the first's (rad).
+
+    Examples
+    --------
+    >>> fm.Prismatic(connect=("rocker.C", "block.P"), member="CD").member
+    'CD'
     """
 
     kind: Literal["prismatic"] = "prismatic"

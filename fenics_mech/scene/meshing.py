@@ -76,6 +76,12 @@ def refined(scene: Scene, times: int) -> Scene:
     ------
     SceneError
         When `times` is negative, or there would be more than a million elements.
+
+    Examples
+    --------
+    >>> scene = fm.load("demos/four_bar.toml")
+    >>> len(fm.refined(scene, 1).mesh.stations)
+    7
     """
     if times < 0:
         raise SceneError(f"a mesh can be refined 0 or more times, not {times}", place="mesh")

@@ -51,6 +51,11 @@ class Material(Part):
         Poisson's ratio. It also enters the shear factors of the sections.
     strength
         Stress (Pa) that the result warns of where an outer fibre exceeds it; nothing else is done with it.
+
+    Examples
+    --------
+    >>> fm.Material(modulus="71 GPa", density=2714, strength="250 MPa").modulus
+    71000000000.0
     """
 
     modulus: Annotated[Modulus, Field(gt=0)]
@@ -86,6 +91,11 @@ class Mesh(Part):
         Length of each element over that of the element before it.
     stations
         Instead of the two above: the nodes, as increasing numbers from 0 to 1 along the member.
+
+    Examples
+    --------
+    >>> round(fm.Mesh(elements=4, grading=2).ratio, 6)
+    8.0
     """
 
     elements: Annotated[int, Field(ge=1)] = 3
@@ -122,8 +132,23 @@ class Mesh(Part):
 class Member(Part):
     """A straight beam between two points of its link.
 
-    The member's axis runs from its first to its second point; its normal is 90 degrees counter-clockwise of it. It
-    needs no material if its section names those of its parts.
+    The member's axis runs from its first to its second point; its normal is 90 degrees counter-clockwise of it.
+
+    Parameters
+    ----------
+    ends
+        Names of the two points of the link.
+    section
+        Name of its section, in the scene's `sections`.
+    material
+        Name of its material; a section that names the materials of its parts needs none.
+    mesh
+        Its own mesh, instead of the scene's.
+
+    Examples
+    --------
+    >>> fm.Member(ends=("A", "B"), section="strip", material="steel").ends
+    ('A', 'B')
     """
 
     ends: tuple[Name, Name]
@@ -133,7 +158,18 @@ class Member(Part):
 
 
 class Ground(Part):
-    """The fixed frame, with its named points (m)."""
+    """The fixed frame.
+
+    Parameters
+    ----------
+    points
+        Coordinates X, Y (m) of its points, by name.
+
+    Examples
+    --------
+    >>> fm.Ground(points={"O": (0, 0), "C": ("10 in", 0)}).points["C"]
+    (0.254, 0.0)
+    """
 
     points: dict[Name, Point]
 
@@ -149,6 +185,11 @@ class RigidBody(Part):
         Moment of inertia about the centre of mass (kg m^2).
     centre
         Centre of mass in the link's frame (m).
+
+    Examples
+    --------
+    >>> fm.RigidBody(mass="0.4 kg", inertia=1e-4).centre
+    (0.0, 0.0)
     """
 
     mass: Annotated[Mass, Field(ge=0)] = 0.0
@@ -171,6 +212,12 @@ class Link(Part):
         Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch.
     position
         Rough place of the link's origin at the start (m); without it, the joints and angles give one.
+
+    Examples
+    --------
+    >>> bar = fm.Member(ends=("A", "B"), section="strip", material="steel")
+    >>> list(fm.Link(points={"A": (0, 0), "B": ("0.3 m", 0)}, members={"AB": bar}).members)
+    ['AB']
     """
 
     points: Annotated[dict[Name, Point], Field(min_length=1)]
@@ -187,7 +234,22 @@ class Link(Part):
 
 
 class PointMass(Part):
-    """A mass (kg), and a moment of inertia (kg m^2) if it turns with the link, fixed to a point of a link."""
+    """A mass fixed to a point of a link; it turns with the link.
+
+    Parameters
+    ----------
+    at
+        The point, as "link.point".
+    mass
+        Mass (kg).
+    inertia
+        Moment of inertia about the point (kg m^2).
+
+    Examples
+    --------
+    >>> fm.PointMass(at="crank.A", mass="45 g").mass
+    0.045
+    """
 
     at: PointName
     mass: Annotated[Mass, Field(ge=0)] = 0.0
@@ -207,6 +269,11 @@ class Measurement(Part):
         Place along the member, 0 to 1.
     fibre
         "+" (on the side of the normal) or "-".
+
+    Examples
+    --------
+    >>> fm.Measurement(file="strain_coupler.csv", member="coupler").s
+    0.5
     """
 
     file: Path
@@ -236,11 +303,55 @@ def _place_in(part: Any, path: str, value: Any) -> None:
 
 
 class Scene(Part):
-    """A planar linkage, how it is driven and how it is to be analysed. See the README for the file format.
+    """A planar linkage, how it is driven and how it is to be analysed.
 
-    With a `tolerance`, the largest error of a strain relative to its member's largest, the program chooses elements,
-    stations and, where no load varies, sub_intervals whatever is stated, and refuses another solver, scheme or
-    reduction than it takes. A tolerance may be a table by quantity: strain, deflection, joint_force, torque.
+    Quantities are numbers in SI or texts with a unit. A scene file has the same keys.
+
+    Parameters
+    ----------
+    name
+        What the linkage is called in plots and reports.
+    materials, sections
+        By name; members refer to them.
+    ground
+        The fixed frame with its points.
+    links, joints
+        By name; the points of a joint are "link.point" or "ground.point".
+    masses
+        Point masses, by name.
+    gravity
+        Acceleration along X and Y (m/s^2).
+    loads, impulses, springs, dampers
+        By name.
+    drive
+        One drive, or several; none where nothing moves the linkage.
+    effects
+        Names of the physical effects that act, or "auto": the program selects those whose influence counts.
+    tolerance
+        Largest error of a strain relative to its member's largest, or of each of strain, deflection, joint_force and
+        torque. With it the program chooses elements, stations and, where no load varies, sub_intervals, whatever is
+        stated. It refuses another solver, scheme or reduction than it takes.
+    damping, mesh, analysis
+        Damping of the elastic motion, elements of the members, and numerical options.
+    measurements
+        Measured strains to be drawn beside the computed ones.
+    petsc
+        Options of PETSc and SLEPc.
+
+    Examples
+    --------
+    >>> strip = fm.Member(ends=("O", "A"), section="strip", material="steel")
+    >>> scene = fm.Scene(
+    ...     name="rotating arm",
+    ...     materials={"steel": fm.Material(modulus="210 GPa", density=7850)},
+    ...     sections={"strip": fm.RectangleSection(width="20 mm", height="3 mm")},
+    ...     ground=fm.Ground(points={"O": (0, 0)}),
+    ...     links={"arm": fm.Link(points={"O": (0, 0), "A": ("300 mm", 0)}, members={"OA": strip})},
+    ...     joints={"O": fm.Revolute(connect=("ground.O", "arm.O"))},
+    ...     drive=fm.Drive(joint="O", speed="300 rpm"),
+    ... )
+    >>> list(scene.members()), round(scene.period, 3)
+    (['arm'], 0.2)
     """
 
     name: Annotated[str, Field(max_length=LONGEST_NAME)] = "scene"

@@ -43,6 +43,11 @@ class LineSpring(Line):
         Force over elongation (N/m).
     length
         Free length (m); without it, the spring is free of force at drive angle 0.
+
+    Examples
+    --------
+    >>> fm.LineSpring(between=("ground.C", "coupler.A"), stiffness="2 N/mm").stiffness
+    2000.0
     """
 
     stiffness: Annotated[SpringRate, Field(gt=0)]
@@ -61,6 +66,11 @@ class HingeSpring(Hinge):
     angle
         Rotation (rad) at which it is free of moment, of the second body's frame in the first's; whole turns do not
         count. Without it, the spring is free of moment at drive angle 0.
+
+    Examples
+    --------
+    >>> fm.HingeSpring(joint="O", stiffness="3 N m/rad").stiffness
+    3.0
     """
 
     stiffness: Annotated[TorsionalRate, Field(gt=0)]
@@ -76,6 +86,11 @@ class LineDamper(Line):
         The points.
     damping
         Force over the rate of its length (N s/m).
+
+    Examples
+    --------
+    >>> fm.LineDamper(between=("ground.C", "coupler.A"), damping="5 N s/m").damping
+    5.0
     """
 
     damping: Annotated[Viscosity, Field(gt=0)]
@@ -90,6 +105,11 @@ class HingeDamper(Hinge):
         Where it is.
     damping
         Moment over the rate of rotation (N m s/rad).
+
+    Examples
+    --------
+    >>> fm.HingeDamper(joint="O", damping=0.01).damping
+    0.01
     """
 
     damping: Annotated[TorsionalDamping, Field(gt=0)]

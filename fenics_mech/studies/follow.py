@@ -52,6 +52,13 @@ class Branch(Saved):
         One dimension "point" in the order of the branch, with the number as a coordinate named by its path, in SI; then
         members, joints, modes, harmonics, disturbances. Variables as in `sweep_points.KEPT` and `OWN`, NaN where a
         point has none. ``attrs["ended"]`` says where the branch ended: at `END`, or why it was lost.
+
+    Examples
+    --------
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 18, "analysis.solver": "collocation"})
+    >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "101 rpm"), points=1)
+    >>> branch.whole, branch.changes()
+    (True, [])
     """
 
     KIND: ClassVar[str] = "branch"
@@ -142,8 +149,8 @@ def follow(
 
     Examples
     --------
-    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 24, "analysis.solver": "collocation"})
-    >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "110 rpm"), points=2)
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 18, "analysis.solver": "collocation"})
+    >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "101 rpm"), points=1)
     >>> bool(branch.data["stable"].all())
     True
     """

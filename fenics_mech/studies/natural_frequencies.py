@@ -31,10 +31,9 @@ class NaturalFrequencies(Saved):
 
     Examples
     --------
-    >>> import fenics_mech as fm
-    >>> found = fm.modes(fm.load("demos/four_bar.toml"))
-    >>> float(found.data["frequency"].sel(mode=1).min().round(1))
-    42.0
+    >>> found = fm.modes(fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 12}))
+    >>> found.data["frequency"].sel(mode=1).min().item() < found.data["supported"].sel(member="coupler").item()
+    True
     """
 
     KIND: ClassVar[str] = "set of natural frequencies"
@@ -76,9 +75,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
 
     Examples
     --------
-    >>> import fenics_mech as fm
-    >>> crank_and_two_links = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 12})
-    >>> found = fm.modes(crank_and_two_links)
+    >>> found = fm.modes(fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 12}))
     >>> dict(found.data["frequency"].sizes)
     {'theta': 12, 'mode': 5}
     >>> found.free

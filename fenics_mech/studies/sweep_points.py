@@ -76,6 +76,11 @@ class Gauge:
         "+" or "-".
     harmonics
         Number of harmonics kept, beside the mean.
+
+    Examples
+    --------
+    >>> fm.Gauge(s=0.3, fibre="-").harmonics
+    20
     """
 
     s: float = 0.5

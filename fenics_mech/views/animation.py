@@ -62,6 +62,12 @@ def animate(
         When the file's ending is not known, an option is not usable, or this machine cannot render.
     ResultError
         When the file cannot be written.
+
+    Examples
+    --------
+    >>> result = fm.Result.load("out/result.nc")
+    >>> fm.animate(result, "motion.png").name
+    'motion.png'
     """
     path = Path(path)
     ending = check_ending(path)

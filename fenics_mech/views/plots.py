@@ -168,6 +168,12 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
         When a file of measurements cannot be read.
     ViewError, ResultError
         When the folder cannot be made or a file cannot be written.
+
+    Examples
+    --------
+    >>> result = fm.Result.load("out/result.nc")
+    >>> [path.name for path in fm.plot_all(result, "out")][:2]
+    ['strain_crank.png', 'strain_coupler.png']
     """
     folder, scene, rigid = Path(folder), result.scene, rigid or {}
     try:

@@ -35,6 +35,17 @@ def summary(result: Result) -> Group:
 
     Decisions taken, then peaks with the drive angle (degrees) and the place (s, 0..1) where they occur: strain, stress
     and deflection per member, force per joint, input torque, and the range of each mode's frequency. Last its warnings.
+
+    Parameters
+    ----------
+    result
+        The result.
+
+    Examples
+    --------
+    >>> import rich
+    >>> rich.print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
+    seed four-bar...
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
     closer = between_positions(result)

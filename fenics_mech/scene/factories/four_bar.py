@@ -51,6 +51,16 @@ def four_bar(
     ------
     SceneError
         When the loop cannot be closed at drive angle 0, or a value is bad.
+
+    Examples
+    --------
+    >>> strip = fm.RectangleSection(width="25 mm", height="2 mm")
+    >>> scene = fm.four_bar(
+    ...     crank="100 mm", coupler="280 mm", follower="270 mm", ground="250 mm", sections=[strip] * 3,
+    ...     material=fm.Material(modulus="71 GPa", density=2714), speed="300 rpm",
+    ... )
+    >>> list(scene.links)
+    ['crank', 'coupler', 'follower']
     """
     lengths = [in_unit("m")(value) for value in (crank, coupler, follower, ground)]
     angles = _start_angles(lengths, branch)

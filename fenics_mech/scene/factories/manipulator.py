@@ -42,6 +42,16 @@ def manipulator(
     ------
     SceneError
         When a value is bad.
+
+    Examples
+    --------
+    >>> scene = fm.manipulator(
+    ...     arms=["0.5 m", "0.4 m"], sections=[fm.RectangleSection(width="30 mm", height="4 mm")] * 2,
+    ...     material=fm.Material(modulus="71 GPa", density=2714), period="2 s",
+    ...     masses=[{"mass": "0.5 kg"}] * 2, laws=[fm.Harmonics(sine=("30 deg",)), fm.Harmonics(cosine=("20 deg",))],
+    ... )
+    >>> len(scene.drive)
+    2
     """
     numbers = range(1, len(arms) + 1)
     data: dict[str, Any] = {

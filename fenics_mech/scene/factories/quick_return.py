@@ -52,6 +52,16 @@ def quick_return(
     ------
     SceneError
         When the pin would leave the rocker, or the coupler does not reach the guide.
+
+    Examples
+    --------
+    >>> bar = fm.RectangleSection(width="20 mm", height="8 mm")
+    >>> scene = fm.quick_return(
+    ...     crank=0.1, centres=0.25, rocker=0.5, coupler=0.2, guide=0.48, sections=[bar] * 3,
+    ...     material=fm.Material(modulus="210 GPa", density=7850), speed="60 rpm",
+    ... )
+    >>> scene.joints["A"].member
+    'CD'
     """
     lengths = [in_unit("m")(value) for value in (crank, rocker, coupler)]
     r, long, link = lengths

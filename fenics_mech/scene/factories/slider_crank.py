@@ -55,6 +55,13 @@ def slider_crank(
     ------
     SceneError
         When the crank cannot turn fully, or a value is bad.
+
+    Examples
+    --------
+    >>> strip = fm.RectangleSection(width="25 mm", height="3 mm")
+    >>> steel = fm.Material(modulus="210 GPa", density=7850)
+    >>> list(fm.slider_crank(crank=0.05, rod=0.2, sections=[strip] * 2, material=steel, speed="600 rpm").joints)
+    ['O', 'A', 'B']
     """
     r, length, aside = (in_unit("m")(value) for value in (crank, rod, offset))
     direction = in_unit("rad")(guide_angle)

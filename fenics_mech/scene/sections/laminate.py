@@ -17,7 +17,20 @@ if TYPE_CHECKING:
 
 
 class Ply(Part):
-    """A ply: its thickness (m) and the name of its material, whose modulus is that along the member."""
+    """A ply of a laminate.
+
+    Parameters
+    ----------
+    thickness
+        Thickness (m).
+    material
+        Name of its material, whose modulus is that along the member.
+
+    Examples
+    --------
+    >>> fm.Ply(thickness="0.5 mm", material="carbon").thickness
+    0.0005
+    """
 
     thickness: Annotated[Length, Positive]
     material: Name
@@ -39,6 +52,12 @@ class LaminateSection(Section):
     axis
         Where the member's axis, with its pins, welds and loads, passes the section: along the "neutral" line, or in the
         "middle" of the thickness. Both are one line where the laminate is symmetric.
+
+    Examples
+    --------
+    >>> plies = (fm.Ply(thickness="1 mm", material="glass"), fm.Ply(thickness="1 mm", material="carbon"))
+    >>> len(fm.LaminateSection(width="20 mm", plies=plies).plies)
+    2
     """
 
     complete = True

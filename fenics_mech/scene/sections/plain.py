@@ -96,6 +96,11 @@ class CustomSection(PlainSection):
         Second moment of area I about the neutral line (m^4).
     fibre
         Distance n from the neutral line to the outer fibres (m), the same on both sides.
+
+    Examples
+    --------
+    >>> fm.CustomSection(area="1.07 cm^2", inertia="1.62e-2 cm^4", fibre="2 mm").fibre
+    0.002
     """
 
     shape: Literal["custom"] = "custom"
@@ -113,6 +118,11 @@ class RectangleSection(PlainSection):
         Size normal to the plane of motion (m).
     height
         Size in the plane of motion (m).
+
+    Examples
+    --------
+    >>> fm.RectangleSection(width="25 mm", height="2 mm").area
+    5e-05
     """
 
     shape: Literal["rectangle"] = "rectangle"
@@ -146,6 +156,11 @@ class RoundSection(PlainSection):
     ----------
     diameter
         Diameter (m).
+
+    Examples
+    --------
+    >>> fm.RoundSection(diameter="8 mm").fibre
+    0.004
     """
 
     shape: Literal["round"] = "round"
@@ -180,6 +195,11 @@ class TubeSection(PlainSection):
         Outer diameter (m).
     thickness
         Thickness of the wall (m), at most half the diameter.
+
+    Examples
+    --------
+    >>> round(fm.TubeSection(diameter="10 mm", thickness="1 mm").area, 9)
+    2.8274e-05
     """
 
     shape: Literal["tube"] = "tube"
@@ -228,6 +248,11 @@ class ISection(PlainSection):
         Width of the flanges (m).
     flange, web
         Thickness of each flange and of the web (m).
+
+    Examples
+    --------
+    >>> round(fm.ISection(height="20 mm", width="10 mm", flange="2 mm", web="1 mm").area, 9)
+    5.6e-05
     """
 
     shape: Literal["I"] = "I"

@@ -30,7 +30,23 @@ TOUCHING = 1e-9  # part of the smaller area that two parts may share
 
 
 class PolygonPart(Part):
-    """A polygon of a composite section: its outline, its holes and its material."""
+    """A polygon of a composite section.
+
+    Parameters
+    ----------
+    outline
+        Its corners (y, z) (m).
+    holes
+        Corners of each hole in it (m).
+    material
+        Name of its material.
+
+    Examples
+    --------
+    >>> square = (("0 mm", "0 mm"), ("4 mm", "0 mm"), ("4 mm", "4 mm"), ("0 mm", "4 mm"))
+    >>> fm.PolygonPart(outline=square, material="steel").holes
+    ()
+    """
 
     outline: Outline
     holes: tuple[Outline, ...] = ()
@@ -56,6 +72,12 @@ class PolygonSection(Section):
     axis
         Where the member's axis, with its pins, welds and loads, passes the section: along the "neutral" line, in the
         "middle" between the outer fibres, or at the "origin", y = 0.
+
+    Examples
+    --------
+    >>> triangle = (("0 mm", "-5 mm"), ("0 mm", "5 mm"), ("6 mm", "0 mm"))
+    >>> fm.PolygonSection(outline=triangle).axis
+    'neutral'
     """
 
     shape: Literal["polygon"] = "polygon"

@@ -95,6 +95,12 @@ class VariableSection(Section):
         Distance from the neutral line to the outer fibres (m), the same on both sides.
     shear_factor
         Share of the area that carries shear; it has no default.
+
+    Examples
+    --------
+    >>> waist = fm.VariableSection(area="1e-4 - 6e-5 * s * (1 - s)", inertia=["90 mm^4", "60 mm^4"], fibre="2 mm")
+    >>> waist.area
+    '1e-4 - 6e-5 * s * (1 - s)'
     """
 
     constant = False
@@ -131,6 +137,11 @@ class TaperSection(Section):
     ----------
     from_, to
         Names of the sections at the member's first and second point ("from" and "to" in a scene file).
+
+    Examples
+    --------
+    >>> fm.TaperSection(from_="root", to="tip").to
+    'tip'
     """
 
     model_config = ConfigDict(populate_by_name=True)
