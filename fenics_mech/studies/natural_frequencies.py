@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import xarray as xr
 
-from fenics_mech.accuracy.hidden_resonances import frequency_error
+from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.mechanism import RigidModes
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.planning.effect_choice import choose
