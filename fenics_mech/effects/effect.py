@@ -77,15 +77,25 @@ class Effect:
         Estimate of how much of the strains it changes, for ``effects = "auto"``; None if it is never left out or added.
     estimate
         The formula of that estimate, as the table of effects shows it.
-    lacks
-        Says what the effect needs and a scene does not state, or nothing; the program does not choose it then, and
+    missing_data
+        Says what the effect needs and a scene does not state, or nothing. The program does not choose it then, and
         says why.
     without
         Changes of the scene that leave out an effect that it states, by path, as `Scene.changed` takes them.
+    needs
+        Names of effects without which it changes nothing.
     replaces
         Name of an effect that this one holds in itself.
     refuses
         Names of effects that it cannot act together with.
+    couples
+        Whether rigid and elastic motion act on each other.
+    stress_stiffening
+        Whether axial forces act on the bent axis.
+    nonlinear
+        Whether its forces are nonlinear in the elastic displacement.
+    solver
+        The one periodic solver that knows it; empty where several do.
     """
 
     name: str
@@ -96,11 +106,16 @@ class Effect:
     stated: Callable[[Scene], bool] = _never
     size: Callable[[Survey], float] | None = None
     estimate: str = ""
-    lacks: Callable[[Scene], str] = _nothing
+    missing_data: Callable[[Scene], str] = _nothing
     stated_by: str = ""
     without: Mapping[str, Any] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
     replaces: str = ""
     refuses: tuple[str, ...] = ()
+    couples: bool = False
+    stress_stiffening: bool = False
+    nonlinear: bool = False
+    solver: str = ""
 
 
 @dataclass(frozen=True)
@@ -115,11 +130,11 @@ class Choice:
         Estimate of the share of the strains that it changes; None where nothing was estimated.
     acts
         Whether it acts.
-    lacking
+    missing
         Why it does not act though it should: what it needs and the scene does not state; else empty.
     """
 
     effect: Effect
     size: float | None
     acts: bool
-    lacking: str = ""
+    missing: str = ""

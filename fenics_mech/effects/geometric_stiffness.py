@@ -16,6 +16,7 @@ EFFECT = Effect(
     meaning="bending stiffness from the axial force of loads and rigid motion",
     source="section 7.4; Przemieniecki (1968), ch. 15",
     terms=terms,
+    stress_stiffening=True,
     refuses=("moderate-rotations",),
     size=lambda survey: survey.tension * survey.sensitivity,
     estimate="change of a mode's stiffness x sensitivity",

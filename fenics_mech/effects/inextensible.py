@@ -14,10 +14,15 @@ from fenics_mech.scene import Scene
 
 def beams(scene: Scene, links: Beams) -> Beams:
     """Make EA infinite: the mechanism then ties the nodes of each member along its axis (`mechanism.inextensible`)."""
-    refuse_offsets(scene, "inextensible", neutral_only=True)
+    refuse_offsets(scene, EFFECT.name, neutral_only=True)
     none = np.zeros(len(links.mesh.cell))
     _, *rest = links.coefficients
     return replace(links, coefficients=(links.layout.coefficient(none), *rest), axial_rigidity=none + np.inf)
+
+
+def stretching(scene: Scene) -> Scene:
+    """Give the scene with members that can stretch."""
+    return scene.changed(effects=tuple(name for name in scene.named_effects if name != EFFECT.name))
 
 
 EFFECT = Effect(

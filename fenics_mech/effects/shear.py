@@ -53,7 +53,7 @@ def _shear_stiffness(scene: Scene, label: str, s: Array) -> Array:
     return np.stack([scene.shear_stiffness(label, s)])
 
 
-def lacks(scene: Scene) -> str:
+def missing_data(scene: Scene) -> str:
     """Say which member does not state its shear stiffness, or which pin travels along one."""
     try:
         for label in scene.members():
@@ -80,7 +80,7 @@ EFFECT = Effect(
     meaning="shear flexibility of the beams",
     source="Timoshenko (1921); Friedman and Kosmatka, Comput. Struct. 47 (1993) 473",
     beams=beams,
-    lacks=lacks,
+    missing_data=missing_data,
     size=lambda survey: 3 * (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
     estimate="3 (pi r/length)^2 x sensitivity x vibration",
 )

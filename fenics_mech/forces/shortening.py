@@ -22,6 +22,7 @@ from fenics_mech._petsc import to_scipy
 from fenics_mech.beams import assemble_beams, mesh_scene
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects import NOTHING, shaped
+from fenics_mech.effects.inextensible import stretching
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System, build_system
 from fenics_mech.scene import Scene
@@ -55,7 +56,7 @@ class Shortening:
         if terms.element_stiffness is None and (terms.law is None or system.beams.reduction is None):
             return None
         if system.transformation.held is not None:
-            other = scene.changed(effects=tuple(name for name in scene.named_effects if name != "inextensible"))
+            other = stretching(scene)
             beams = shaped(other, assemble_beams(other, mesh_scene(other)))
             system = build_system(other, beams, system.motion, terms)
         return cls(system, jets)

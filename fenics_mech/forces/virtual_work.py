@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.effects import NOTHING, Situation, Terms, dampers
+from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.loads import line_turned_back, turned_back
 from fenics_mech.effects.loads import terms as load_terms
 from fenics_mech.effects.offsets import terms as offset_terms
@@ -29,7 +30,6 @@ from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
 Array = NDArray[np.float64]
-LOSSES = ("material", "modal damping", "external drag", "relative drag", "dampers", "air drag")
 
 
 @dataclass(frozen=True)
@@ -187,8 +187,8 @@ class Forces:
         terms, velocity = self.system.terms, self._velocity
         absolute = terms.external * (self.system.rigid_velocity + velocity)
         turning = terms.external * self.rates.turning * self.shape
-        found = {"external drag": (absolute, turning)} if terms.external else {}
-        found |= {"relative drag": (terms.relative * velocity, self.still)} if terms.relative else {}
+        found = {Cause.EXTERNAL_DRAG: (absolute, turning)} if terms.external else {}
+        found |= {Cause.RELATIVE_DRAG: (terms.relative * velocity, self.still)} if terms.relative else {}
         return {name: Acceleration(*parts, self.still) for name, parts in found.items()}
 
     @cached_property
@@ -199,8 +199,8 @@ class Forces:
         own = response.inertia - self.weight - sum((a.of_nodes for a in self._drags.values()), self.still)
         turning = rotation.turning - sum((a.turning for a in self._drags.values()), self.still)
         return {
-            "inertia": Acceleration(own, turning, rotation.centripetal),
-            "weight": Acceleration(self.weight, self.still, self.still),
+            Cause.INERTIA: Acceleration(own, turning, rotation.centripetal),
+            Cause.WEIGHT: Acceleration(self.weight, self.still, self.still),
             **self._drags,
         }
 
@@ -211,9 +211,9 @@ class Forces:
             return self._accelerations
         drag = self.system.terms.external * self.system.rigid_velocity
         parts = {
-            "inertia": self.system.rigid_acceleration - self.weight - drag,
-            "weight": self.weight,
-            "external drag": drag,
+            Cause.INERTIA: self.system.rigid_acceleration - self.weight - drag,
+            Cause.WEIGHT: self.weight,
+            Cause.EXTERNAL_DRAG: drag,
         }
         return {name: Acceleration(part, self.still, self.still) for name, part in parts.items() if part.any()}
 
@@ -232,14 +232,14 @@ class Forces:
         mesh, motion, shape = self.system.beams.mesh, self.system.motion, self.shape
         powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
         powers |= self._of_stress(rates)
-        powers["loads"] = self._of_loads(rates, shape) + self._of_applied(self.beside, NOTHING, rates, shape)
-        powers["inertia"] = powers["inertia"] + self._of_mass_beside_axes(rates, shape)
-        powers["springs"] = spring_power(self.scene, mesh, rates.motion, shape, rates.deformation)
-        powers["dampers"] = dampers.damper_power(
+        powers[Cause.LOADS] = self._of_loads(rates, shape) + self._of_applied(self.beside, NOTHING, rates, shape)
+        powers[Cause.INERTIA] = powers[Cause.INERTIA] + self._of_mass_beside_axes(rates, shape)
+        powers[Cause.SPRINGS] = spring_power(self.scene, mesh, rates.motion, shape, rates.deformation)
+        powers[Cause.DAMPERS] = dampers.damper_power(
             self.scene, mesh, (motion, rates.motion), (shape, self._velocity), rates.deformation
         )
         if self.scene.damping.air is not None:
-            powers["air drag"] = self._of_applied(*air_loads(self.scene, self.system, self.response), rates, shape)
+            powers[Cause.AIR_DRAG] = self._of_applied(*air_loads(self.scene, self.system, self.response), rates, shape)
         if shorter is not None:
             for name, power in self._by_shortening(rates, shorter).items():
                 powers[name] = powers.get(name, 0.0) + power
@@ -258,9 +258,9 @@ class Forces:
             at_rest = system.assembled(law.force(self.displacement, self.still))
             elastic = elastic + at_rest
             material = material + system.assembled(law.force(self.displacement, self._velocity)) - at_rest
-        forces = {"elastic": elastic, "material": material}
+        forces = {Cause.ELASTIC: elastic, Cause.MATERIAL: material}
         if (damping := self.response.modal_damping) is not None:
-            forces["modal damping"] = (stiffness @ damping.displacement.T).T
+            forces[Cause.MODAL_DAMPING] = (stiffness @ damping.displacement.T).T
         return {name: -np.sum(force * rates.deformation, axis=1) for name, force in forces.items()}
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:
@@ -293,21 +293,21 @@ class Forces:
         if self.response.rotation is not None:
             omega, alpha = self.rates.turning, system.motion.alpha[:, system.link_of_dof]
             centripetal = -(omega**2) * u
-            own = {"inertia": Acceleration(second + centripetal, 2 * omega * first + alpha * u, centripetal)}
+            own = {Cause.INERTIA: Acceleration(second + centripetal, 2 * omega * first + alpha * u, centripetal)}
             if drag := system.terms.external:
-                own["external drag"] = Acceleration(drag * first, drag * omega * u, self.still)
+                own[Cause.EXTERNAL_DRAG] = Acceleration(drag * first, drag * omega * u, self.still)
             straight = replace(rates, deformation=self.still)
             for name, acceleration in own.items():
                 found[name] = found.get(name, 0.0) + acceleration.power(system, straight, self.still)
-        found["loads"] = self._of_loads(carried, u)
-        found["inertia"] = found.get("inertia", 0.0) + self._of_mass_beside_axes(carried, u)
+        found[Cause.LOADS] = self._of_loads(carried, u)
+        found[Cause.INERTIA] = found.get(Cause.INERTIA, 0.0) + self._of_mass_beside_axes(carried, u)
         if self.scene.damping.air is not None:
             air = air_loads(self.scene, system, self.response, rigid=True)
-            found["air drag"] = self._of_applied(*air, carried, u)
-        found["dampers"] = dampers.shortening_power(
+            found[Cause.AIR_DRAG] = self._of_applied(*air, carried, u)
+        found[Cause.DAMPERS] = dampers.shortening_power(
             self.scene, system.beams.mesh, (system.motion, rates.motion), (u, first), shorter
         )
-        found["springs"] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
+        found[Cause.SPRINGS] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
         return found
 
 

@@ -86,17 +86,17 @@ def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
     for effect in EFFECTS.values():
         if effect.replaces in large and effect.name in large:
             large.discard(effect.replaces)
-    if "vibration" not in large or not EFFECTS["vibration"].stated(scene):
-        large -= {"vibration", "coupling"}
-    lacking = {name: what for name in large if (what := EFFECTS[name].lacks(scene))}
-    large -= lacking.keys()
+    large -= {name for name in large if EFFECTS[name].stated_by and not EFFECTS[name].stated(scene)}
+    large -= {name for name in large if not large.issuperset(EFFECTS[name].needs)}
+    missing = {name: what for name in large if (what := EFFECTS[name].missing_data(scene))}
+    large -= missing.keys()
     choices: list[Choice] = []
     named = tuple(name for name, effect in EFFECTS.items() if name in large and not effect.stated(scene))
     changes: dict[str, Any] = {"effects": named}
     for name, effect in EFFECTS.items():
         stated, size = effect.stated(scene), sizes.get(name)
         acts = name in large or (stated and size is None)
-        choices.append(Choice(effect, size, acts, lacking.get(name, "")))
+        choices.append(Choice(effect, size, acts, missing.get(name, "")))
         if stated and not acts:
             changes |= effect.without
     if scene.analysis.solver == "auto":

@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech.accuracy.estimate import left_out
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
@@ -17,7 +18,7 @@ from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Knobs, T
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
-from fenics_mech.response.setup import links, pressing, refuse_unseen
+from fenics_mech.response.setup import links, refuse_unseen, stress_stiffened
 from fenics_mech.response.stability.floquet import TOLERANCE as NEUTRAL
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_elements
@@ -218,7 +219,7 @@ def _refuse_unknown(scene: Scene) -> None:
     elif scene.impulses:
         what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
     elif _periodic(scene) and not damped:
-        what, hint = "vibration that nothing damps: errors add up beyond their estimates", "damping"
+        what, hint = "vibration that nothing damps: errors add up beyond their estimates", "some damping"
     elif "torque" in scene.tolerances and not scene.drives:
         what, hint = "the torque of a drive, as the scene drives nothing", "tolerances of other quantities"
     elif "joint_force" in scene.tolerances and not scene.joints:
@@ -233,7 +234,7 @@ def _refuse_unknown(scene: Scene) -> None:
 def _start(scene: Scene) -> Knobs:
     """Give the choices to begin with: coarse ones, from which the errors are told."""
     steps = _fewest_steps(scene)
-    if "coupling" not in scene.named_effects or pressing(scene) or not _periodic(scene):
+    if not any(effect.couples for effect in active(scene)) or stress_stiffened(scene) or not _periodic(scene):
         return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction

@@ -9,9 +9,10 @@ from scipy.interpolate import CubicSpline
 
 from fenics_mech._arrays import each
 from fenics_mech.beams.layout import element_dofs
+from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
-from fenics_mech.forces.virtual_work import LOSSES, Forces
+from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
@@ -64,7 +65,7 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
     if points is not None and points.impulses is not None:
         impulses = ImpulseWork(scene, points.impulses)
         mean[next(iter(mean))] += float(impulses.by_drives.sum()) / scene.period
-        mean["impulses"] = float(impulses.by_impulses.sum()) / scene.period
+        mean[Cause.IMPULSES] = float(impulses.by_impulses.sum()) / scene.period
         found["drive_impulse"] = (("impulse", "drive"), impulses.efforts)
         found = found.assign_coords(impulse=list(scene.impulses), drive=list(efforts))
     residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
@@ -81,7 +82,7 @@ def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str
     """Power of the drives, which is first, of loads and of damping (W), ``(angles,)`` each; see `energy_balance`."""
     given = sum((effort * rates[:, i] for i, effort in enumerate(efforts.values())), np.zeros(len(rates)))
     in_time = forces.scene.analysis.method == "transient"
-    told = ("loads", *LOSSES, *(("weight",) if in_time else ()))  # that of weight is 0 over a cycle
+    told = (Cause.LOADS, *LOSSES, *((Cause.WEIGHT,) if in_time else ()))  # that of weight is 0 over a cycle
     others = {name: power for name, power in forces.powers().items() if name in told and power.any()}
     return {"drives" if len(efforts) > 1 else "drive": given} | others
 
@@ -93,7 +94,7 @@ def _mean_in_time(forces: Forces, powers: dict[str, Array]) -> dict[str, float]:
     mean = {
         name: float(CubicSpline(time, power).integrate(*time[[0, -1]])) / duration for name, power in powers.items()
     }
-    return mean | {"stored": -float(energy[-1] - energy[0]) / duration}
+    return mean | {Cause.STORED: -float(energy[-1] - energy[0]) / duration}
 
 
 def stored_energy(forces: Forces) -> Array:

@@ -168,5 +168,5 @@ def _quasi_static(solution: Solution) -> Array:
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:
     """Attributes that say what was decided; the effects as JSON: name, size if it was estimated, whether it acts."""
-    effects = [{"name": c.effect.name, "size": c.size, "acts": c.acts, "lacking": c.lacking} for c in choices]
+    effects = [{"name": c.effect.name, "size": c.size, "acts": c.acts, "lacking": c.missing} for c in choices]
     return {"dofs": system.size, "elements": len(system.beams.mesh.cell), "effects": json.dumps(effects)}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fenics_mech._guard import guarded, require_memory
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.beams.reduction import Reduction
-from fenics_mech.effects import NOTHING, Situation, build_terms, shaped
+from fenics_mech.effects import EFFECTS, NOTHING, Situation, active, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
@@ -30,7 +30,6 @@ from fenics_mech.scene.sampling import SAMPLES
 
 MOST_SEEN = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
 MOST_PRESSED = 32  # the same, where axial forces act on the bent axis: those are as good as these elements
-PRESSING = ("geometric-stiffness", "moderate-rotations")
 MOST_UPDATES = 60  # of the axial forces by the response
 CUT = "Write analysis.method = 'periodic' and solver = 'collocation', whose steps are cut at corners. Or "
 SETTLED = 1e-7  # change of the axial forces, of the largest
@@ -91,7 +90,9 @@ def refuse_unseen(scene: Scene, points: int, by_collocation: bool = False) -> No
             raise SceneError(
                 f"{count} positions miss what {what} does between them",
                 place=place,
-                hint=wanted if enough < SAMPLES else (CUT if "loads" in place and not by_collocation else "") + slower,
+                hint=wanted
+                if enough < SAMPLES
+                else (CUT if place.startswith("loads.") and not by_collocation else "") + slower,
             )
     if by_collocation:
         refuse_hidden(scene)
@@ -124,14 +125,14 @@ def links(scene: Scene) -> Beams:
     return replace(seen, reduction=reduction)
 
 
-def pressing(scene: Scene) -> bool:
-    """Whether axial forces act on the bent axis, by the effects that the scene names."""
-    return any(name in scene.named_effects for name in PRESSING)
+def stress_stiffened(scene: Scene) -> bool:
+    """Whether axial forces act on the bent axis."""
+    return any(effect.stress_stiffening for effect in active(scene))
 
 
 def _most_seen(scene: Scene) -> int:
     """Elements of a reduced member on which it is recovered, at most."""
-    return MOST_PRESSED if pressing(scene) else MOST_SEEN
+    return MOST_PRESSED if stress_stiffened(scene) else MOST_SEEN
 
 
 def _reducible(scene: Scene, beams: Beams) -> list[int]:
@@ -172,7 +173,7 @@ def _with_effects(scene: Scene, bare: System) -> System:
 
 def rigid_tension(scene: Scene, bare: System) -> NDArray[np.float64]:
     """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``."""
-    linear = tuple(name for name in scene.named_effects if name not in ("geometric-stiffness", "moderate-rotations"))
+    linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
     system = _with_effects(scene.changed(effects=linear), bare)
     return mean_tension(system, static_response(scene, system))
 

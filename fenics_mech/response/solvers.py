@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fenics_mech.effects import Terms, active
+from fenics_mech.effects.motor import EFFECT as MOTOR
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_dense
@@ -20,7 +21,7 @@ from fenics_mech.scene import Scene
 SOLVERS: dict[str, Callable[[Scene, System, Modes], PeriodicSolution]] = {
     "sub-intervals": by_sub_intervals,
     "collocation": by_collocation,
-    "motor": by_motor,
+    MOTOR.solver: by_motor,
     "harmonic-balance": by_harmonic_balance,
 }
 
@@ -34,8 +35,8 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
         When the solver asked for does not know them.
     """
     asked = scene.analysis.solver
-    if any(drive.motor is not None for drive in scene.drives):
-        return "motor"
+    if needed := next((effect.solver for effect in active(scene) if effect.solver), ""):
+        return needed
     beyond = bool(terms.coupled or terms.law or terms.material or terms.drag or terms.damping or terms.follower)
     beyond = beyond or bool(scene.impulses) or (terms.tension is not None and scene.analysis.tension == "settled")
     if beyond and asked == "sub-intervals":
@@ -61,7 +62,7 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
         When its matrices do not fit into memory.
     """
     points = scene.analysis.sub_intervals * (1 if solver == "sub-intervals" else scene.analysis.stages)
-    refuse_unseen(scene, points, by_collocation=solver in ("collocation", "motor"))
+    refuse_unseen(scene, points, by_collocation=solver in ("collocation", MOTOR.solver))
     if solver == "sub-intervals":
         require_joined(modes_kept(scene, system), points)
     else:

@@ -130,7 +130,7 @@ class Trial:
 
 def try_choice(scene: Scene) -> Trial:
     """Compare the effects that the program chooses for a scene with all of them on."""
-    effects = ALL + tuple(name for name in THICK if not EFFECTS["shear"].lacks(scene))
+    effects = ALL + tuple(name for name in THICK if not EFFECTS["shear"].missing_data(scene))
     whole, count_of_all = run(scene.changed(effects=effects))
     automatic = scene.changed(effects="auto")
     result, count = run(automatic)

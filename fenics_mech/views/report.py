@@ -13,7 +13,7 @@ from rich.text import Text
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
-from fenics_mech.effects import EFFECTS
+from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
@@ -56,7 +56,7 @@ def summary(result: Result) -> Group:
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
-        if _acts(result, "moderate-rotations"):
+        if any(effect.nonlinear for effect in _acting(result)):
             parts.append(Text("(of the links without their axial forces)"))
     if "stability_limit" in result.data.attrs:
         parts.append(_stability(result))
@@ -66,8 +66,10 @@ def summary(result: Result) -> Group:
     return Group(*parts)
 
 
-def _acts(result: Result, name: str) -> bool:
-    return any(effect["acts"] for effect in json.loads(result.data.attrs["effects"]) if effect["name"] == name)
+def _acting(result: Result) -> list[Effect]:
+    """Effects that act in a result, as far as the program knows them."""
+    decided = json.loads(result.data.attrs["effects"])
+    return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
 
 
 def _validity(result: Result) -> Text:
@@ -77,12 +79,13 @@ def _validity(result: Result) -> Text:
     worst = f"{members[euler.argmax()]!r}: axial force up to {euler.max():.3g} of its Euler load"
     bent = f"{members[bow.argmax()]!r}: bow up to {bow.max():.3g} of its length"
     turned = f"{members[turn.argmax()]!r}: axis turns by up to {turn.max():.3g} rad"
-    if _acts(result, "moderate-rotations"):
+    acting = _acting(result)
+    if any(effect.nonlinear for effect in acting):
         if turn.max() <= LARGEST_ROTATION:
             return Text(f"Within the theory of moderate rotations: {turned}; {worst}.")
         text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, expect wrong strains: {turned} (limit {LARGEST_ROTATION})."
         return Text(text, style="bold red")
-    carried = _acts(result, "geometric-stiffness")
+    carried = any(effect.stress_stiffening for effect in acting)
     if (carried or euler.max() <= LARGEST_EULER_RATIO) and bow.max() <= LARGEST_BOW:
         return Text(f"Within the linear theory: {worst}; {bent}.")
     beyond = [f"{bent} (limit {LARGEST_BOW})"] if bow.max() > LARGEST_BOW else []
@@ -102,7 +105,7 @@ def _energy(result: Result) -> Text:
     parts = [f"{cause} {number(MILLI * value)} mW" for cause, value in power.items()]
     residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(MILLI * residual)} mW"
-    if not _acts(result, "coupling") and not _acts(result, "motor"):
+    if not any(effect.couples for effect in _acting(result)):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > ROUNDING:
@@ -142,7 +145,7 @@ def _decisions(result: Result) -> Table:
         rows["error estimate"] = _errors(result)
     if "cycle_change" in result.data.attrs:
         rows["last cycle differs from the one before by"] = f"{result.data.attrs['cycle_change']:.2g}"
-    rows["damping"] = _damping(scene)
+    rows["damped by"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
@@ -203,7 +206,7 @@ def _solver(result: Result) -> str:
 def _effects(result: Result) -> str:
     """Name the effects that act, with their size where it was estimated."""
     effects = json.loads(result.data.attrs["effects"])
-    inside = {EFFECTS[e["name"]].replaces for e in effects if e["acts"] and e["name"] in EFFECTS}
+    inside = {effect.replaces for effect in _acting(result)}
     acting = [e["name"] + ("" if e["size"] is None else f" ({e['size']:.2g})") for e in effects if e["acts"]]
     left = [
         f"{e['name']} ({e['size']:.2g}{', LACKS DATA: ' + e['lacking'] if e['lacking'] else ''})"

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
+from fenics_mech.effects import EFFECTS
 from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import number
 
@@ -46,7 +47,10 @@ def beyond_theory(data: xr.Dataset) -> xr.DataArray:
     effects = data["effects"].astype(str)
     if "rotation" not in data:  # no point has a result
         return xr.zeros_like(effects, dtype=bool)
-    moderate, carried = effects.str.contains("moderate-rotations"), effects.str.contains("geometric-stiffness")
+    moderate, carried = (
+        effects.str.contains("|".join(effect.name for effect in EFFECTS.values() if known(effect)))
+        for known in (lambda effect: effect.nonlinear, lambda effect: effect.stress_stiffening)
+    )
     euler, bow, turn = (data[name].max("member") for name in ("euler_ratio", "bow", "rotation"))
     linear = (bow > LARGEST_BOW) | (~carried & (euler > LARGEST_EULER_RATIO))
     return xr.where(moderate, turn > LARGEST_ROTATION, linear)

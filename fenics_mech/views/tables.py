@@ -81,9 +81,9 @@ def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
             continue
         size = "" if choice.size is None else f"{choice.size:.2g}"
         acts = Text("yes", style="bold green") if choice.acts else Text("no")
-        if choice.lacking:
+        if choice.missing:
             acts = Text("lacks data", style="bold red")
-            lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.lacking}", style="bold red"))
+            lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.missing}", style="bold red"))
         if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
             acts = Text(f"in {holder}")
         effect = choice.effect

@@ -77,11 +77,11 @@ def test_an_effect_whose_data_the_scene_lacks_is_named(seed):
     found = dataclasses.replace(examine(scene), slenderness=0.1)
     chosen, choices = decided(scene, found)
     shear = next(choice for choice in choices if choice.effect.name == "shear")
-    assert "sections.crank" in shear.lacking
-    assert "`shear_modulus` or `poisson`" in shear.lacking
+    assert "sections.crank" in shear.missing
+    assert "`shear_modulus` or `poisson`" in shear.missing
     told = io.StringIO()
     Console(file=told, width=300).print(effects_table(choices, 0.01))
-    assert f"shear would act, but lacks data: {shear.lacking}" in told.getvalue()
+    assert f"shear would act, but lacks data: {shear.missing}" in told.getvalue()
     assert not shear.acts
     assert "shear" not in chosen.effects
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.effects import active
+from fenics_mech.effects.impulses import EFFECT as IMPULSES
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.continuation.arc_length import Family, Point, paced
@@ -36,7 +37,7 @@ def check(scene: Scene) -> None:
         (analysis.method != "periodic" or not scene.drives, "analysis.method", "only periodic motions are followed"),
         (by_others, "analysis.solver", f"a branch is followed by collocation, not by {analysis.solver}"),
         (motor, "drive.motor", "a branch is followed without a motor's shaft"),
-        (bool(scene.impulses), "impulses", "a branch is followed without impulses"),
+        (bool(scene.impulses), IMPULSES.name, "a branch is followed without impulses"),
         (settling, "analysis.tension", "a branch has moderate rotations in place of settled tension"),
     )
     for found, place, message in refused:
@@ -73,7 +74,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         changed = at(value)
         return equation_at_points(changed, mechanism(changed), Steps.of(changed), tableau)
 
-    stiffened = "geometric-stiffness" in {effect.name for effect in active(scene)}
+    stiffened = any(effect.stress_stiffening and not effect.nonlinear for effect in active(scene))
     polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness
     if polynomial and len(scene.drives) == 1 and path.rpartition(".")[2] in ("speed", "period"):
         turning = Turning.between(equation_at, at, ends)
