@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech.accuracy.mesh_residual import order_of
-from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.effects import UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
@@ -48,12 +48,12 @@ class CorrectedResponse:
     response: ElasticResponse
     order: float
     safety: float = 1.0
-    loads: Terms = NOTHING
+    loads: Loads = UNLOADED
     remark: str = ""
 
 
 def corrected_for_mesh(
-    system: System, response: ElasticResponse, loads: Terms, resonant: bool = False, least: float = 1.0
+    system: System, response: ElasticResponse, loads: Loads, resonant: bool = False, least: float = 1.0
 ) -> CorrectedResponse:
     """Say how the error by the mesh falls, and raise it by its safety factor, `least` or more.
 

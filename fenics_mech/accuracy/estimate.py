@@ -24,7 +24,7 @@ from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
 from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
-from fenics_mech.effects import NOTHING, active
+from fenics_mech.effects import UNLOADED, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
@@ -224,7 +224,7 @@ def _change(
     solution: Solution, system: System, source: str, without: CorrectedResponse, base: Quantities
 ) -> dict[str, Array]:
     """Give the largest change of each quantity by a correction."""
-    if without.response.displacement is solution.response.displacement and without.loads is NOTHING:
+    if without.response.displacement is solution.response.displacement and without.loads is UNLOADED:
         return {}
     change = Quantities.of(solution.scene, system, without.response.undamped, without.loads) - base
     if source == "mesh" and system.transformation.constraints.contacts:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.accuracy.mesh_residual import neglected
-from fenics_mech.effects import Terms
+from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
@@ -108,14 +108,14 @@ class Answer(Protocol):
     def within(self) -> float:
         """Size of a change up to which the answer is linear."""
 
-    def to(self, loads: Terms) -> Array:
+    def to(self, loads: Loads) -> Array:
         """Give what loads change of the motion, ``(angles, numbers)``; it is linear."""
 
-    def changed(self, change: Array, loads: Terms) -> ElasticResponse:
+    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
         """Give the motion with such a change, under such loads."""
 
 
-def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Terms, bool]:
+def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Loads, bool]:
     """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
 
     Parameters
@@ -133,15 +133,15 @@ def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResp
     system, size = answer.system, len(answer.unit)
     missing = neglected(system, response, answer.step)
 
-    def under(loads: Terms) -> Array:
+    def under(loads: Loads) -> Array:
         return np.concatenate([answer.to(loads), loads.columns()], axis=1)
 
-    def parts(error: Array) -> tuple[Array, Terms]:
+    def parts(error: Array) -> tuple[Array, Loads]:
         return error[:, :size], missing.of_columns(error[:, size:])
 
     def again(error: Array) -> Array:
         change, beside = parts(error)
-        there = system.with_terms(system.terms + beside)
+        there = system.with_loads(beside)
         found = neglected(there, answer.changed(change, beside), answer.step)
         return under(missing.of_columns(found.columns() - missing.columns()))
 

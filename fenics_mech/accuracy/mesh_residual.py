@@ -24,7 +24,7 @@ from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.variable_sections import lacking_shapes, lacking_stiffness
-from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.effects import NOTHING, UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import element_tension, left_to_statics
 from fenics_mech.forces.element_loads import PointLoad, point_loads
@@ -64,7 +64,7 @@ def _pulled_unevenly(system: System) -> bool:
     times that load, has the second power, and the seed, with 0.04 of it, the fourth.
     """
     mesh = system.beams.mesh
-    if system.terms.tension is None and system.terms.law is None:
+    if system.terms.stiffening is None and system.terms.law is None:
         return False
     along = np.abs(in_member_axes(mesh, system.rigid_acceleration)[..., AXIAL]).mean(axis=-1)
     change = along * system.beams.line_density * mesh.cell_length
@@ -73,7 +73,7 @@ def _pulled_unevenly(system: System) -> bool:
     return bool((of_members > 1).any())
 
 
-def neglected(system: System, response: ElasticResponse, step: float | None, closed: bool = True) -> Terms:
+def neglected(system: System, response: ElasticResponse, step: float | None, closed: bool = True) -> Loads:
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
@@ -95,7 +95,7 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, response), system.beams.reduction
     varies, contacts = system.beams.stiffness_powers is not None, system.transformation.constraints.contacts
     if step is None and tension is None and not varies and not contacts:
-        return NOTHING
+        return UNLOADED
     element, xi = _everywhere(system.beams)
     pins = point_loads(system, reactions(system, nodal_forces(system, response))) if contacts else []
     u, w = between_nodes(system, response, element, xi, pins)
@@ -120,14 +120,14 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
         pulled = tension if system.terms.law is not None else None
         of_ends, of_nodes = _by_pins(system, pins, step, closed, pulled)
         ends, force = _sum(ends, of_ends), _sum(force, of_nodes)
-    return Terms(line=line, force=force, ends=ends)
+    return Loads(line=line, force=force, ends=ends)
 
 
 def _sum(first: Array | None, second: Array) -> Array:
     return second if first is None else first + second
 
 
-def _by_lumps(system: System, along: System, response: ElasticResponse) -> Terms:
+def _by_lumps(system: System, along: System, response: ElasticResponse) -> Loads:
     """Give the inertia of mass along the beams in place of that of lumps; `along` is the mechanism with such beams.
 
     It is linear along each element; what that lacks of the consistent mass's forces is on the nodes.
@@ -137,7 +137,7 @@ def _by_lumps(system: System, along: System, response: ElasticResponse) -> Terms
     force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(PLACES))
     line = _line(force)
     lumps, beams = (without_elastic(replace(one, terms=NOTHING), response) for one in (system, along))
-    return Terms(line=line, force=lumps - beams - along.applied_by(Terms(line=line)))
+    return Loads(line=line, force=lumps - beams - along.applied_by(Loads(line=line)))
 
 
 def _everywhere(beams: Beams) -> tuple[Index, Array]:
@@ -158,8 +158,8 @@ def _by_varying(system: System, response: ElasticResponse, element: Index, xi: A
     parts = zip(inertia_of(system, response, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
     for acceleration, lacking, of_line in parts:
         load = -density * np.sum(acceleration * shapes, axis=-1)
-        if terms.line is not None:
-            load += np.sum(terms.line[:, element, of_line] * evaluate(LINEAR, xi), axis=-1)
+        if terms.loads.line is not None:
+            load += np.sum(terms.loads.line[:, element, of_line] * evaluate(LINEAR, xi), axis=-1)
         per_place = load * np.tile(WEIGHTS, count) * beams.mesh.cell_length[element]
         found += (per_place[..., None] * lacking).reshape(len(load), count, -1, 6).sum(axis=2)
     return found
@@ -219,7 +219,7 @@ def _held(system: System, coordinates: Array, v: Array) -> Array:
     return elastic
 
 
-def at_the_start(system: System) -> Terms:
+def at_the_start(system: System) -> Loads:
     """Give the loads whose static answer is what the modes left out of reduced members swing by from a start at rest.
 
     Ends held, a mode swings about its static answer to the load that begins there, with an amplitude of that answer.
@@ -236,7 +236,7 @@ def at_the_start(system: System) -> Terms:
     kept = beams.reduction.shape[:, len(beams.reduction.kept) :]
     momenta = (mass @ kept).toarray()
     force -= momenta @ ((kept.T @ force) / (kept.multiply(momenta).sum(axis=0).A1))
-    return Terms(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))
+    return Loads(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))
 
 
 def _by_statics(system: System, v: Array, tension: Array | None, step: float | None, closed: bool) -> Array:
@@ -257,7 +257,7 @@ def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
 def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Array, Array | None]:
     """Inertia of displacements of nodes, with drag, and what the gyroscopic matrix takes, ``(angles, nodal dofs)``."""
     first = _first(v, step, closed)
-    inertia = _second(v, step, closed) + system.terms.drag * first
+    inertia = _second(v, step, closed) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return inertia, None
     omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.tangential))
@@ -320,7 +320,7 @@ def _pulled(system: System, v: Array, axial: Array) -> Array:
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
     """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members, with drag."""
     first = _first(z, step, closed)
-    second = _second(z, step, closed) + system.terms.drag * first
+    second = _second(z, step, closed) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return second
     mesh, motion = system.beams.mesh, system.motion

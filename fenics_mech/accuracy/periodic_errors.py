@@ -12,7 +12,7 @@ from fenics_mech._arrays import times
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import fed_back, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
-from fenics_mech.effects import Terms
+from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -123,17 +123,17 @@ class AnswerOfSteps:
         size = self.system.size
         return LITTLE * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
 
-    def _load(self, loads: Terms) -> Array:
+    def _load(self, loads: Loads) -> Array:
         return self.system.on_coordinates(self.system.applied_by(loads))
 
-    def to(self, loads: Terms) -> Array:
+    def to(self, loads: Loads) -> Array:
         """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``."""
         size = self.system.size
         whole = np.pad(self._load(loads), ((0, 0), (0, self.flow.size - size)))
         found = periodic_change(whole, self.flow.states(*self.starts), self.flow, self.regular)
         return np.concatenate([part[:, :size] for part in found], axis=1)
 
-    def changed(self, change: Array, loads: Terms) -> ElasticResponse:
+    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
         """Give the response with changes of q and q', under loads."""
         (q, rate), size = self.motion, self.system.size
         return elastic_response(self.equation, q + change[:, :size], rate + change[:, size:], self._load(loads))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import NOTHING, Terms
+from fenics_mech.effects import UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
 from fenics_mech.forces.joint_forces import effort_units, joint_forces, joint_names, nodal_forces, reactions
@@ -53,12 +53,12 @@ class Quantities:
     effort: Array
 
     @classmethod
-    def of(cls, scene: Scene, system: System, response: ElasticResponse, loads: Terms = NOTHING) -> Quantities:
+    def of(cls, scene: Scene, system: System, response: ElasticResponse, loads: Loads = UNLOADED) -> Quantities:
         """Recover them from a motion at few stations, without the forces of modal damping.
 
         `loads` are those that act beside the system's own.
         """
-        system = system if loads is NOTHING else system.with_terms(system.terms + loads)
+        system = system if loads is UNLOADED else system.with_loads(loads)
         found = reactions(system, nodal_forces(system, response))
         s = _stations(system)
         members = recover_members(system, response, s, point_loads(system, found))
@@ -152,6 +152,6 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
 def _stations(system: System) -> Array:
     """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
     mesh, terms = system.beams.mesh, system.terms
-    if system.beams.spread is None and terms.tension is None and terms.law is None:
+    if system.beams.spread is None and terms.stiffening is None and terms.law is None:
         return np.linspace(0, 1, STATIONS)
     return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1))

@@ -16,7 +16,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from fenics_mech.accuracy.mesh_residual import yielded
-from fenics_mech.effects import Terms
+from fenics_mech.effects import AddedMatrices, Terms
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad, point_loads
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
@@ -61,7 +61,7 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
 
 def unloaded(system: System) -> System:
     """Give the mechanism with its springs, and no other effect."""
-    return system.with_terms(Terms(stiffness=system.terms.stiffness))
+    return system.with_terms(Terms(matrices=AddedMatrices(stiffness=system.terms.matrices.stiffness)))
 
 
 def _jump(system: System, name: str, pin: PointLoad) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.accuracy.corrected_response import MESH_SAFETY, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.mesh_residual import neglected, order_of
-from fenics_mech.effects import NOTHING
+from fenics_mech.effects import UNLOADED
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -32,7 +32,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
     """
     scene, system, response = solution.scene, solution.system, solution.response
     missing = neglected(system, response, None)
-    if missing is NOTHING:
+    if missing is UNLOADED:
         return {"mesh": CorrectedResponse(response, order_of(system))}
     law, load = system.terms.law, system.on_coordinates(system.applied_by(missing))
     if law is None:
@@ -42,7 +42,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
         tension = law.tension(*equation.in_links(response.displacement, still))
         tangents = equation.linearised(response.displacement, still, tension)
         q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
-    if (law is not None or system.terms.tension is not None) and not scene.analysis.allow_coarse:
+    if (law is not None or system.terms.stiffening is not None) and not scene.analysis.allow_coarse:
         _refuse_large(system, response.displacement, q)
     found = replace(response, displacement=response.displacement + q)
     return {"mesh": corrected_for_mesh(system, found, missing, least=MESH_SAFETY.no_inertia)}

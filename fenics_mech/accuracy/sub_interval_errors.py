@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
-from fenics_mech.effects import Terms
+from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes, solve_modes
@@ -92,7 +92,7 @@ class AnswerOfModes:
         """Factors of the modes' ``omega y``, and none of q."""
         return np.pad(np.ones(self.modes.omega.shape[1]), (0, self.system.size))
 
-    def to(self, loads: Terms) -> Array:
+    def to(self, loads: Loads) -> Array:
         """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``."""
         load, omega = self._load_of(loads), self.modes.omega
         modal = self._modal(load)
@@ -101,13 +101,13 @@ class AnswerOfModes:
         static = displacement_under(self.system, load, self.scene.petsc)
         return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
 
-    def changed(self, change: Array, loads: Terms) -> ElasticResponse:
+    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
         """Give the response with such a change, under loads."""
         swing, q = np.split(change, [self.modes.omega.shape[1]], axis=1)
         accelerations = self._modal(self._load_of(loads)) - self.modes.omega * swing
         return self.solution.response.changed(q, self.system.to_links(superposed(self.modes, accelerations)))
 
-    def _load_of(self, loads: Terms) -> Array:
+    def _load_of(self, loads: Loads) -> Array:
         return self.system.on_coordinates(self.system.applied_by(loads))
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.linear_response import change_in_time, too_fast
 from fenics_mech.accuracy.mesh_residual import at_the_start, neglected
-from fenics_mech.effects import Terms
+from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import TransientSolution
@@ -84,7 +84,7 @@ def _rough_course(solution: TransientSolution) -> Course:
 
 def _without_mesh(
     equation: Equation, motion: tuple[Array, Array], step: float, state: Array
-) -> tuple[ElasticResponse, Terms, Array]:
+) -> tuple[ElasticResponse, Loads, Array]:
     """Give a part of a response without the error of the mesh.
 
     Parameters

@@ -9,11 +9,35 @@ from importlib import import_module
 from fenics_mech.beams import Beams
 from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import NOTHING, Entries, Situation, Terms, total
+from fenics_mech.effects.terms import (
+    NOTHING,
+    UNLOADED,
+    AddedMatrices,
+    Entries,
+    Loads,
+    Situation,
+    StressStiffening,
+    Terms,
+    total,
+)
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 
-__all__ = ["EFFECTS", "NOTHING", "Effect", "Entries", "Situation", "Terms", "active", "build_terms", "shaped"]
+__all__ = [
+    "EFFECTS",
+    "NOTHING",
+    "UNLOADED",
+    "AddedMatrices",
+    "Effect",
+    "Entries",
+    "Loads",
+    "Situation",
+    "StressStiffening",
+    "Terms",
+    "active",
+    "build_terms",
+    "shaped",
+]
 
 
 def _found() -> dict[str, Effect]:

@@ -21,7 +21,7 @@ from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotati
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import Array, Entries, Situation, Terms
+from fenics_mech.effects.terms import AddedMatrices, Array, Entries, Loads, Situation, Terms
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import Motion
 
@@ -158,7 +158,7 @@ class Flow:
             return np.einsum("eji,tej->tei", tie, forces)
         return np.asarray(tie.transpose(0, 2, 1) @ forces @ tie)
 
-    def loads(self, v: Array, rate: Array) -> tuple[Terms, Terms]:
+    def loads(self, v: Array, rate: Array) -> tuple[Loads, Loads]:
         """Give the drag in a motion as a load along the elements, and the same turned by a quarter clockwise.
 
         Parameters
@@ -175,10 +175,10 @@ class Flow:
         along, across = (forces[..., AXIAL] @ OF_WORK / h for forces in (ends, turned))
         return self._linear(ends, along, across), self._linear(turned, across, -along)
 
-    def _linear(self, ends: Array, along: Array, across: Array) -> Terms:
+    def _linear(self, ends: Array, along: Array, across: Array) -> Loads:
         """Give a load by its forces on the elements' ends, and by the linear one of the same work along them."""
         line = np.concatenate([along, across], axis=-1)
-        return Terms(line=line, ends=ends - self.beams.layout.work_equivalent(line))
+        return Loads(line=line, ends=ends - self.beams.layout.work_equivalent(line))
 
     def _hermite(self, nodal: Array) -> Array:
         return each(self.beams.layout.tie, nodal) if self.beams.layout.tied else nodal
@@ -248,7 +248,7 @@ def terms(situation: Situation) -> Terms:
         SpreadDamping.of_blocks(dofs, -(rotation.transpose(0, 2, 1) @ blocks @ rotation))
         for blocks in (drag.by_rate, drag.by_v)
     )
-    return flow.loads(still, still)[0] + Terms(damping=(by_rate,), convective=(by_v,))
+    return Terms(loads=flow.loads(still, still)[0], matrices=AddedMatrices(damping=(by_rate,), convective=(by_v,)))
 
 
 EFFECT = Effect(

@@ -7,7 +7,7 @@ import numpy as np
 from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
-from fenics_mech.effects.terms import Array, Situation, Terms, total
+from fenics_mech.effects.terms import AddedMatrices, Array, Loads, Situation, Terms, total
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -34,11 +34,13 @@ def terms(situation: Situation) -> Terms:
         )
         found.append(
             Terms(
-                force=separation.force(c * rate[:, None] * n, size),
-                damping=(separation.entries(along),),
-                convective=(
-                    separation.entries(along, separation.turning),
-                    separation.entries(c * carried / separation.length[:, None, None]),
+                loads=Loads(force=separation.force(c * rate[:, None] * n, size)),
+                matrices=AddedMatrices(
+                    damping=(separation.entries(along),),
+                    convective=(
+                        separation.entries(along, separation.turning),
+                        separation.entries(c * carried / separation.length[:, None, None]),
+                    ),
                 ),
             )
         )

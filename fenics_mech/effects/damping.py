@@ -1,12 +1,12 @@
 """Damping by the material (Kelvin and Voigt) and by the surroundings."""
 
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import Situation, Terms
+from fenics_mech.effects.terms import ProportionalDamping, Situation, Terms
 
 
 def _terms(situation: Situation) -> Terms:
     damping = situation.scene.damping
-    return Terms(material=damping.material, external=damping.external, relative=damping.relative)
+    return Terms(damping=ProportionalDamping(damping.external, damping.relative, damping.material))
 
 
 EFFECT = Effect(

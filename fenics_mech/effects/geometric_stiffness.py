@@ -1,14 +1,12 @@
 """Geometric stiffness: tension in a link holds it straight, compression bends it further."""
 
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import Situation, Terms
+from fenics_mech.effects.terms import Situation, StressStiffening, Terms
 
 
 def terms(situation: Situation) -> Terms:
     """Give ``int N w' z' dx`` with the mean axial force N of each element, of loads and rigid motion."""
-    tension = situation.tension()
-    blocks = tension[..., None, None] * situation.beams.stretching.bow
-    return Terms(element_stiffness=blocks, tension=tension)
+    return Terms(stiffening=StressStiffening.of(situation.beams, situation.tension()))
 
 
 EFFECT = Effect(

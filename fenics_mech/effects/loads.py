@@ -8,7 +8,7 @@ from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.beams.layout import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import Array, Entries, Inside, Situation, Terms, in_links, total
+from fenics_mech.effects.terms import AddedMatrices, Array, Entries, Inside, Loads, Situation, Terms, in_links, total
 from fenics_mech.scene.applied_loads import LineLoad, Load
 
 JUST_BEFORE = 1e-15  # of its place in an element, by which a load acts before a station there, as at a node
@@ -22,22 +22,22 @@ def terms(situation: Situation) -> Terms:
     )
 
 
-def turned_back(situation: Situation) -> Terms:
+def turned_back(situation: Situation) -> Loads:
     """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad."""
-    found = []
+    found = Loads()
     for load in situation.scene.loads.values():
         if isinstance(load, LineLoad):
-            found.append(line_turned_back(_spread(situation, load)))
+            found += line_turned_back(_spread(situation, load).loads)
         else:
             x, y = load.force
-            found.append(_at_point(situation, load.model_copy(update={"force": (y, -x), "moment": 0.0})))
-    return total(found)
+            found += _at_point(situation, load.model_copy(update={"force": (y, -x), "moment": 0.0})).loads
+    return found
 
 
-def line_turned_back(terms: Terms) -> Terms:
+def line_turned_back(loads: Loads) -> Loads:
     """Give loads along elements turned by a quarter clockwise."""
-    assert terms.line is not None
-    return Terms(line=np.concatenate([terms.line[..., 2:], -terms.line[..., :2]], axis=-1))
+    assert loads.line is not None
+    return Loads(line=np.concatenate([loads.line[..., 2:], -loads.line[..., :2]], axis=-1))
 
 
 def _at_point(situation: Situation, load: Load) -> Terms:
@@ -56,9 +56,9 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
     forces[:, point.dofs] = in_link @ point.shift + factor * [0.0, 0.0, load.moment]
     if not load.follows:
-        return Terms(force=forces)
+        return Terms(loads=Loads(force=forces))
     stiffness = Entries(point.dofs[:2], np.repeat(point.dofs[2:], 2), -in_link @ QUARTER.T)
-    return Terms(force=forces, follower=(stiffness,))
+    return Terms(loads=Loads(force=forces), matrices=AddedMatrices(follower=(stiffness,)))
 
 
 def _inside(situation: Situation, load: Load, factor: Array) -> Terms:
@@ -76,7 +76,7 @@ def _inside(situation: Situation, load: Load, factor: Array) -> Terms:
     of_member = np.column_stack([in_link @ turn[:2, :2].T, factor[:, 0] * load.moment])
     ends = np.zeros((len(factor), len(mesh.cell), 6))
     ends[:, element] = point_equivalent(np.full(len(factor), place), of_member, length)
-    return Terms(ends=ends, inside=(Inside(int(element), place, of_member),))
+    return Terms(loads=Loads(ends=ends, inside=(Inside(int(element), place, of_member),)))
 
 
 def _spread(situation: Situation, load: LineLoad) -> Terms:
@@ -92,7 +92,7 @@ def _spread(situation: Situation, load: LineLoad) -> Terms:
     values = np.broadcast_to(along_and_across, (len(situation.motion.theta), *place.shape, 2))
     line = np.zeros((len(values), len(here), 4))
     line[:, here] = load.factor_at(situation.motion.theta)[:, None, None] * _by_component(values)
-    return Terms(line=line)
+    return Terms(loads=Loads(line=line))
 
 
 def _by_component(values: Array) -> Array:

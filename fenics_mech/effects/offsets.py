@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_mech.effects.terms import Situation, Terms
+from fenics_mech.effects.terms import Loads, Situation, Terms
 
 
 def terms(situation: Situation) -> Terms:
@@ -18,4 +18,4 @@ def terms(situation: Situation) -> Terms:
     omega = situation.motion.omega[:, beams.mesh.member_link[beams.mesh.cell_member]]
     line = np.zeros((*omega.shape, 4))
     line[..., 2:] = (omega**2 * beams.line_density * (offsets.neutral + offsets.mass))[..., None]
-    return Terms(line=line)
+    return Terms(loads=Loads(line=line))

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
-from fenics_mech.effects.terms import Array, Situation, Terms, total
+from fenics_mech.effects.terms import AddedMatrices, Array, Loads, Situation, Terms, total
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Scene
@@ -34,7 +34,10 @@ def terms(situation: Situation) -> Terms:
             _refuse_winding(scene, motion, name, Separation.of(scene, mesh, motion, spring))
     return total(
         [
-            Terms(force=separation.force(pull, size), stiffness=(separation.entries(tangent),))
+            Terms(
+                loads=Loads(force=separation.force(pull, size)),
+                matrices=AddedMatrices(stiffness=(separation.entries(tangent),)),
+            )
             for separation, pull, tangent, _ in _pulls(scene, mesh, motion)
         ]
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,14 +166,27 @@ class Inside:
     force: Array
 
 
+class _Sum:
+    """A record whose parts add up one by one; a part that is None adds nothing."""
+
+    def __add__(self, other: Self) -> Self:
+        """Give the sum of both records."""
+        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        return type(self)(**{name: _sum(getattr(self, name), getattr(other, name)) for name in names})
+
+
+def _sum(a: Any, b: Any) -> Any:
+    if a is None or b is None:
+        return b if a is None else a
+    return a or b if isinstance(a, bool) else a + b
+
+
 @dataclass(frozen=True)
-class Terms:
-    """What effects add; every part may be missing, and a part that is missing costs nothing.
+class Loads(_Sum):
+    """Loads on the links.
 
     Parameters
     ----------
-    coupled
-        Whether the elastic motion feels the turning of its link's axes (P', P'', Coriolis, centrifugal, Euler).
     force
         Loads on the nodal dofs, ``(angles, nodal dofs)`` (N, N m).
     line
@@ -184,79 +197,125 @@ class Terms:
         elements, and no load of the nodes.
     inside
         Of the loads on the elements' ends, those that act at a place inside an element, and where.
-    acceleration
-        Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
-    stiffness, damping
-        Matrices that are no elements': springs, dampers (N/m ..., N s/m ...).
-    follower
-        Stiffness of loads that turn with the links, which is not symmetric.
-    convective
-        Stiffness from the rates of the rigid motion, of dampers whose ends move; it counts where the motion is coupled,
-        and is not symmetric.
-    element_stiffness
-        Blocks of the elements in link axes, ``(angles or 1, elements, 6, 6)``.
-    tension
-        Axial force that the elements' stiffness was computed with (N), ``(angles, elements)``.
-    external, relative
-        Drag per mass on the absolute velocity, and on that relative to the links' own axes (1/s).
-    material
-        Retardation time of the material (s): the force goes with the strain's rate.
-    law
-        A nonlinear force of the elements.
     """
 
-    coupled: bool = False
     force: Array | None = None
     line: Array | None = None
     ends: Array | None = None
     inside: tuple[Inside, ...] = ()
-    acceleration: Array | None = None
+
+    def columns(self) -> Array:
+        """Put the loads into one array, ``(angles, numbers)``."""
+        return np.concatenate([part.reshape(len(part), -1) for part in self._arrays().values()], axis=1)
+
+    def of_columns(self, columns: Array) -> Loads:
+        """Take loads of the same kinds as these out of such an array."""
+        arrays = self._arrays()
+        ends = np.cumsum([part[0].size for part in arrays.values()])[:-1]
+        parts = zip(arrays.items(), np.split(columns, ends, axis=1))
+        found: dict[str, Any] = {name: part.reshape(like.shape) for (name, like), part in parts}
+        return Loads(**found)
+
+    def _arrays(self) -> dict[str, Array]:
+        return {name: part for name in ("force", "line", "ends") if (part := getattr(self, name)) is not None}
+
+
+@dataclass(frozen=True)
+class AddedMatrices(_Sum):
+    """Matrices over the nodal dofs that are no elements'.
+
+    Parameters
+    ----------
+    stiffness, damping
+        Those of springs and dampers (N/m ..., N s/m ...).
+    follower
+        Stiffness of loads that turn with the links, which is not symmetric.
+    convective
+        Stiffness from the rates of the rigid motion, of dampers whose ends move. It counts where the motion is coupled,
+        and is not symmetric.
+    """
+
     stiffness: tuple[Entries, ...] = ()
     damping: tuple[Entries, ...] = ()
     follower: tuple[Entries, ...] = ()
     convective: tuple[Entries, ...] = ()
-    element_stiffness: Array | None = None
-    tension: Array | None = None
+
+
+@dataclass(frozen=True)
+class ProportionalDamping(_Sum):
+    """Damping in proportion to the links' mass and stiffness.
+
+    Parameters
+    ----------
+    external, relative
+        Drag per mass on the absolute velocity, and on that relative to the links' own axes (1/s).
+    material
+        Retardation time of the material (s): the force goes with the strain's rate.
+    """
+
     external: float = 0.0
     relative: float = 0.0
     material: float = 0.0
-    law: Law | None = None
 
     @property
     def drag(self) -> float:
         """Drag per mass on the rate of the elastic displacement (1/s)."""
         return self.external + self.relative
 
-    def __add__(self, other: Terms) -> Terms:
-        """Give both effects' terms."""
-        names = [field.name for field in fields(self)]
-        return Terms(**{name: _sum(getattr(self, name), getattr(other, name)) for name in names})
 
-    def columns(self) -> Array:
-        """Put the loads into one array, ``(angles, numbers)``."""
-        return np.concatenate([part.reshape(len(part), -1) for part in self._loads().values()], axis=1)
+@dataclass(frozen=True)
+class StressStiffening:
+    """Stiffness of axial forces that are given, linear in the elastic displacement.
 
-    def of_columns(self, columns: Array) -> Terms:
-        """Take loads of the same kinds as these out of such an array."""
-        loads = self._loads()
-        ends = np.cumsum([part[0].size for part in loads.values()])[:-1]
-        parts = zip(loads.items(), np.split(columns, ends, axis=1))
-        found: dict[str, Any] = {name: part.reshape(like.shape) for (name, like), part in parts}
-        return Terms(**found)
+    Parameters
+    ----------
+    tension
+        Axial force of each element (N), ``(angles, elements)``.
+    blocks
+        Blocks of the elements in link axes, ``(angles, elements, 6, 6)`` (N/m ...).
+    """
 
-    def _loads(self) -> dict[str, Array]:
-        return {name: part for name in ("force", "line", "ends") if (part := getattr(self, name)) is not None}
+    tension: Array
+    blocks: Array
 
-
-NOTHING = Terms()
+    @classmethod
+    def of(cls, beams: Beams, tension: Array) -> StressStiffening:
+        """Give ``int N w' z' dx`` with the axial force N of each element (N), ``(angles, elements)``."""
+        return cls(tension, tension[..., None, None] * beams.stretching.bow)
 
 
-def _sum(a: Any, b: Any) -> Any:
-    if a is None or b is None:
-        return b if a is None else a
-    if isinstance(a, bool):
-        return a or b
-    return a + b
+@dataclass(frozen=True)
+class Terms(_Sum):
+    """What effects add; every part may be missing, and a part that is missing costs nothing.
+
+    Parameters
+    ----------
+    coupled
+        Whether the elastic motion feels the turning of its link's axes (P', P'', Coriolis, centrifugal, Euler).
+    loads
+        Loads on the links.
+    matrices
+        Matrices of springs, dampers and loads that turn with the links.
+    damping
+        Damping in proportion to mass and stiffness.
+    acceleration
+        Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
+    stiffening
+        Stiffness of axial forces that are given.
+    law
+        A nonlinear force of the elements.
+    """
+
+    coupled: bool = False
+    loads: Loads = Loads()
+    matrices: AddedMatrices = AddedMatrices()
+    damping: ProportionalDamping = ProportionalDamping()
+    acceleration: Array | None = None
+    stiffening: StressStiffening | None = None
+    law: Law | None = None
+
+
+NOTHING, UNLOADED = Terms(), Loads()
 
 
 def total(terms: Sequence[Terms]) -> Terms:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fenics_mech.effects import Situation
 from fenics_mech.effects.air_drag import Flow, SpreadDamping
-from fenics_mech.effects.terms import Terms
+from fenics_mech.effects.terms import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
@@ -26,12 +26,13 @@ def drag_known(scene: Scene, system: System, response: ElasticResponse) -> Syste
     change = rigid.of_columns(known.columns() - rigid.columns())
     damping, convective = (
         tuple(part for part in parts if not isinstance(part, SpreadDamping))
-        for parts in (terms.damping, terms.convective)
+        for parts in (terms.matrices.damping, terms.matrices.convective)
     )
-    return system.with_terms(replace(terms, damping=damping, convective=convective) + change)
+    matrices = replace(terms.matrices, damping=damping, convective=convective)
+    return system.with_terms(replace(terms, loads=terms.loads + change, matrices=matrices))
 
 
-def air_loads(scene: Scene, system: System, response: ElasticResponse, rigid: bool = False) -> tuple[Terms, Terms]:
+def air_loads(scene: Scene, system: System, response: ElasticResponse, rigid: bool = False) -> tuple[Loads, Loads]:
     """Drag of the air in a motion, or in its rigid part alone, and the same turned by a quarter clockwise."""
     return flow_of(scene, system).loads(*(_still(system) if rigid else displacement_and_velocity(system, response)))
 

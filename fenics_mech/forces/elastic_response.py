@@ -97,8 +97,8 @@ class ElasticResponse:
         v = system.to_links(self.displacement)
         if self.modal_damping is not None:
             v = v + self.modal_damping.displacement
-        if self.velocity is not None and system.terms.material:
-            v = v + system.terms.material * self.velocity
+        if self.velocity is not None and system.terms.damping.material:
+            v = v + system.terms.damping.material * self.velocity
         return v
 
     def changed(self, displacement: Array, inertia: Array) -> ElasticResponse:
@@ -127,7 +127,7 @@ def elastic_response(equation: Equation, q: Array, rate: Array, load: Array | No
     of_links = times(p, acceleration)
     if first is not None and second is not None:
         of_links += 2 * times(first, rate) + times(second, q)
-    inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.drag * v_rate
+    inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.damping.drag * v_rate
     rotation = damping = None
     if equation.extra_damping is not None:
         forces = equation.extra_damping @ equation.straining(q, rate)[..., None]

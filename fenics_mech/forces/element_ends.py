@@ -53,16 +53,16 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
         ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, response.rotation.turning))
         if beams.rotary is not None:
             ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, response.rotation.centripetal))
-    if terms.line is not None:
-        ends -= beams.layout.work_equivalent(terms.line)
-    if terms.ends is not None:
-        ends -= terms.ends
-    if terms.element_stiffness is None and terms.law is None:
+    if terms.loads.line is not None:
+        ends -= beams.layout.work_equivalent(terms.loads.line)
+    if terms.loads.ends is not None:
+        ends -= terms.loads.ends
+    if terms.stiffening is None and terms.law is None:
         return ends
     v, rotation = system.to_links(response.displacement), member_rotation(beams.mesh)
-    if terms.element_stiffness is not None:
+    if terms.stiffening is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
-        ends += each(rotation, times(terms.element_stiffness, of_elements))
+        ends += each(rotation, times(terms.stiffening.blocks, of_elements))
     if terms.law is not None and response.velocity is not None:
         ends += each(rotation, terms.law.on_elements.force(v, response.velocity))
     return ends
@@ -73,7 +73,7 @@ def element_tension(system: System, response: ElasticResponse) -> Array | None:
     law = system.terms.law
     if law is not None and response.velocity is not None:
         return law.on_elements.tension(system.to_links(response.displacement), response.velocity)
-    return system.terms.tension
+    return None if system.terms.stiffening is None else system.terms.stiffening.tension
 
 
 def mean_tension(system: System, response: ElasticResponse) -> Array:

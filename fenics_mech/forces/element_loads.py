@@ -133,7 +133,7 @@ def applied_inside(system: System) -> list[PointLoad]:
     angles = len(system.motion.theta)
     return [
         PointLoad(np.full(angles, load.element), np.full(angles, load.place), *load.force.T)
-        for load in system.terms.inside
+        for load in system.terms.loads.inside
     ]
 
 

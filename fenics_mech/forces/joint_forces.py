@@ -44,7 +44,7 @@ def without_elastic(system: System, response: ElasticResponse) -> Array:
     if (rotation := response.rotation) is not None:
         forces += (system.nodal_gyroscopic @ rotation.turning.T - system.nodal_rotary_mass @ rotation.centripetal.T).T
     if response.velocity is not None:
-        for entries in terms.damping:
+        for entries in terms.matrices.damping:
             forces += entries.times(response.velocity)
         if terms.law is not None:
             forces += system.assembled(terms.law.on_elements.force(v, response.velocity))

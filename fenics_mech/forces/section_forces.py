@@ -165,7 +165,7 @@ def forces_inside(
 
 def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
     """Give all loads inside elements: point loads, and those spread along them."""
-    line, points = system.terms.line, (*loads, *applied_inside(system))
+    line, points = system.terms.loads.line, (*loads, *applied_inside(system))
     if line is None:
         return points
     offsets = system.beams.layout.offsets
@@ -298,7 +298,7 @@ def _spread_where_varying(
     """
     beams = system.beams
     yield between_ends(beams, element, xi, partial(_mass_up_to, beams)), (-inertia[0], -inertia[1])
-    if (line := system.terms.line) is not None:
+    if (line := system.terms.loads.line) is not None:
         found = between_ends(beams, element, xi, lambda _, x: (integral(LINEAR, x), integral(LINEAR, x, 2)))
         yield found, (line[:, element, :2], line[:, element, 2:])
 

@@ -53,7 +53,7 @@ class Shortening:
         is statically determinate in the same way.
         """
         terms = system.terms
-        if terms.element_stiffness is None and (terms.law is None or system.beams.reduction is None):
+        if terms.stiffening is None and (terms.law is None or system.beams.reduction is None):
             return None
         if system.transformation.held is not None:
             other = stretching(scene)
@@ -92,7 +92,7 @@ class Shortening:
         """
         system, transformation = self.system, self.system.transformation
         found = [self._inside(length) for length in lengths]
-        if system.terms.element_stiffness is None:
+        if system.terms.stiffening is None:
             return found
         answers: list[Array] = []
         stresses: list[Array] = []

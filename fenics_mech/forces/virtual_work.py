@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import NOTHING, Situation, Terms, dampers
+from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, dampers
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.loads import line_turned_back, turned_back
 from fenics_mech.effects.loads import terms as load_terms
@@ -98,7 +98,7 @@ class Forces:
     scene: Scene
     system: System
     response: ElasticResponse
-    beside: Terms = NOTHING
+    beside: Loads = UNLOADED
 
     @property
     def bent(self) -> bool:
@@ -109,7 +109,7 @@ class Forces:
         balance on the undeformed shape. On the bent one inertia would do work that no other inertia gives back.
         """
         if self.scene.analysis.method == "static":
-            return self.system.terms.law is not None or self.system.terms.element_stiffness is not None
+            return self.system.terms.law is not None or self.system.terms.stiffening is not None
         return self.response.rotation is not None
 
     def efforts(self) -> dict[str, Array]:
@@ -184,11 +184,11 @@ class Forces:
     @cached_property
     def _drags(self) -> dict[str, Acceleration]:
         """Accelerations whose inertia is the drag, on the absolute velocity and on the relative one."""
-        terms, velocity = self.system.terms, self._velocity
-        absolute = terms.external * (self.system.rigid_velocity + velocity)
-        turning = terms.external * self.rates.turning * self.shape
-        found = {Cause.EXTERNAL_DRAG: (absolute, turning)} if terms.external else {}
-        found |= {Cause.RELATIVE_DRAG: (terms.relative * velocity, self.still)} if terms.relative else {}
+        damping, velocity = self.system.terms.damping, self._velocity
+        absolute = damping.external * (self.system.rigid_velocity + velocity)
+        turning = damping.external * self.rates.turning * self.shape
+        found = {Cause.EXTERNAL_DRAG: (absolute, turning)} if damping.external else {}
+        found |= {Cause.RELATIVE_DRAG: (damping.relative * velocity, self.still)} if damping.relative else {}
         return {name: Acceleration(*parts, self.still) for name, parts in found.items()}
 
     @cached_property
@@ -209,7 +209,7 @@ class Forces:
         """Accelerations by cause that the given axial forces balance: those of the rigid motion unless they settle."""
         if self.scene.analysis.tension == "settled":
             return self._accelerations
-        drag = self.system.terms.external * self.system.rigid_velocity
+        drag = self.system.terms.damping.external * self.system.rigid_velocity
         parts = {
             Cause.INERTIA: self.system.rigid_acceleration - self.weight - drag,
             Cause.WEIGHT: self.weight,
@@ -222,7 +222,7 @@ class Forces:
         """Displacement by the shortening of members whose axial forces are given."""
         second = self.still
         if self.response.rotation is not None:
-            drag = self.system.terms.drag
+            drag = self.system.terms.damping.drag
             own = self.system.rigid_acceleration + drag * self._velocity + self.response.rotation.centripetal
             second = self.response.inertia - own
         return Shortening.of(self.scene, self.system, (self.displacement, self._velocity, second))
@@ -232,7 +232,7 @@ class Forces:
         mesh, motion, shape = self.system.beams.mesh, self.system.motion, self.shape
         powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
         powers |= self._of_stress(rates)
-        powers[Cause.LOADS] = self._of_loads(rates, shape) + self._of_applied(self.beside, NOTHING, rates, shape)
+        powers[Cause.LOADS] = self._of_loads(rates, shape) + self._of_applied(self.beside, UNLOADED, rates, shape)
         powers[Cause.INERTIA] = powers[Cause.INERTIA] + self._of_mass_beside_axes(rates, shape)
         powers[Cause.SPRINGS] = spring_power(self.scene, mesh, rates.motion, shape, rates.deformation)
         powers[Cause.DAMPERS] = dampers.damper_power(
@@ -252,7 +252,7 @@ class Forces:
         """
         system, stiffness = self.system, self.system.nodal_stiffness
         elastic = (stiffness @ self.displacement.T).T
-        material = system.terms.material * (stiffness @ self._velocity.T).T
+        material = system.terms.damping.material * (stiffness @ self._velocity.T).T
         if system.terms.law is not None:
             law = system.terms.law.on_elements.of_stress()
             at_rest = system.assembled(law.force(self.displacement, self.still))
@@ -265,20 +265,22 @@ class Forces:
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:
         """Power of loads on the mechanism bent by v."""
-        return self._of_applied(load_terms(self._situation), turned_back(self._situation), rates, v)
+        terms = load_terms(self._situation)
+        turning = sum((entries.times(v) for entries in terms.matrices.follower), self.still)
+        of_turning = np.sum(turning * (rates.rigid + rates.deformation), axis=1)
+        return self._of_applied(terms.loads, turned_back(self._situation), rates, v) - of_turning
 
     def _of_mass_beside_axes(self, rates: Rates, v: Array) -> Array:
         """Power of the centrifugal force of mass that is beside its member's axis; see `effects.offsets`."""
         if self.system.beams.layout.offsets is None:
             return np.zeros(len(v))
-        terms = offset_terms(self._situation)
-        return self._of_applied(terms, line_turned_back(terms), rates, v)
+        loads = offset_terms(self._situation).loads
+        return self._of_applied(loads, line_turned_back(loads), rates, v)
 
-    def _of_applied(self, terms: Terms, turned: Terms, rates: Rates, v: Array) -> Array:
-        """Power of forces on the mechanism bent by v; `turned` are the same turned by a quarter clockwise."""
-        force = self.system.applied_by(terms) - sum((entries.times(v) for entries in terms.follower), self.still)
+    def _of_applied(self, loads: Loads, turned: Loads, rates: Rates, v: Array) -> Array:
+        """Power of loads on the mechanism bent by v; `turned` are the same turned by a quarter clockwise."""
         swung = self.system.applied_by(turned) * rates.turning * v
-        return np.asarray(np.sum(force * (rates.rigid + rates.deformation) + swung, axis=1))
+        return np.asarray(np.sum(self.system.applied_by(loads) * (rates.rigid + rates.deformation) + swung, axis=1))
 
     @property
     def _situation(self) -> Situation:
@@ -294,7 +296,7 @@ class Forces:
             omega, alpha = self.rates.turning, system.motion.alpha[:, system.link_of_dof]
             centripetal = -(omega**2) * u
             own = {Cause.INERTIA: Acceleration(second + centripetal, 2 * omega * first + alpha * u, centripetal)}
-            if drag := system.terms.external:
+            if drag := system.terms.damping.external:
                 own[Cause.EXTERNAL_DRAG] = Acceleration(drag * first, drag * omega * u, self.still)
             straight = replace(rates, deformation=self.still)
             for name, acceleration in own.items():

@@ -237,8 +237,8 @@ class Equation:
     def _link_damping(self, among: slice) -> sp.csr_matrix | Array:
         """Damping in link axes: by the material, by the surroundings, by dampers."""
         terms = self.system.terms
-        constant = terms.material * self.system.link_stiffness + terms.drag * self.system.link_mass
-        return self._with(constant, terms.damping, among)
+        constant = terms.damping.material * self.system.link_stiffness + terms.damping.drag * self.system.link_mass
+        return self._with(constant, terms.matrices.damping, among)
 
     def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...], among: slice) -> sp.csr_matrix | Array:
         """Give a constant matrix, or with entries of effects a dense one at some of the angles."""

@@ -123,14 +123,14 @@ class MotorEquation(Equation):
         """
         system, terms, link = self.system, self.system.terms, self.system.link_of_dof
         transformation, motion = system.transformation, system.motion
-        field, lack = swing(system, self.unit), _lack(system)
+        field, lack, matrices = swing(system, self.unit), _lack(system), terms.matrices
         omega, alpha = motion.omega[:, link], system.tangential[:, link]
         s, centrifugal = system.nodal_gyroscopic.T, (system.nodal_mass - system.nodal_rotary_mass).T
         momentum = (system.nodal_mass.T @ field.T).T  # x^T m
-        drag = terms.drag * momentum + _times_transposed(terms.damping, field)  # x^T D
+        drag = terms.damping.drag * momentum + _times_transposed(matrices.damping, field)  # x^T D
         turning = 2 * (s @ (omega * field).T).T + drag  # x^T (2 m_v + D)
         held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T  # x^T m_a
-        held += _times_transposed((*terms.stiffness, *terms.follower, *terms.convective), field)  # x^T S
+        held += _times_transposed((*matrices.stiffness, *matrices.follower, *matrices.convective), field)  # x^T S
         carried = (s @ system.rigid_acceleration.T).T - _quarter_back(system.applied)  # r^T Q: of m a by the form s
         held += self.unit.omega[:, link] * carried  # P q turns with its link
         first, second = transformation.derivatives(motion)

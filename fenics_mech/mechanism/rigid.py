@@ -119,7 +119,7 @@ class RigidModes:
         stability axial forces could decide. A weight that hangs still holds its links.
         """
         held = cls.of(system, symmetric=False)
-        if system.terms.tension is None or not len(system.motion.free):
+        if system.terms.stiffening is None or not len(system.motion.free):
             return held
         free = cls.of(system, symmetric=False, held_by=system.slack)
         if len(free) == len(held) or not free.moved_by(system.load[0]):

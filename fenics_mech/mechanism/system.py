@@ -15,7 +15,7 @@ from fenics_mech._arrays import summed
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
-from fenics_mech.effects import NOTHING, Entries, Terms
+from fenics_mech.effects import NOTHING, Entries, Loads, Terms
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
@@ -52,25 +52,29 @@ class System:
         there.__dict__.update({name: value for name, value in vars(self).items() if name in KEPT})
         return there
 
+    def with_loads(self, loads: Loads) -> System:
+        """Give the same mechanism with loads beside its own."""
+        return self.with_terms(replace(self.terms, loads=self.terms.loads + loads))
+
     @property
     def slack(self) -> System:
         """The mechanism without axial forces on its bending."""
-        return self.with_terms(replace(self.terms, tension=None, element_stiffness=None))
+        return self.with_terms(replace(self.terms, stiffening=None))
 
     @cached_property
     def applied(self) -> Array:
         """Loads on the nodal dofs in link axes (N, N m), ``(angles, nodal dofs)``."""
-        return self.applied_by(self.terms)
+        return self.applied_by(self.terms.loads)
 
-    def applied_by(self, terms: Terms) -> Array:
-        """Those of given terms, ``(angles, nodal dofs)``."""
+    def applied_by(self, loads: Loads) -> Array:
+        """Loads on the nodal dofs in link axes that do the work of given loads, ``(angles, nodal dofs)``."""
         applied = np.zeros((len(self.motion.theta), self.transformation.height))
-        if terms.force is not None:
-            applied += terms.force
-        if terms.line is not None:
-            applied += self.assembled_from_members(self.beams.layout.work_equivalent(terms.line))
-        if terms.ends is not None:
-            applied += self.assembled_from_members(terms.ends)
+        if loads.force is not None:
+            applied += loads.force
+        if loads.line is not None:
+            applied += self.assembled_from_members(self.beams.layout.work_equivalent(loads.line))
+        if loads.ends is not None:
+            applied += self.assembled_from_members(loads.ends)
         return applied
 
     @property
@@ -168,8 +172,8 @@ class System:
         along_x = c * origin[..., 0] + s * origin[..., 1] - alpha * y - omega**2 * x
         along_y = c * origin[..., 1] - s * origin[..., 0] + alpha * x - omega**2 * y
         rigid = np.stack([along_x, along_y, alpha], axis=-1).reshape(len(phi), -1)
-        if self.terms.external:
-            rigid += self.terms.external * self.rigid_velocity
+        if self.terms.damping.external:
+            rigid += self.terms.damping.external * self.rigid_velocity
         return rigid if self.terms.acceleration is None else rigid + self.terms.acceleration
 
     @property
@@ -178,7 +182,7 @@ class System:
 
         The first is Euler's; the second is the external drag c on the velocity ``omega x v``.
         """
-        return self.motion.alpha + self.terms.external * self.motion.omega
+        return self.motion.alpha + self.terms.damping.external * self.motion.omega
 
     @cached_property
     def rigid_velocity(self) -> Array:
@@ -236,15 +240,15 @@ class System:
     @cached_property
     def added_stiffness(self) -> tuple[Entries, ...]:
         """Stiffness that effects add to that of the links."""
-        convective = self.terms.convective if self.terms.coupled else ()
-        return (*self.symmetric_stiffness, *self.terms.follower, *convective)
+        convective = self.terms.matrices.convective if self.terms.coupled else ()
+        return (*self.symmetric_stiffness, *self.terms.matrices.follower, *convective)
 
     @cached_property
     def symmetric_stiffness(self) -> tuple[Entries, ...]:
         """Of that, what a potential energy has: springs and geometric stiffness."""
-        blocks = self.terms.element_stiffness
-        of_elements = () if blocks is None else (Entries.of_elements(self.beams.mesh, blocks),)
-        return (*self.terms.stiffness, *of_elements)
+        given = self.terms.stiffening
+        of_elements = () if given is None else (Entries.of_elements(self.beams.mesh, given.blocks),)
+        return (*self.terms.matrices.stiffness, *of_elements)
 
     @cached_property
     def _petsc_mass(self) -> PETSc.Mat:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech.beams.layout import in_member_axes
-from fenics_mech.effects import Entries, Terms
+from fenics_mech.effects import Entries, StressStiffening, Terms
 from fenics_mech.effects.effect import Survey
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
@@ -60,7 +60,7 @@ def _gravity(scene: Scene, system: System, still: Array) -> float:
 
 def _stiffening(system: System, modes: Modes, tension: Array) -> float:
     """Largest share by which axial forces change the stiffness of a mode: Rayleigh's quotient."""
-    blocks = Entries.of_elements(system.beams.mesh, tension[..., None, None] * system.beams.stretching.bow)
+    blocks = Entries.of_elements(system.beams.mesh, StressStiffening.of(system.beams, tension).blocks)
     shares = []
     for mode in range(modes.omega.shape[1]):
         v = system.to_links(modes.shapes[:, mode])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fenics_mech._guard import guarded, require_memory
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.beams.reduction import Reduction
-from fenics_mech.effects import EFFECTS, NOTHING, Situation, active, build_terms, shaped
+from fenics_mech.effects import EFFECTS, NOTHING, Situation, StressStiffening, active, build_terms, shaped
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
@@ -271,9 +271,9 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
     """
     for _ in range(MOST_UPDATES):
         tension = mean_tension(system, respond(system))
-        before = system.terms.tension
+        before = system.terms.stiffening
         assert before is not None
-        change = np.abs(tension - before).max() / max(float(np.abs(tension).max()), 1e-300)
+        change = np.abs(tension - before.tension).max() / max(float(np.abs(tension).max()), 1e-300)
         system = with_tension(system, tension)
         if change < SETTLED:
             return system
@@ -285,5 +285,4 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
 
 def with_tension(system: System, tension: NDArray[np.float64]) -> System:
     """Give a system whose geometric stiffness comes from another axial force (N), ``(angles, elements)``."""
-    blocks = tension[..., None, None] * system.beams.stretching.bow
-    return replace(system, terms=replace(system.terms, tension=tension, element_stiffness=blocks))
+    return replace(system, terms=replace(system.terms, stiffening=StressStiffening.of(system.beams, tension)))

@@ -37,8 +37,9 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
     asked = scene.analysis.solver
     if needed := next((effect.solver for effect in active(scene) if effect.solver), ""):
         return needed
-    beyond = bool(terms.coupled or terms.law or terms.material or terms.drag or terms.damping or terms.follower)
-    beyond = beyond or bool(scene.impulses) or (terms.tension is not None and scene.analysis.tension == "settled")
+    damped = bool(terms.damping.material or terms.damping.drag or terms.matrices.damping)
+    beyond = bool(terms.coupled or terms.law or damped or terms.matrices.follower)
+    beyond = beyond or bool(scene.impulses) or (terms.stiffening is not None and scene.analysis.tension == "settled")
     if beyond and asked == "sub-intervals":
         names = ", ".join(effect.name for effect in active(scene))
         raise SceneError(
@@ -72,6 +73,6 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
 def by_statics(scene: Scene, system: System) -> StaticSolution:
     """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that."""
     refuse_unseen(scene, scene.analysis.sub_intervals)
-    if scene.analysis.tension == "settled" and system.terms.tension is not None:
+    if scene.analysis.tension == "settled" and system.terms.stiffening is not None:
         system = settle(system, lambda changed: static_response(scene, changed))
     return StaticSolution(scene=scene, system=system, response=static_response(scene, system))

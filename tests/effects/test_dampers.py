@@ -58,14 +58,14 @@ def test_force_and_tangents_are_those_of_the_true_rates(rng):
         return np.sum(virtual * force, axis=1)
 
     terms = system.terms
-    size = np.abs(work(terms.force)).max()
-    assert np.abs(work(terms.force) - virtual_power(scene, system, zero, zero, virtual)).max() < 1e-7 * size
+    size = np.abs(work(terms.loads.force)).max()
+    assert np.abs(work(terms.loads.force) - virtual_power(scene, system, zero, zero, virtual)).max() < 1e-7 * size
     h = 1e-4
     for by_v, by_rate in ((1, 0), (0, 1), (1, 1)):
         ends = [virtual_power(scene, system, e * by_v * v, e * by_rate * rate, virtual) for e in (h, -h)]
         change = (ends[0] - ends[1]) / (2 * h)
-        linear = sum(entries.times(by_v * v) for entries in terms.convective)
-        linear = linear + sum(entries.times(by_rate * rate) for entries in terms.damping)
+        linear = sum(entries.times(by_v * v) for entries in terms.matrices.convective)
+        linear = linear + sum(entries.times(by_rate * rate) for entries in terms.matrices.damping)
         # h^2 of both differences, and rounding
         assert np.abs(work(linear) + change).max() < 1e-5 * np.abs(change).max()
 

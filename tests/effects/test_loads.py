@@ -144,7 +144,7 @@ def test_stiffness_of_a_load_that_follows_is_the_derivative_of_the_exact_load(ri
     system = mechanism(
         scene.changed(analysis=STATIC, loads={"p": {"at": at, "force": tuple(force), "moment": 0.3, "follows": True}})
     )
-    (stiffness,) = system.terms.follower
+    (stiffness,) = system.terms.matrices.follower
     dofs = 3 * system.beams.mesh.node("crank.centre" if rigid else at) + np.arange(3)
 
     def exact(phi):
@@ -154,8 +154,8 @@ def test_stiffness_of_a_load_that_follows_is_the_derivative_of_the_exact_load(ri
 
     step = 1e-5  # central difference: error phi^2/6, 2e-11
     tangent = -(exact(step) - exact(-step)) / (2 * step)
-    assert system.terms.force[0, dofs] == pytest.approx(exact(0.0), rel=1e-14)
-    assert stiffness.dense(len(system.terms.force[0]))[0][dofs, dofs[2]] == pytest.approx(tangent, abs=1e-9)
+    assert system.terms.loads.force[0, dofs] == pytest.approx(exact(0.0), rel=1e-14)
+    assert stiffness.dense(len(system.terms.loads.force[0]))[0][dofs, dofs[2]] == pytest.approx(tangent, abs=1e-9)
     assert np.abs(stiffness.values).sum() == pytest.approx(7.0)  # and nothing else
 
 

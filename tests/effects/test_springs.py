@@ -85,11 +85,11 @@ def test_force_and_tangent_are_the_derivatives_of_the_energy(rng):
     h = 1e-4
     along = [energy(scene, system, a * h * direction) for a in (-2, -1, 0, 1, 2)]
     slope = (along[0] - 8 * along[1] + 8 * along[3] - along[4]) / (12 * h)
-    force = np.sum(system.terms.force * direction, axis=1)
+    force = np.sum(system.terms.loads.force * direction, axis=1)
     assert np.abs(force + slope).max() < 1e-8 * np.abs(slope).max()
     mixed = [energy(scene, system, h * (a * direction + b * other)) for a in (1, -1) for b in (1, -1)]
     second = (mixed[0] - mixed[1] - mixed[2] + mixed[3]) / (4 * h**2)
-    tangent = sum(np.sum(direction * entries.times(other), axis=1) for entries in system.terms.stiffness)
+    tangent = sum(np.sum(direction * entries.times(other), axis=1) for entries in system.terms.matrices.stiffness)
     assert np.abs(tangent - second).max() < 1e-5 * np.abs(second).max()  # h^2 of the difference, 1e-8, and rounding
 
 

@@ -69,7 +69,7 @@ class Cycle:
     @property
     def settling(self) -> bool:
         """Whether axial forces of the response act on it."""
-        return self.scene.analysis.tension == "settled" and self.system.terms.tension is not None
+        return self.scene.analysis.tension == "settled" and self.system.terms.stiffening is not None
 
     @property
     def linear(self) -> bool:

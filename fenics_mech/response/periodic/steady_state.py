@@ -173,7 +173,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
 
 def _refuse_without_series(scene: Scene, system: System) -> None:
     """Raise `SceneError` where harmonic balance does not solve what the scene states."""
-    if scene.analysis.tension == "settled" and system.terms.tension is not None:
+    if scene.analysis.tension == "settled" and system.terms.stiffening is not None:
         raise SceneError(
             "harmonic balance does not update axial forces",
             place="analysis.tension",

@@ -86,7 +86,7 @@ def displacement_under(
     displacement = force.duplicate()
     with configured(ksp, "static_", DIRECT, options or {}):
         for k, _, stiffness in system.positions():
-            if system.terms.tension is not None:
+            if system.terms.stiffening is not None:
                 refuse_buckled(system, k, to_scipy(stiffness).toarray())
             ksp.setOperators(stiffness)
             for part, found in zip(load[k].reshape(system.size, -1).T, answer[k].reshape(system.size, -1).T):
@@ -105,7 +105,7 @@ def displacement_under(
 
 def _relieved(system: System, rigid: RigidModes) -> ElasticResponse:
     """Solve beside rigid-body modes, which are the same at all positions as nothing is driven."""
-    if system.terms.tension is not None:
+    if system.terms.stiffening is not None:
         refuse_buckled(system, 0, rigid.elastic())
     q, acceleration = (np.array(parts) for parts in zip(*map(rigid.relieved, system.load)))
     return ElasticResponse(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.effects import Terms
+from fenics_mech.effects import Loads
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.kinematics.run_up import solve_motion_in_time
@@ -29,7 +29,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import FINEST_STEPS
 
 Array = NDArray[np.float64]
-Joined = TypeVar("Joined", ElasticResponse, Terms)
+Joined = TypeVar("Joined", ElasticResponse, Loads)
 MOST_POSITIONS = 100_000  # at which a result is held
 STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
 FINEST = FINEST_STEPS  # error of interpolated matrices
@@ -72,7 +72,7 @@ def refuse_in_time(scene: Scene, system: System) -> None:
     analysis = scene.analysis
     if not scene.drives:
         raise SceneError("a motion in time needs a drive, and the scene has none", place="analysis.method")
-    if analysis.tension == "settled" and system.terms.tension is not None:
+    if analysis.tension == "settled" and system.terms.stiffening is not None:
         raise SceneError(
             "a motion in time does not update axial forces",
             place="analysis.tension",
