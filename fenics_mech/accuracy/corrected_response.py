@@ -78,9 +78,9 @@ def _safety_of(system: System) -> float:
     """Factor by which the error of a mesh is raised."""
     beams = system.beams
     least = MESH_SAFETY.travelling_pin if system.transformation.constraints.contacts else 1.0
-    if beams.stiffness_powers is None:
-        return least if beams.spread is None else max(least, MESH_SAFETY.varying_section)
-    powers = np.abs(beams.stiffness_powers).reshape(len(beams.mesh.cell), -1, beams.stiffness_powers.shape[-1])
+    if not beams.rigidity.varies:
+        return least if beams.inertia.spread is None else max(least, MESH_SAFETY.varying_section)
+    powers = np.abs(beams.rigidity.powers)
     varies = (powers[..., 1:].max(axis=-1, initial=0.0) > MESH_SAFETY.constant * powers[..., 0]).any(axis=1)
     members = beams.mesh.cell_member
     alone = np.bincount(members)[members] == 1

@@ -44,12 +44,12 @@ def frequency_error(system: System, modes: Modes) -> Array:
     Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978), for the axis; in bending
     by the same expansion of the cubic element with consistent mass.
     """
-    beams, count = system.beams.spread or system.beams, modes.omega.shape[1]
+    beams, count = system.beams.consistent or system.beams, modes.omega.shape[1]
     h = beams.mesh.cell_length
-    flexibility = h**4 / (1440 * beams.bending_rigidity) + h**2 / (24 * beams.axial_rigidity)
-    if beams.shear_rigidity is not None:
-        flexibility += h**2 / (24 * beams.shear_rigidity)
-    per_square = beams.line_density * flexibility
+    flexibility = h**4 / (1440 * beams.rigidity.bending.mean) + h**2 / (24 * beams.rigidity.axial.mean)
+    if beams.rigidity.shear is not None:
+        flexibility += h**2 / (24 * beams.rigidity.shear.mean)
+    per_square = beams.inertia.density.mean * flexibility
     if (reduction := system.beams.reduction) is not None:
         per_square *= reduction.fineness**-4.0
     share = np.zeros(count)
@@ -59,8 +59,8 @@ def frequency_error(system: System, modes: Modes) -> Array:
         v = in_member_axes(beams.mesh, system.on_nodes(system.transformation.forward(values, modes.shapes[k])))
         energy = np.einsum("mei,eij,mej->me", v, beams.element_mass, v, optimize=True)
         share += modes.omega[k] ** 2 * (energy @ per_square) / len(at)
-    if system.beams.spread is not None:
-        along = replace(system, beams=replace(beams, reduction=reduction))
+    if system.beams.inertia.spread is not None:
+        along = replace(system, beams=beams)
         of_both = np.einsum("kmi,kmi->km", modes.shapes, along.mass_times(modes.shapes))
         share += np.abs(np.sqrt(of_both) - 1).mean(axis=0)
     return np.minimum(share, LARGEST_KNOWN)

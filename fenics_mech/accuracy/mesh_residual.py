@@ -47,7 +47,7 @@ ORDER, OF_PINS, OF_LUMPS, OF_PULLED, OF_SLIDERS = 4, 3, 2, 2, 1  # in the length
 
 def order_of(system: System) -> float:
     """Power of the elements' length with which the error falls."""
-    if system.beams.spread is not None:
+    if system.beams.inertia.spread is not None:
         return OF_LUMPS
     contacts = system.transformation.constraints.contacts.values()
     if any(isinstance(contact.scene.joints[contact.joint], Prismatic) for contact in contacts):
@@ -67,8 +67,8 @@ def _pulled_unevenly(system: System) -> bool:
     if system.terms.stiffening is None and system.terms.law is None:
         return False
     along = np.abs(in_member_axes(mesh, system.rigid_acceleration)[..., AXIAL]).mean(axis=-1)
-    change = along * system.beams.line_density * mesh.cell_length
-    euler = np.pi**2 * system.beams.bending_rigidity / mesh.member_length[mesh.cell_member] ** 2
+    change = along * system.beams.inertia.density.mean * mesh.cell_length
+    euler = np.pi**2 * system.beams.rigidity.bending.mean / mesh.member_length[mesh.cell_member] ** 2
     of_members = np.add.reduceat(change / euler, np.flatnonzero(np.diff(mesh.cell_member, prepend=-1)), axis=1)
     return bool((of_members > 1).any())
 
@@ -89,11 +89,11 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     closed
         Whether the last position is followed by the first.
     """
-    if (spread := system.beams.spread) is not None:
-        along = replace(system, beams=replace(spread, reduction=system.beams.reduction))
+    if system.beams.consistent is not None:
+        along = replace(system, beams=system.beams.consistent)
         return _by_lumps(system, along, response) + neglected(along, response, step, closed)
     count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, response), system.beams.reduction
-    varies, contacts = system.beams.stiffness_powers is not None, system.transformation.constraints.contacts
+    varies, contacts = system.beams.rigidity.varies, system.transformation.constraints.contacts
     if step is None and tension is None and not varies and not contacts:
         return UNLOADED
     element, xi = _everywhere(system.beams)
@@ -279,7 +279,7 @@ def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
     """
     nodal = _second(system.to_links(q), step, closed) - system.to_links(_second(q, step, closed))
     ends = in_member_axes(system.beams.mesh, nodal)
-    return -system.beams.line_density[:, None] * ends[..., [0, 3, 1, 4]]
+    return -system.beams.inertia.density.mean[:, None] * ends[..., [0, 3, 1, 4]]
 
 
 def _by_tension(system: System, tension: Array, w: Array) -> Array:
@@ -350,6 +350,5 @@ def _second(values: Values, step: float, closed: bool) -> Values:
 
 def _line_density(beams: Beams) -> Array:
     """Mass per length at `PLACES` of every element (kg/m), ``(elements, places)``."""
-    if beams.density_powers is None:
-        return np.repeat(beams.line_density[:, None], len(PLACES), axis=1)
-    return beams.density_powers @ PLACES ** np.arange(beams.density_powers.shape[-1])[:, None]
+    powers = beams.inertia.density.powers
+    return powers @ PLACES ** np.arange(powers.shape[-1])[:, None]

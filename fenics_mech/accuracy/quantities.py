@@ -152,6 +152,6 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
 def _stations(system: System) -> Array:
     """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
     mesh, terms = system.beams.mesh, system.terms
-    if system.beams.spread is None and terms.stiffening is None and terms.law is None:
+    if system.beams.inertia.spread is None and terms.stiffening is None and terms.law is None:
         return np.linspace(0, 1, STATIONS)
     return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1))

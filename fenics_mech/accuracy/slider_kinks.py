@@ -71,6 +71,6 @@ def _jump(system: System, name: str, pin: PointLoad) -> Array:
     """
     element, place = system.transformation.constraints.contacts[name].place(system.motion, 3)
     speed = np.abs(place[1]) * system.beams.mesh.cell_length[element]
-    flexibility = 1 / system.beams.bending_rigidity[element]
+    flexibility = 1 / system.beams.rigidity.bending.mean[element]
     after = np.roll(element, -1)
     return np.where(element != after, speed * pin.moment * (flexibility + np.roll(flexibility, -1)), 0.0)

@@ -8,26 +8,73 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import ufl
-from dolfinx import fem
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
 from fenics_mech.beams.attachment import QUARTER
+from fenics_mech.beams.distributions import Distribution, along_elements
 from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, offset_gyroscopic, offset_mass, rotary, shear
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.offset_pins import Offsets
-from fenics_mech.errors import SceneError
 from fenics_mech.scene import PointMass, RigidBody, Scene
 
 if TYPE_CHECKING:
     from fenics_mech.beams.reduction import Reduction
 
 Array = NDArray[np.float64]
-DEGREE = 4  # of the polynomials that stand for a section that varies
+
+
+@dataclass(frozen=True)
+class Rigidity:
+    """Stiffness of the sections along the elements.
+
+    Parameters
+    ----------
+    axial, bending
+        EA (N) and EI (N m^2). The mean of EA is infinite where an element cannot stretch.
+    shear
+        G A_s (N); None where beams are rigid in shear.
+    """
+
+    axial: Distribution
+    bending: Distribution
+    shear: Distribution | None = None
+
+    @property
+    def varies(self) -> bool:
+        """Whether a section varies along elements."""
+        return self.bending.varies
+
+    @property
+    def powers(self) -> Array:
+        """Powers of EA (N) and EI (N m^2), ``(elements, 2, powers)``; see `Distribution`."""
+        return np.stack([self.axial.powers, self.bending.powers], axis=1)
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass of the sections along the elements, and of bodies at nodes.
+
+    Parameters
+    ----------
+    density
+        rho A (kg/m).
+    bodies
+        Point masses and rigid links, by node.
+    rotary
+        rho I (kg m); None where the sections' rotation has no inertia. Without the effect 'rotary-inertia' it is that
+        of a mass in the centre of mass, beside the neutral line.
+    spread
+        The same inertia with its mass along the elements, where it stands at their nodes.
+    """
+
+    density: Distribution
+    bodies: tuple[tuple[int, RigidBody | PointMass], ...] = ()
+    rotary: Distribution | None = None
+    spread: Inertia | None = None
 
 
 @dataclass(frozen=True)
@@ -41,57 +88,34 @@ class Beams:
     ----------
     layout
         The broken space and how nodal dofs span it.
-    coefficients
-        EA (N), EI (N m^2) and rho A (kg/m) as UFL coefficients.
-    bodies
-        Point masses and rigid links, by node.
-    axial_rigidity, bending_rigidity, line_density
-        EA (N), EI (N m^2) and rho A (kg/m) of each element, means along it where the section varies. EA is infinite
-        where an element cannot stretch.
-    density_powers
-        Where a section varies: rho A along each element as coefficients of the powers 0 to `DEGREE` of the place 0..1
-        in it (kg/m), ``(elements, DEGREE + 1)``; the same polynomials stand in the forms.
-    stiffness_powers
-        EA (N) and EI (N m^2) as `density_powers`, ``(elements, 2, DEGREE + 1)``; None where no section varies.
-    shear_stiffness, shear_rigidity
-        G A_s as UFL coefficient, and its means over the elements, ``(elements,)`` (N); None where beams are rigid in
-        shear.
-    rotary
-        rho I as UFL coefficient (kg m); None where the sections' rotation has no inertia. Without the effect
-        'rotary-inertia' it is that of a mass in the centre of mass, beside the neutral line.
-    rotary_powers
-        rho I as `density_powers`, ``(elements, 1)`` where no section varies (kg m).
+    rigidity
+        Stiffness of the sections.
+    inertia
+        Mass of the sections and of bodies at nodes.
     reduction
         Fewer coordinates that say the nodal dofs, where the links are reduced.
-    spread
-        The same beams with their mass along them, where it stands at their nodes.
     """
 
     layout: Layout
-    coefficients: Sequence[Any]
-    bodies: tuple[tuple[int, RigidBody | PointMass], ...]
-    axial_rigidity: Array
-    bending_rigidity: Array
-    line_density: Array
-    density_powers: Array | None = None
-    stiffness_powers: Array | None = None
-    shear_stiffness: Any | None = None
-    shear_rigidity: Array | None = None
-    rotary: Any | None = None
-    rotary_powers: Array | None = None
+    rigidity: Rigidity
+    inertia: Inertia
     reduction: Reduction | None = None
-    spread: Beams | None = None
 
     @property
     def mesh(self) -> BeamMesh:
         """The mesh."""
         return self.layout.mesh
 
+    @cached_property
+    def consistent(self) -> Beams | None:
+        """The same beams with their mass along them, where it is lumped at their nodes; else None."""
+        return None if self.inertia.spread is None else replace(self, inertia=self.inertia.spread)
+
     @property
     def mass_moment(self) -> Array | None:
         """Moment rho A e of the mass about the neutral line of each element (kg); None where it is 0 everywhere."""
         offsets = self.layout.offsets
-        return self.line_density * offsets.mass if offsets is not None and offsets.mass.any() else None
+        return self.inertia.density.mean * offsets.mass if offsets is not None and offsets.mass.any() else None
 
     @cached_property
     def stiffness(self) -> PETSc.Mat:
@@ -102,7 +126,7 @@ class Beams:
     def mass(self) -> PETSc.Mat:
         """Matrix m of all links with the point masses; PETSc AIJ."""
         matrix = self.layout.nodal(self._broken_mass)
-        _add_bodies(self.bodies, matrix, lambda body: np.diag([body.mass, body.mass, body.inertia]))
+        _add_bodies(self.inertia.bodies, matrix, lambda body: np.diag([body.mass, body.mass, body.inertia]))
         return matrix
 
     @cached_property
@@ -113,18 +137,18 @@ class Beams:
         acceleration but no Coriolis and no centrifugal force.
         """
         size = 3 * len(self.mesh.node_name)
-        if self.rotary is None:
+        if self.inertia.rotary is None:
             matrix = PETSc.Mat().createAIJ((size, size), nnz=1, comm=PETSc.COMM_SELF)
         else:
             matrix = self.layout.nodal(self._broken_rotary)
-        _add_bodies(self.bodies, matrix, lambda body: np.diag([0.0, 0.0, body.inertia]))
+        _add_bodies(self.inertia.bodies, matrix, lambda body: np.diag([0.0, 0.0, body.inertia]))
         return matrix
 
     @cached_property
     def gyroscopic(self) -> PETSc.Mat:
         """Matrix s of all links with the point masses; PETSc AIJ."""
         matrix = self.layout.nodal(self._broken_gyroscopic)
-        _add_bodies(self.bodies, matrix, lambda body: body.mass * QUARTER)
+        _add_bodies(self.inertia.bodies, matrix, lambda body: body.mass * QUARTER)
         return matrix
 
     @cached_property
@@ -140,7 +164,7 @@ class Beams:
     @cached_property
     def element_rotary_mass(self) -> Array:
         """Share of m of each element that the rotation of its sections has."""
-        if self.rotary is None:
+        if self.inertia.rotary is None:
             return np.zeros_like(self.element_mass)
         return self.layout.of_elements(self._broken_rotary)
 
@@ -151,18 +175,18 @@ class Beams:
 
     @cached_property
     def _broken_stiffness(self) -> PETSc.Mat:
-        space, (ea, ei, _) = self.layout.space, self.coefficients
-        form = axial(space, ea) + bending(space, ei)
-        if self.shear_stiffness is not None:
-            form += shear(space, self.shear_stiffness)
+        space, rigidity = self.layout.space, self.rigidity
+        form = axial(space, rigidity.axial.coefficient) + bending(space, rigidity.bending.coefficient)
+        if rigidity.shear is not None:
+            form += shear(space, rigidity.shear.coefficient)
         return _fenicsx.assemble(form)
 
     @cached_property
     def _broken_mass(self) -> PETSc.Mat:
-        form = mass(self.layout.space, self.coefficients[2])
+        form = mass(self.layout.space, self.inertia.density.coefficient)
         if self.mass_moment is not None:
             form += offset_mass(self.layout.space, self.layout.coefficient(self.mass_moment))
-        return _fenicsx.assemble(form if self.rotary is None else form + self._rotary_form)
+        return _fenicsx.assemble(form if self.inertia.rotary is None else form + self._rotary_form)
 
     @cached_property
     def _broken_rotary(self) -> PETSc.Mat:
@@ -175,113 +199,26 @@ class Beams:
 
     @cached_property
     def _broken_gyroscopic(self) -> PETSc.Mat:
-        form = gyroscopic(self.layout.space, self.coefficients[2])
+        form = gyroscopic(self.layout.space, self.inertia.density.coefficient)
         if self.mass_moment is not None:
             form += offset_gyroscopic(self.layout.space, self.layout.coefficient(self.mass_moment))
         return _fenicsx.assemble(form)
 
     @property
     def _rotary_form(self) -> Any:
-        return rotary(self.layout.space, self.rotary)
+        assert self.inertia.rotary is not None
+        return rotary(self.layout.space, self.inertia.rotary.coefficient)
 
 
 def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
     """Prepare the forms of all links, in link axes."""
     layout = Layout.of(mesh, Offsets.of(scene, mesh))
-    coefficients, powers = along_elements(scene, layout, _rigidities)
-    properties, varies = means(powers), powers.shape[-1] > 1
-    links = Beams(
-        layout=layout,
-        coefficients=coefficients,
-        bodies=_bodies(scene, mesh),
-        axial_rigidity=properties[:, 0],
-        bending_rigidity=properties[:, 1],
-        line_density=properties[:, 2],
-        density_powers=powers[:, 2] if varies else None,
-        stiffness_powers=powers[:, :2] if varies else None,
-    )
+    ea, ei, density = along_elements(scene, layout, _rigidities)
+    links = Beams(layout, Rigidity(ea, ei), Inertia(density, _bodies(scene, mesh)))
     if links.mass_moment is None or layout.offsets is None:
         return links
-    inertia = links.mass_moment * layout.offsets.mass
-    return replace(links, rotary=layout.coefficient(inertia), rotary_powers=inertia[:, None])
-
-
-def means(powers: Array) -> Array:
-    """Means along the elements of polynomials, ``(..., degree + 1)``."""
-    return powers @ (1 / np.arange(1, powers.shape[-1] + 1))
-
-
-def along_elements(
-    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
-) -> tuple[Sequence[Any], Array]:
-    """Properties of the members as polynomials in each element, constant ones where no section varies.
-
-    Parameters
-    ----------
-    scene, layout
-        The scene and its broken space.
-    properties
-        Gives them of a member, by label, at places 0..1 along it, ``(properties, places)``.
-
-    Returns
-    -------
-    tuple
-        UFL coefficients, and the coefficients of the powers of the place 0..1, ``(elements, properties, powers)``.
-    """
-    varies = not all(scene.sections[member.section].constant for _, member in scene.members().values())
-    return (_varying if varies else _constant)(scene, layout, properties)
-
-
-def _constant(
-    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
-) -> tuple[Sequence[Any], Array]:
-    """Give coefficients with one value per cell."""
-    mesh = layout.mesh
-    values = np.array([properties(scene, label, np.zeros(1)) for label in mesh.members])[mesh.cell_member]
-    return [layout.coefficient(column) for column in values[..., 0].T], values
-
-
-def _varying(
-    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
-) -> tuple[Sequence[Any], Array]:
-    """Give polynomials of degree `DEGREE`.
-
-    They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for them:
-    degree 2 more than theirs in bending, 6 more in the mass.
-    """
-    mesh = layout.mesh
-    count = len(properties(scene, mesh.members[0], np.zeros(1)))
-    space = _fenicsx.broken_space(mesh.mesh, (DEGREE,) * count)
-    function = fem.Function(space)
-    powers = np.empty((len(mesh.cell), count, DEGREE + 1))
-    for part in range(count):
-        dofs, points = _fenicsx.cell_dofs(space, part)
-        xi = np.where(mesh.cell_flipped[:, None], 1 - points, points)  # (elements, points)
-        s = (mesh.cell_start[:, None] + mesh.cell_length[:, None] * xi) / mesh.member_length[mesh.cell_member, None]
-        values = np.empty_like(s)
-        for i, label in enumerate(mesh.members):
-            here = mesh.cell_member == i
-            values[here] = properties(scene, label, np.clip(s[here].ravel(), 0, 1))[part].reshape(-1, DEGREE + 1)
-        function.x.array[dofs[mesh.cell]] = values
-        powers[:, part] = np.linalg.solve(
-            np.vander(xi.ravel(), DEGREE + 1, True).reshape(*xi.shape, -1), values[..., None]
-        )[..., 0]
-    _refuse_negative(mesh, powers)
-    return ufl.split(function), powers
-
-
-def _refuse_negative(mesh: BeamMesh, powers: Array) -> None:
-    """Raise where a polynomial through positive values is negative between them: the section varies too fast for it."""
-    between = np.vander(np.linspace(0, 1, 41), DEGREE + 1, increasing=True)
-    bad = (powers @ between.T).min(axis=(1, 2)) <= 0
-    if bad.any():
-        element = int(np.argmax(bad))
-        i = mesh.cell_member[element]
-        raise SceneError(
-            f"the section varies too fast for the element at {mesh.cell_start[element] / mesh.member_length[i]:.4g}",
-            place=f"member {mesh.members[i]}",
-            hint="Use more elements",
-        )
+    rotary_inertia = Distribution.constant(layout, links.mass_moment * layout.offsets.mass)
+    return replace(links, inertia=replace(links.inertia, rotary=rotary_inertia))
 
 
 def _rigidities(scene: Scene, label: str, s: Array) -> Array:

@@ -36,7 +36,7 @@ def lacking_stiffness(beams: Beams) -> Array:
         arms = beams.layout.offsets.arms
         found = arms.transpose(0, 2, 1) @ found @ arms
     found -= beams.element_stiffness
-    held = np.flatnonzero(np.isinf(beams.axial_rigidity))
+    held = np.flatnonzero(np.isinf(beams.rigidity.axial.mean))
     found[held[:, None, None], np.array(AXIAL)[:, None], AXIAL] = 0.0
     return found
 
@@ -63,7 +63,7 @@ def shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
     axial, bending = _flexibility(beams, element, xi)
     whole_axial, whole = (part[element] for part in _flexibility(beams, *_ends(beams)))
     along, across = np.zeros((2, len(element), 6))
-    stretched = np.where(np.isinf(beams.axial_rigidity[element]), xi, axial / whole_axial)
+    stretched = np.where(np.isinf(beams.rigidity.axial.mean[element]), xi, axial / whole_axial)
     along[:, AXIAL] = np.stack([1 - stretched, stretched], axis=-1)
     across[:, NORMAL] = (bending[:, :1] @ np.linalg.inv(whole) @ _relative(h))[:, 0]
     across[:, [1, 2]] += np.stack([np.ones_like(xi), xi * h], axis=-1)
@@ -106,11 +106,11 @@ def _from_first_end(
     ea, ei = _rigidities(beams, element, x)
     weight = xi[:, None] * WEIGHTS
     u = -(h**2) * np.sum((weight / ea)[..., None] * once, axis=1)
-    u[np.isinf(beams.axial_rigidity[element])] = 0.0
+    u[np.isinf(beams.rigidity.axial.mean[element])] = 0.0
     turned = h**3 * np.sum((weight / ei)[..., None] * twice, axis=1)
     w = h**4 * np.sum((weight * (xi[:, None] - x) / ei)[..., None] * twice, axis=1)
-    if beams.shear_rigidity is not None:
-        w -= h**2 * loads(element, xi)[1] / beams.shear_rigidity[element, None]
+    if beams.rigidity.shear is not None:
+        w -= h**2 * loads(element, xi)[1] / beams.rigidity.shear.mean[element, None]
     return u, w, turned
 
 
@@ -120,10 +120,11 @@ def misfit(scene: Scene, beams: Beams) -> Array:
     What notches and steps have between the points of a polynomial no element knows.
     """
     mesh = beams.mesh
-    if beams.stiffness_powers is None or beams.density_powers is None:
+    rigidity, density = beams.rigidity, beams.inertia.density
+    if not (rigidity.varies and density.varies):
         return np.zeros(len(mesh.members))
     places = (np.arange(PLACES) + 0.5) / PLACES
-    powers = np.stack([beams.stiffness_powers[:, 1], beams.density_powers])
+    powers = np.stack([rigidity.bending.powers, density.powers])
     fitted = powers @ np.vander(places, powers.shape[-1], increasing=True).T  # EI, rho A: (2, elements, places)
     fitted[0] = 1 / fitted[0]
     found = np.empty(len(mesh.members))
@@ -131,8 +132,8 @@ def misfit(scene: Scene, beams: Beams) -> Array:
         of_member = mesh.cell_member == i
         h = mesh.cell_length[of_member, None]
         s = (mesh.cell_start[of_member, None] + h * places) / mesh.member_length[i]
-        rigidity = scene.rigidity(label, np.clip(s.ravel(), 0, 1))
-        true = np.stack([1 / rigidity.bending, rigidity.line_density]).reshape(2, *s.shape)
+        section = scene.rigidity(label, np.clip(s.ravel(), 0, 1))
+        true = np.stack([1 / section.bending, section.line_density]).reshape(2, *s.shape)
         lack = np.sum(h * np.abs(fitted[:, of_member] - true), axis=(1, 2)) / np.sum(h * true, axis=(1, 2))
         found[i] = lack.sum()
     return found
@@ -164,14 +165,13 @@ def _flexibility(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]
     curvature = np.stack([h[:, None] * (1 - x), np.ones_like(x)], axis=-1) / ei[..., None]
     turned = np.sum(weight[..., None] * curvature, axis=1) * h[:, None]
     moved = np.sum((weight * (xi[:, None] - x))[..., None] * curvature, axis=1) * h[:, None] ** 2
-    if beams.shear_rigidity is not None:
-        moved[:, 0] += xi * h / beams.shear_rigidity[element]
+    if beams.rigidity.shear is not None:
+        moved[:, 0] += xi * h / beams.rigidity.shear.mean[element]
     return h * np.sum(weight / ea, axis=1), np.stack([moved, turned], axis=1)
 
 
 def _rigidities(beams: Beams, element: Index, x: Array) -> Array:
     """EA (N) and EI (N m^2) at places of elements, ``(places, points)``, stacked."""
-    assert beams.stiffness_powers is not None
-    powers = beams.stiffness_powers[element]
+    powers = beams.rigidity.powers[element]
     found = np.einsum("pgk,pak->pga", x[..., None] ** np.arange(powers.shape[-1]), powers)
     return np.moveaxis(found, -1, 0)

@@ -16,8 +16,8 @@ def beams(scene: Scene, links: Beams) -> Beams:
     """Make EA infinite: the mechanism then ties the nodes of each member along its axis (`mechanism.inextensible`)."""
     refuse_offsets(scene, EFFECT.name, neutral_only=True)
     none = np.zeros(len(links.mesh.cell))
-    _, *rest = links.coefficients
-    return replace(links, coefficients=(links.layout.coefficient(none), *rest), axial_rigidity=none + np.inf)
+    axial = replace(links.rigidity.axial, coefficient=links.layout.coefficient(none), mean=none + np.inf)
+    return replace(links, rigidity=replace(links.rigidity, axial=axial))
 
 
 def stretching(scene: Scene) -> Scene:

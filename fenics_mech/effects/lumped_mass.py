@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech.beams import Beams
+from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.effects.effect import Effect
@@ -30,16 +31,9 @@ def beams(scene: Scene, links: Beams) -> Beams:
     lumps = np.bincount(nodes.ravel(), mass.ravel(), size)
     turning = np.bincount(nodes.ravel(), (SCALED_DIAGONAL * mass * mesh.cell_length[:, None] ** 2).ravel(), size)
     bodies = tuple((int(i), RigidBody(mass=lumps[i], inertia=turning[i])) for i in np.flatnonzero(lumps))
-    ea, ei, _ = links.coefficients
-    none = np.zeros(len(mesh.cell))
-    return replace(
-        links,
-        bodies=(*links.bodies, *bodies),
-        coefficients=(ea, ei, links.layout.coefficient(none)),
-        line_density=none,
-        density_powers=None,
-        spread=links,
-    )
+    density = Distribution.constant(links.layout, np.zeros(len(mesh.cell)))
+    spread = links.inertia
+    return replace(links, inertia=replace(spread, density=density, bodies=(*spread.bodies, *bodies), spread=spread))
 
 
 EFFECT = Effect(

@@ -160,7 +160,7 @@ class OnElements:
 def terms(situation: Situation) -> Terms:
     """Give the law of the elements, or of the members that are reduced."""
     beams, material = situation.beams, situation.scene.damping.material
-    rigidity, dofs = beams.axial_rigidity / beams.mesh.cell_length, element_dofs(beams.mesh)
+    rigidity, dofs = beams.rigidity.axial.mean / beams.mesh.cell_length, element_dofs(beams.mesh)
     bare = OnElements(beams.stretching, dofs, rigidity, material, np.arange(len(dofs)))
     if beams.reduction is None:
         return Terms(law=VonKarman(beams.stretching, dofs, rigidity, material, bare))

@@ -17,5 +17,5 @@ def terms(situation: Situation) -> Terms:
     assert offsets is not None
     omega = situation.motion.omega[:, beams.mesh.member_link[beams.mesh.cell_member]]
     line = np.zeros((*omega.shape, 4))
-    line[..., 2:] = (omega**2 * beams.line_density * (offsets.neutral + offsets.mass))[..., None]
+    line[..., 2:] = (omega**2 * beams.inertia.density.mean * (offsets.neutral + offsets.mass))[..., None]
     return Terms(loads=Loads(line=line))

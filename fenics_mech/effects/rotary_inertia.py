@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech.beams import Beams
-from fenics_mech.beams.element_matrices import Array, along_elements
+from fenics_mech.beams.distributions import Array, along_elements
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
 
@@ -20,8 +20,8 @@ def beams(scene: Scene, links: Beams) -> Beams:
     length. So the mass also acts on the link's angular acceleration, which is the slope of the rigid acceleration that
     it is multiplied by; it has no part in the gyroscopic matrix, and none in the centrifugal forces.
     """
-    (inertia,), powers = along_elements(scene, links.layout, _rotary_inertia)
-    return replace(links, rotary=inertia, rotary_powers=powers[:, 0])
+    (rotary,) = along_elements(scene, links.layout, _rotary_inertia)
+    return replace(links, inertia=replace(links.inertia, rotary=rotary))
 
 
 def _rotary_inertia(scene: Scene, label: str, s: Array) -> Array:

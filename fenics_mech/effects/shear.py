@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech import _fenicsx
 from fenics_mech.beams import Beams
-from fenics_mech.beams.element_matrices import Array, along_elements, means
+from fenics_mech.beams.distributions import Array, along_elements
 from fenics_mech.beams.forms import bending
 from fenics_mech.beams.shapes import NORMAL
 from fenics_mech.effects.effect import Effect
@@ -30,20 +30,15 @@ def beams(scene: Scene, links: Beams) -> Beams:
         When a material or a section does not say what is needed, or a pin travels along a member that bends.
     """
     _refuse_travelling(scene)
-    (stiffness,), powers = along_elements(scene, links.layout, _shear_stiffness)
-    rigidity = means(powers[:, 0])
-    return replace(
-        links,
-        layout=links.layout.sheared(_angle(links, rigidity * links.mesh.cell_length)),
-        shear_stiffness=stiffness,
-        shear_rigidity=rigidity,
-    )
+    (stiffness,) = along_elements(scene, links.layout, _shear_stiffness)
+    angle = _angle(links, stiffness.mean * links.mesh.cell_length)
+    return replace(links, layout=links.layout.sheared(angle), rigidity=replace(links.rigidity, shear=stiffness))
 
 
 def _angle(links: Beams, stiffness: Array) -> Array:
     """Angle of shear by w and phi of both nodes, ``(elements, 4)``; `stiffness` is the integral of G A_s (N m)."""
     layout = links.layout
-    broken = _fenicsx.assemble(bending(layout.space, links.coefficients[1]))
+    broken = _fenicsx.assemble(bending(layout.space, links.rigidity.bending.coefficient))
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
     broken.destroy()
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]

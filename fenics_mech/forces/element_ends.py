@@ -51,7 +51,7 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
     ends = each(beams.element_mass, in_member_axes(beams.mesh, response.inertia))
     if response.rotation is not None:
         ends += each(beams.element_gyroscopic, in_member_axes(beams.mesh, response.rotation.turning))
-        if beams.rotary is not None:
+        if beams.inertia.rotary is not None:
             ends -= each(beams.element_rotary_mass, in_member_axes(beams.mesh, response.rotation.centripetal))
     if terms.loads.line is not None:
         ends -= beams.layout.work_equivalent(terms.loads.line)

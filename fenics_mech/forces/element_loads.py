@@ -73,7 +73,7 @@ class PointLoad:
         refuses such pins.
         """
         beams, a, b = system.beams, self.place, 1 - self.place
-        length, ei = beams.mesh.cell_length[self.element], beams.bending_rigidity[self.element]
+        length, ei = beams.mesh.cell_length[self.element], beams.rigidity.bending.mean[self.element]
         mixed = (a * b) ** 2 * (b - a) / 2 * length**2
         w = ((a * b) ** 3 / 3 * length**3 * self.across + mixed * self.moment) / ei
         slope = (mixed * self.across + a * b * (a**2 - a * b + b**2) * length * self.moment) / ei

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import each
 from fenics_mech.beams import Beams
-from fenics_mech.beams.element_matrices import means
+from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, between_clamped_ends, integral
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -27,13 +27,13 @@ def nodal_in_members(system: System, nodal: Array) -> Array:
 
 
 def by_rotary_inertia(
-    system: System, response: ElasticResponse, powers: Array, element: NDArray[np.int64], xi: Array
+    system: System, response: ElasticResponse, rotary: Distribution, element: NDArray[np.int64], xi: Array
 ) -> tuple[Array, Array]:
     """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
 
-    Both are ``(angles, places)``; `powers` are those of rho I.
+    Both are ``(angles, places)``; `rotary` is rho I.
     """
-    beams = system.beams
+    beams, powers = system.beams, rotary.powers
     h = beams.mesh.cell_length[element]
     rotation = response.rotation
     turning = response.inertia if rotation is None else response.inertia - rotation.centripetal
@@ -41,7 +41,7 @@ def by_rotary_inertia(
     terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
     up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
     particular = between_clamped_ends(SLOPES, xi, at_elements(shear_number(beams), element), order=3)
-    bent = means(powers)[element] * h**3 * np.sum(rate * particular, -1)
+    bent = rotary.mean[element] * h**3 * np.sum(rate * particular, -1)
     return h * np.sum(rate * up_to, -1), bent
 
 
@@ -71,9 +71,9 @@ def by_mass_beside_axis(
 
 def shear_number(beams: Beams) -> Array | None:
     """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear."""
-    if beams.shear_rigidity is None:
+    if beams.rigidity.shear is None:
         return None
-    return beams.bending_rigidity / beams.shear_rigidity / beams.mesh.cell_length**2
+    return beams.rigidity.bending.mean / beams.rigidity.shear.mean / beams.mesh.cell_length**2
 
 
 def at_elements(values: Array | None, element: NDArray[np.int64]) -> Array | None:

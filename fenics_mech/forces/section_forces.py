@@ -194,8 +194,8 @@ def _statics(
     moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(across * second, -1)
     for each_load in _with_spread(system, loads):
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
-    if beams.rotary_powers is not None:
-        moment += by_rotary_inertia(system, response, beams.rotary_powers, element, xi)[0]
+    if beams.inertia.rotary is not None:
+        moment += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[0]
     if beams.mass_moment is not None:
         moment += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[0]
     return axial, shear, moment
@@ -218,10 +218,10 @@ def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Ar
 
     Each is ``(places, 6)``.
     """
-    if beams.density_powers is None:
-        rho_a = beams.line_density[element, None]
+    if not beams.inertia.density.varies:
+        rho_a = beams.inertia.density.mean[element, None]
         return rho_a * integral(SHAPES, xi), rho_a * integral(SHAPES, xi, 2)
-    powers = beams.density_powers[element]
+    powers = beams.inertia.density.powers[element]
     points, weights = np.polynomial.legendre.leggauss(
         (powers.shape[-1] + 5) // 2
     )  # exact to twice the number, less one
@@ -260,17 +260,17 @@ def between_nodes(
     beams = system.beams
     h, rho_a, number = (
         beams.mesh.cell_length[element],
-        beams.line_density[element],
+        beams.inertia.density.mean[element],
         at_elements(shear_number(beams), element),
     )
     along, across = inertia_of(system, response, element) if inertia is None else inertia
-    varies = beams.stiffness_powers is not None
+    varies = beams.rigidity.varies
     u, w = np.zeros((2, *along.shape[:2]))
     if not varies:
         u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
         w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
-    if beams.rotary_powers is not None:
-        w += by_rotary_inertia(system, response, beams.rotary_powers, element, xi)[1]
+    if beams.inertia.rotary is not None:
+        w += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[1]
     if beams.mass_moment is not None:
         w += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[1]
     for load in _with_spread(system, loads):
@@ -279,7 +279,7 @@ def between_nodes(
             continue
         extra_u, extra_w = load.displacement(element, xi, h)
         u, w = u + extra_u, w + extra_w
-    u, w = u / beams.axial_rigidity[element], w / beams.bending_rigidity[element]
+    u, w = u / beams.rigidity.axial.mean[element], w / beams.rigidity.bending.mean[element]
     if not varies:
         return u, w
     for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
@@ -311,7 +311,7 @@ def strain_of(system: System, response: ElasticResponse, v: Array) -> Array:
     nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, response)
     if system.terms.law is not None and tension is not None:
         nodal[..., 0] = 0.0
-        nodal[..., 3] = tension * system.beams.mesh.cell_length / system.beams.axial_rigidity
+        nodal[..., 3] = tension * system.beams.mesh.cell_length / system.beams.rigidity.axial.mean
     return nodal
 
 
@@ -326,7 +326,7 @@ def bent_by_tension(
     h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
     nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
     shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
-    return tension[:, element] * h**2 / beams.bending_rigidity[element] * np.sum(nodal * shapes, -1)
+    return tension[:, element] * h**2 / beams.rigidity.bending.mean[element] * np.sum(nodal * shapes, -1)
 
 
 def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:

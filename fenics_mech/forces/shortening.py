@@ -115,7 +115,7 @@ class Shortening:
     def _forces(self, shorter: Array) -> Array:
         """Forces on the links' coordinates that would stretch the elements back, ``(angles, links' coordinates)``."""
         beams = self.system.beams
-        pull = shorter * beams.axial_rigidity / beams.mesh.cell_length
+        pull = shorter * beams.rigidity.axial.mean / beams.mesh.cell_length
         nodal = self.system.assembled(pull[..., None] * beams.stretching.line)
         if beams.reduction is None:
             return nodal
@@ -129,7 +129,7 @@ class Shortening:
         moved = np.zeros((len(shorter), self.system.transformation.height))
         if beams.reduction is None:
             return moved
-        rigidity, string = beams.axial_rigidity / beams.mesh.cell_length, beams.reduction.strings.of_element
+        rigidity, string = beams.rigidity.axial.mean / beams.mesh.cell_length, beams.reduction.strings.of_element
         count = int(string.max()) + 1
         mean = summed(shorter, string, count) / np.bincount(string, 1 / rigidity, count)
         longer = mean[:, string] / rigidity - shorter

@@ -298,7 +298,7 @@ def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTH
     SceneError
         When members that cannot stretch brace each other.
     """
-    held = Inextensible.of(beams.mesh, beams.axial_rigidity)
+    held = Inextensible.of(beams.mesh, beams.rigidity.axial.mean)
     return System(beams, motion, build_transformation(scene, beams, motion, held), terms)
 
 

@@ -120,4 +120,4 @@ def _of_bowing(system: System, v: Array) -> Array:
     ends = v[:, element_dofs(beams.mesh)]
     straight = np.einsum("ei,tei->te", beams.stretching.line, ends)
     whole = straight + np.sum(ends * each(beams.stretching.bow, ends), axis=-1) / 2
-    return np.asarray(np.sum(beams.axial_rigidity / beams.mesh.cell_length * (whole**2 - straight**2), axis=1) / 2)
+    return np.asarray(np.sum(beams.rigidity.axial.mean / beams.mesh.cell_length * (whole**2 - straight**2), axis=1) / 2)

@@ -117,7 +117,7 @@ def links(scene: Scene) -> Beams:
     if scene.analysis.reduction == "none":
         return fine
     members = _reducible(scene, fine)
-    varies = fine.density_powers is not None  # then strains are recovered on all elements
+    varies = fine.inertia.density.varies  # then strains are recovered on all elements
     coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], _most_seen(scene))
     seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
     cutoff = scene.analysis.cutoff
@@ -143,7 +143,7 @@ def _reducible(scene: Scene, beams: Beams) -> list[int]:
         if isinstance(joint, Slot | Prismatic) and joint.member is not None
     }
     owners = beams.mesh.cell_member
-    needed = np.append(owners[np.isinf(beams.axial_rigidity)], np.flatnonzero(np.bincount(owners) == 1))
+    needed = np.append(owners[np.isinf(beams.rigidity.axial.mean)], np.flatnonzero(np.bincount(owners) == 1))
     return [i for i, (_, member) in enumerate(scene.members().values()) if id(member) not in guides and i not in needed]
 
 

@@ -32,7 +32,7 @@ def coupler():
     beams = links(seed_four_bar(mesh__elements=5000, **REDUCED)).reduction.fine
     cells = np.flatnonzero(beams.mesh.cell_member == 1)
     chain = Chain.of(beams.mesh.cell_length[cells], beams.element_stiffness[cells])
-    return chain, beams.mesh.member_length[1], beams.bending_rigidity[cells[0]]
+    return chain, beams.mesh.member_length[1], beams.rigidity.bending.mean[cells[0]]
 
 
 def test_ends_of_a_chain_of_5000_elements_are_those_of_a_beam(coupler):
@@ -56,7 +56,10 @@ def test_modes_of_clamped_members_are_blevins():
         reduction = links(seed_four_bar(mesh__elements=elements, **REDUCED, analysis__cutoff="1 kHz")).reduction
         beams = reduction.fine
         cell = np.flatnonzero(beams.mesh.cell_member == 2)[0]
-        wave = np.sqrt(beams.bending_rigidity[cell] / beams.line_density[cell]) / beams.mesh.member_length[2] ** 2
+        wave = (
+            np.sqrt(beams.rigidity.bending.mean[cell] / beams.inertia.density.mean[cell])
+            / beams.mesh.member_length[2] ** 2
+        )
         omega = reduction.mode_omega[reduction.mode_member == 2]
         assert np.allclose(omega[:3], CLAMPED**2 * wave, rtol=rel, atol=0)
 

@@ -60,7 +60,7 @@ def test_point_load_on_a_simply_supported_beam(place, elements, scene_of):
     )
     system = mechanism(scene)
     mesh, member = system.beams.mesh, 1
-    ei = float(system.beams.bending_rigidity[mesh.cell_member == member][0])
+    ei = float(system.beams.rigidity.bending.mean[mesh.cell_member == member][0])
     cells, nodes = np.flatnonzero(mesh.cell_member == member), _nodes(mesh, member)
     element = cells[min(int(place * elements), elements - 1)]
     xi = place * elements - (element - cells[0])

@@ -137,5 +137,5 @@ def test_lumps_come_beside_point_masses():
 
 def test_without_the_effect_mass_is_consistent():
     beams = mechanism(beam(2, effects=())).beams
-    assert not beams.bodies
+    assert not beams.inertia.bodies
     assert beams.element_mass[0, 0, 3] == pytest.approx(RHO * AREA * LENGTH / 12, rel=1e-12)  # (7.1)

@@ -263,6 +263,6 @@ def test_pins_along_members_are_refused():
 
 def test_without_the_effect_nothing_is_tied_or_assembled():
     beams = mechanism(beam(2, rectangle(10), WELD, effects=())).beams
-    assert beams.shear_stiffness is beams.layout.shear_angle is None
+    assert beams.rigidity.shear is beams.layout.shear_angle is None
     plain = mechanism(beam(2, rectangle(10), WELD, effects=(), steel={"modulus": E, "density": RHO})).beams
     assert np.array_equal(beams.element_stiffness, plain.element_stiffness)
