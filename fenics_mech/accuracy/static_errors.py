@@ -39,9 +39,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
         q = yielding_to(system, load, scene.petsc)
     else:
         equation, still = Equation(system), np.zeros_like(response.displacement)
-        tension = law.tension(*equation.in_links(response.displacement, still))
-        tangents = equation.linearised(response.displacement, still, tension)
-        q = np.linalg.solve(tangents.stiffness, load[..., None])[..., 0]
+        q = np.linalg.solve(equation.about(response.displacement, still).stiffness, load[..., None])[..., 0]
     if (law is not None or system.terms.stiffening is not None) and not scene.analysis.allow_coarse:
         _refuse_large(system, response.displacement, q)
     found = replace(response, displacement=response.displacement + q)

@@ -101,11 +101,8 @@ def _without_mesh(
     tuple
         The response, the load that it has beside, and the change at its end.
     """
-    law, matrices = equation.system.terms.law, equation.linear
-    if law is not None:
-        matrices = equation.linearised(*motion, law.tension(*equation.in_links(*motion)))
     missing = neglected(equation.system, elastic_response(equation, *motion), step, closed=False)
     load = equation.system.on_coordinates(equation.system.applied_by(missing))
-    change = change_in_time(load, matrices, step, state)
+    change = change_in_time(load, equation.about(*motion), step, state)
     q, rate = change[:2]
     return elastic_response(equation, motion[0] + q, motion[1] + rate, load), missing, change[:, -1]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx
+from fenics_mech._arrays import each
 from fenics_mech.beams.forms import stretching
 from fenics_mech.beams.layout import Layout, member_rotation
 
@@ -16,18 +17,40 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stretching:
-    """Mean strain of each element, ``(line v + v^T bow v/2)/h``, in its dofs in link axes.
+    """Elongation ``line v + v^T bow v/2`` of elements, or of strings of them, in their dofs in link axes.
+
+    It is the integral of von Karman's strain ``u' + w'^2/2``.
 
     Parameters
     ----------
     line
-        ``(elements, 6)``.
+        ``(elements, 6)``, or ``(strings, n)``.
     bow
-        ``int w' z' dx``, ``(elements, 6, 6)`` (1/m ...).
+        ``int w' z' dx``, ``(elements, 6, 6)``, or ``(strings, n, n)`` (1/m ...).
     """
 
     line: Array
     bow: Array
+
+    def elongation(self, v: Array) -> tuple[Array, Array]:
+        """Elongation ``line v + v^T bow v/2`` of each element or string, and its gradient ``line + bow v``.
+
+        Parameters
+        ----------
+        v
+            Displacements of each, ``(angles, strings, n)``.
+
+        Returns
+        -------
+        tuple
+            The elongation (m), ``(angles, strings)``, and the gradient, ``(angles, strings, n)``.
+        """
+        gradient = self.line + each(self.bow, v)
+        return np.sum((self.line + gradient) * v, -1) / 2, gradient
+
+    def bowed(self, a: Array, b: Array) -> Array:
+        """``a^T bow b`` of two displacements ``(angles, strings, n)``, ``(angles, strings)`` (m)."""
+        return np.asarray(np.sum(a * each(self.bow, b), axis=-1))
 
     @classmethod
     def of(cls, layout: Layout) -> Stretching:

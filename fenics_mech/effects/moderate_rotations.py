@@ -83,9 +83,7 @@ class VonKarman:
 
     def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Tension, and the change of the string's elongation with its dofs, ``line + bow v``."""
-        bent = each(self.stretching.bow, v)
-        turned = self.stretching.line + bent
-        elongation = np.sum((self.stretching.line + bent / 2) * v, -1)
+        elongation, turned = self.stretching.elongation(v)
         return self.rigidity * (elongation + self.material * np.sum(turned * rate, -1)), turned
 
 
@@ -116,13 +114,12 @@ class OnElements:
 
     def tension(self, v: Array, rate: Array) -> Array:
         """Axial force of each element (N), ``(angles, elements)``."""
-        return self._tension(*self._turned(v, rate))
+        return self._forces(v[:, self.dofs], rate[:, self.dofs])[0]
 
     def force(self, v: Array, rate: Array) -> Array:
         """Forces on the elements' ends in link axes, ``(angles, elements, 6)``, less the linear ones of the strings."""
-        v, rate, turned = self._turned(v, rate)
-        tension = self._tension(v, rate, turned)
-        line = self.stretching.line
+        v, rate, line = v[:, self.dofs], rate[:, self.dofs], self.stretching.line
+        tension, turned = self._forces(v, rate)
         linear = self._of_strings(np.einsum("ei,tei->te", line, v + self.material * rate))[:, self.string]
         return tension[..., None] * (turned - line) + (tension - self.spread - linear)[..., None] * line
 
@@ -136,20 +133,14 @@ class OnElements:
         Bending shortens an element, and the tension that comes of it stretches all elements of its string. Together
         they add up to 0 over a string: its ends have their displacement already.
         """
-        v = v[:, self.dofs]
-        bent = np.sum(v * each(self.stretching.bow, v), -1) / 2
+        bent = self.stretching.bowed(v[:, self.dofs], v[:, self.dofs]) / 2
         return self._of_strings(bent)[:, self.string] / self.rigidity - bent
 
-    def _turned(self, v: Array, rate: Array) -> tuple[Array, Array, Array]:
-        v, rate = v[:, self.dofs], rate[:, self.dofs]
-        return v, rate, self.stretching.line + each(self.stretching.bow, v)
-
-    def _elongation(self, v: Array, rate: Array, turned: Array) -> Array:
-        whole = np.sum((self.stretching.line + turned) * v, -1) / 2
-        return np.asarray(whole + self.material * np.sum(turned * rate, -1))
-
-    def _tension(self, v: Array, rate: Array, turned: Array) -> Array:
-        return np.asarray(self._of_strings(self._elongation(v, rate, turned))[:, self.string] + self.spread)
+    def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
+        """Tension, and the gradient of the elements' elongation."""
+        elongation, turned = self.stretching.elongation(v)
+        elongation = elongation + self.material * np.sum(turned * rate, -1)
+        return self._of_strings(elongation)[:, self.string] + self.spread, turned
 
     def _of_strings(self, elongation: Array) -> Array:
         """Axial force of each string by the elongation of its elements, ``(angles, strings)``."""

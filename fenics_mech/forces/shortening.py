@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
-from fenics_mech._arrays import each, summed
+from fenics_mech._arrays import summed
 from fenics_mech._petsc import to_scipy
 from fenics_mech.beams import assemble_beams, mesh_scene
 from fenics_mech.beams.layout import element_dofs
@@ -82,7 +82,7 @@ class Shortening:
     def _pair(self, a: Array, b: Array) -> Array:
         """``a^T bow b`` of each element (m), ``(angles, elements)``."""
         dofs = element_dofs(self.system.beams.mesh)
-        return np.asarray(np.sum(a[:, dofs] * each(self.system.beams.stretching.bow, b[:, dofs]), axis=-1))
+        return self.system.beams.stretching.bowed(a[:, dofs], b[:, dofs])
 
     def _moved(self, lengths: Sequence[Array], values: Sequence[Array]) -> list[Array]:
         """Give u and its derivatives from those of the shortenings and of P, by Leibniz' rule.

@@ -19,6 +19,7 @@ from fenics_mech._arrays import summed, times
 from fenics_mech._guard import ADVICE, require_memory
 from fenics_mech._ranks import over_positions
 from fenics_mech.effects import Entries
+from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError, TooLargeError
 from fenics_mech.mechanism.system import System
 
@@ -148,11 +149,32 @@ class Equation:
         tension
             Axial force of each element that goes with them (N), ``(angles, elements)``.
         """
-        linear, law = self.linear, self.system.terms.law
+        law = self.system.terms.law
+        return self.linear if law is None else self._linearised(law, self.in_links(q, rate), tension)
+
+    def about(self, q: Array, rate: Array) -> Matrices:
+        """Linearise about a motion, with the axial forces that its strains give.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+
+        Returns
+        -------
+        Matrices
+            The tangents; those of the linear part where the links have no nonlinear law.
+        """
+        law = self.system.terms.law
         if law is None:
-            return linear
-        constant, *tangents = law.linearised(*self.in_links(q, rate), tension)
-        damping, stiffness = over_positions(len(q), lambda among: self._tangents_at(among, law.dofs, *tangents))
+            return self.linear
+        state = self.in_links(q, rate)
+        return self._linearised(law, state, law.tension(*state))
+
+    def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array) -> Matrices:
+        """Linearise about v and v' of the links, and the tension of their strings."""
+        linear, (constant, *tangents) = self.linear, law.linearised(*state, tension)
+        damping, stiffness = over_positions(len(tension), lambda among: self._tangents_at(among, law.dofs, *tangents))
         return Matrices(
             mass=linear.mass,
             damping=linear.damping + damping,

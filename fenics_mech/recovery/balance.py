@@ -7,7 +7,6 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from fenics_mech._arrays import each
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
@@ -119,5 +118,5 @@ def _of_bowing(system: System, v: Array) -> Array:
     beams = system.beams
     ends = v[:, element_dofs(beams.mesh)]
     straight = np.einsum("ei,tei->te", beams.stretching.line, ends)
-    whole = straight + np.sum(ends * each(beams.stretching.bow, ends), axis=-1) / 2
+    whole, _ = beams.stretching.elongation(ends)
     return np.asarray(np.sum(beams.rigidity.axial.mean / beams.mesh.cell_length * (whole**2 - straight**2), axis=1) / 2)

@@ -107,10 +107,7 @@ class MotorCycle(Cycle):
         theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
         q, rate = motion(tableau.points)
         equation, _ = _accelerated(self.scene, self.system, theta, q, rate, self.damping_at(theta))
-        law = equation.system.terms.law
-        if law is None:
-            return equation.linear
-        return equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
+        return equation.about(q, rate)
 
 
 def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> UnresolvedError:

@@ -102,10 +102,7 @@ class Cycle:
         if self.linear or motion is None:
             return equation.linear
         q, rate = motion(Tableau.of(scheme, stages).points)
-        law = equation.system.terms.law
-        if law is None:
-            return self.stiffened(equation, q, rate).linear
-        return equation.linearised(q, rate, law.tension(*equation.in_links(q, rate)))
+        return (self.stiffened(equation, q, rate) if self.settling else equation).about(q, rate)
 
     def _at_start(self, motion: States | None) -> Matrices:
         """Linear part of the equation at the starts of the sub-intervals."""
