@@ -1,4 +1,4 @@
-"""Products and sums of whole arrays over the drive angles."""
+"""Types of arrays, and products and sums of whole arrays over the drive angles."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 def times(matrices: Array, vectors: Array) -> Array:
@@ -22,7 +23,7 @@ def each(matrices: Array, vectors: Array) -> Array:
     return np.einsum("eij,tej->tei", matrices, vectors)
 
 
-def summed(values: Array, place: NDArray[np.int64], size: int) -> Array:
+def summed(values: Array, place: Index, size: int) -> Array:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
     collect = _collector(np.ascontiguousarray(place, dtype=np.int64).tobytes(), size)
     flat = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])

@@ -11,9 +11,9 @@ import numpy as np
 import ufl
 from dolfinx import fem, jit
 from mpi4py import MPI
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
 
 try:  # dolfinx >= 0.10
@@ -24,8 +24,6 @@ try:  # explicit import from 0.7
     import dolfinx.fem.petsc as fem_petsc
 except ImportError:
     fem_petsc = fem.petsc
-
-Array = NDArray[np.float64]
 
 
 JIT_OPTIONS = "jit_options" if hasattr(jit, "get_options") else "jit_params"  # from 0.6
@@ -47,7 +45,7 @@ def _quiet() -> Iterator[None]:
         logging.disable(before)
 
 
-def line_mesh(model: Any) -> tuple[Any, Array, NDArray[np.int64]]:
+def line_mesh(model: Any) -> tuple[Any, Array, Index]:
     """Read a gmsh model of lines on the x axis.
 
     Parameters
@@ -85,7 +83,7 @@ def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
     return compiled(fem.FunctionSpace, mesh, ufl.MixedElement(*parts))
 
 
-def cell_dofs(space: Any, part: int) -> tuple[NDArray[np.int64], Array]:
+def cell_dofs(space: Any, part: int) -> tuple[Index, Array]:
     """Give the dofs of one part of a mixed space, ``(cells, dofs)``, and their places 0..1 in the reference cell."""
     part_space = space.sub(part)
     cells = space.mesh.topology.index_map(1).size_local

@@ -13,11 +13,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 from mpi4py import MPI
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError
 
-Array = NDArray[np.float64]
 Found = TypeVar("Found")
 INTERRUPTED = 130  # exit code
 _sharing: ContextVar[Any] = ContextVar("processes that share positions", default=MPI.COMM_SELF)

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag, unlinear
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
@@ -38,7 +38,6 @@ from fenics_mech.response.solution import (
 )
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 LARGEST_ERROR = 0.05  # of the largest strain, by all numerical sources
 LARGEST_OF_REST = 0.5  # of the largest deflection and joint force: beyond it not one digit is known
 STEPS = ("time", "harmonics")

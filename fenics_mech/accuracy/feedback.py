@@ -12,14 +12,13 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.mesh_residual import neglected
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
-Array = NDArray[np.float64]
 FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
 NEAR = 0.3  # of T's eigenvalues, from where it may
 LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 
-Array = NDArray[np.float64]
 LARGEST_KNOWN = 0.2  # of a natural frequency: beyond it the first order tells no more
 POSITIONS = 8  # of the cycle, at which modes are looked at
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from fenics_mech._arrays import times
-from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech._arrays import Array, times
+from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.periodic.flow import Flow
 
 LOOKED_AT = 8  # positions of a cycle at which vibration is looked for

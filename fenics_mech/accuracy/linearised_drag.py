@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.forces.air import displacement_and_velocity, flow_of
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import Solution
 from fenics_mech.response.static.quasi_static import yielding_to
 
-Array = NDArray[np.float64]
 TINY = float(np.finfo(float).tiny)
 
 

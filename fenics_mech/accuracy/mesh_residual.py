@@ -19,7 +19,7 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import each
+from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
@@ -35,9 +35,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.response.static.quasi_static import yielding_to
 from fenics_mech.scene import Prismatic
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 OF_WORK_ALONG, OF_WORK_ACROSS = np.linalg.inv(ALONG).T, np.linalg.inv(ACROSS[[1, 3]]).T  # linear loads of their work

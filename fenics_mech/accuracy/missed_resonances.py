@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.feedback import LEAST_LOSS
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
 from fenics_mech.accuracy.periodic_errors import more_accurate
@@ -29,7 +30,6 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution, SubIntervalSolution
 from fenics_mech.response.static.quasi_static import displacement_under
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
@@ -214,7 +214,7 @@ class Resonances:
             y[:, m], y_rate[:, m] = found.real, (1j * numbers[worst] * found).real * self.rate * pace
         return y, y_rate
 
-    def _harmonics_of_load(self, phase: Array, numbers: NDArray[np.int64]) -> NDArray[np.complex128]:
+    def _harmonics_of_load(self, phase: Array, numbers: Index) -> NDArray[np.complex128]:
         """Give harmonics of the load over a phase that grows by a turn in the cycle, ``(coordinates, numbers)``."""
         count = len(phase)
         if np.ptp(np.diff(phase, prepend=0.0)) < LIMITS.even / count:

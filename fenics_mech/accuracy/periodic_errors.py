@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import fed_back, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
@@ -20,7 +20,6 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
 
-Array = NDArray[np.float64]
 OF_STEPS = 2  # differences of steps are 0.3 to 1 of the true error in what was tried
 LITTLE = 1e-4  # of a motion, that a vibration which is taken as linear is
 HARMONIC_ORDER = 8  # the series falls faster than any power; this one asks for harmonics enough

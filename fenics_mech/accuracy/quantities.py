@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
@@ -17,7 +17,6 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 STATIONS = 5  # of each member at which quantities are compared
 SMALL_MEMBER = 0.1  # of the mechanism's largest value that a member's own must have to be the measure of its error
 SMALL_EFFORT = 0.01  # of the largest joint force, at the link's size, that an effort must have for the same

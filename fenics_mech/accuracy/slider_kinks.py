@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.mesh_residual import yielded
 from fenics_mech.effects import AddedMatrices, Terms
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -23,7 +23,6 @@ from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 
-Array = NDArray[np.float64]
 MODES = 8  # that are looked at: the blows put less into higher ones
 BLOWS = 8  # that are looked at, the strongest
 MASSLESS = 1e-12  # of the largest 1/omega^2, up to which a mode has no mass, as with lumped ones

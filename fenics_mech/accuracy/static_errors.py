@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import MESH_SAFETY, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.mesh_residual import neglected, order_of
 from fenics_mech.effects import UNLOADED
@@ -16,7 +16,6 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import StaticSolution
 from fenics_mech.response.static.quasi_static import yielding_to
 
-Array = NDArray[np.float64]
 LARGEST_CHANGE, LEAST = 0.3, 1e-3  # share of an answer, and of the largest answer over the cycle that it counts for
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
@@ -26,8 +26,6 @@ from fenics_mech.response.solution import SubIntervalSolution
 from fenics_mech.response.static.quasi_static import displacement_under
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 ORDERS = {"time": 1, "modes": 2}  # measured
 SAFETY = 2  # of both
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.linear_response import change_in_time, too_fast
 from fenics_mech.accuracy.mesh_residual import at_the_start, neglected
@@ -25,7 +25,6 @@ from fenics_mech.response.transient.in_time import (
 from fenics_mech.response.transient.integration import LONGEST_STEP, Course
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 OF_MODES = 2.0  # convergence order in the cutoff, of the answer of the modes left out
 ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
 LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance

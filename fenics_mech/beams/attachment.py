@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
 
 

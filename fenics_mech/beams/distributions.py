@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
-from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx
+from fenics_mech._arrays import Array
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 DEGREE = 4  # of the polynomials that stand for a section that varies
 
 

@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
+from fenics_mech._arrays import Array
 from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.beams.distributions import Distribution, along_elements
 from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, offset_gyroscopic, offset_mass, rotary, shear
@@ -23,8 +23,6 @@ from fenics_mech.scene import PointMass, RigidBody, Scene
 
 if TYPE_CHECKING:
     from fenics_mech.beams.reduction import Reduction
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,18 +13,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import each
+from fenics_mech._arrays import Array, Index, each
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -159,7 +155,7 @@ def member_rotation(mesh: BeamMesh) -> Array:
     return rotation
 
 
-def element_dofs(mesh: BeamMesh) -> NDArray[np.int64]:
+def element_dofs(mesh: BeamMesh) -> Index:
     """Nodal dofs of each element, ``(elements, 6)``."""
     return (3 * mesh.cell_nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
 

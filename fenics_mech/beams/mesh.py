@@ -13,11 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx, _gmsh
+from fenics_mech._arrays import Array, Index
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

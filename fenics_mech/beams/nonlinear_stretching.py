@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import each
+from fenics_mech._arrays import Array, each
 from fenics_mech.beams.forms import stretching
 from fenics_mech.beams.layout import Layout, member_rotation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams.shapes import AXIAL
 from fenics_mech.errors import SceneError
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
     from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
@@ -26,8 +26,6 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.span import Span, outside
 from fenics_mech.beams.strings import Strings
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 ABOVE = 20.0  # measured on the seed four-bar: strains to 4e-5, with 10 to 2e-4, with 5 to 2e-3
 
 

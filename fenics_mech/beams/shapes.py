@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fenics_mech._arrays import Array
+
 LINEAR = (Polynomial([1, -1]), Polynomial([0, 1]))  # (4.5), (4.8): axial displacement of the two nodes
 CUBIC = (  # displacement, rotation times L, of the first node and of the second
     Polynomial([1, 0, -3, 2]),  # (4.6)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import configured, name_of, to_petsc
 from fenics_mech.beams.chain import Chain
 from fenics_mech.beams.element_matrices import Beams
@@ -19,8 +20,6 @@ from fenics_mech.beams.layout import member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SolverError
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 SMALL = 60  # inner dofs of a member, up to which all its modes are found at once
 TOLERANCE = 1e-12  # of the modes
 

@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.span import outside
 
 if TYPE_CHECKING:
     from fenics_mech.beams.reduction import Reduction
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

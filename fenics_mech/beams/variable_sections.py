@@ -12,16 +12,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
     from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 PLACES = 64  # in an element, at which its section is looked at
 POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # of integrals from 0 to 1
 

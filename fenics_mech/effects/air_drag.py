@@ -15,13 +15,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fenics_mech._arrays import each, times
+from fenics_mech._arrays import Array, each, times
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import AddedMatrices, Array, Entries, Loads, Situation, Terms
+from fenics_mech.effects.terms import AddedMatrices, Entries, Loads, Situation, Terms
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import Motion
 

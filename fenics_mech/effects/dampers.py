@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
-from fenics_mech.effects.terms import AddedMatrices, Array, Loads, Situation, Terms, total
+from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 

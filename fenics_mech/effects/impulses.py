@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams import Beams
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import Array, in_links
+from fenics_mech.effects.terms import in_links
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.beams.layout import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import AddedMatrices, Array, Entries, Inside, Loads, Situation, Terms, in_links, total
+from fenics_mech.effects.terms import AddedMatrices, Entries, Inside, Loads, Situation, Terms, in_links, total
 from fenics_mech.scene.applied_loads import LineLoad, Load
 
 JUST_BEFORE = 1e-15  # of its place in an element, by which a load acts before a station there, as at a node

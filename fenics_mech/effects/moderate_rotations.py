@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import each, summed, times
+from fenics_mech._arrays import Array, Index, each, summed, times
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.effects.effect import Effect, Survey
-from fenics_mech.effects.terms import Array, Index, Situation, Terms
+from fenics_mech.effects.terms import Situation, Terms
 
 NEAR_BUCKLING = 0.8  # of a mode's stiffness, that axial forces take
 

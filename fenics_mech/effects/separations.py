@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.attachment import QUARTER, Attachment
-from fenics_mech.effects.terms import Array, Entries, Index, summed
+from fenics_mech.effects.terms import Entries, summed
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech import _fenicsx
+from fenics_mech._arrays import Array
 from fenics_mech.beams import Beams
-from fenics_mech.beams.distributions import Array, along_elements
+from fenics_mech.beams.distributions import along_elements
 from fenics_mech.beams.forms import bending
 from fenics_mech.beams.shapes import NORMAL
 from fenics_mech.effects.effect import Effect

@@ -7,16 +7,12 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fenics_mech._arrays import summed
+from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams import BeamMesh, Beams
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def _no_tension() -> Array:

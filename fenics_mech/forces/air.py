@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import Situation
 from fenics_mech.effects.air_drag import Flow, SpreadDamping
 from fenics_mech.effects.terms import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def drag_known(scene: Scene, system: System, response: ElasticResponse) -> System:

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

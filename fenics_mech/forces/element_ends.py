@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fenics_mech._arrays import each, times
+from fenics_mech._arrays import Array, each, times
 from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import held_tension, without_elastic
 from fenics_mech.forces.reduced_members import inside
 from fenics_mech.mechanism import System
-
-Array = NDArray[np.float64]
 
 
 def element_forces(system: System, response: ElasticResponse) -> Array:

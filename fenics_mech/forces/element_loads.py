@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.shapes import (
     LINEAR,
     between_clamped_ends,
@@ -16,9 +16,6 @@ from fenics_mech.beams.shapes import (
 )
 from fenics_mech.forces.joint_forces import Reactions
 from fenics_mech.mechanism import System
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

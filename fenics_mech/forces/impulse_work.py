@@ -14,16 +14,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects.impulses import nodal_impulses
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.virtual_work import Acceleration, Forces, Rates
 from fenics_mech.kinematics.influence import drive_influences, drive_rates
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 
-from fenics_mech._arrays import each
+from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.layout import in_member_axes
@@ -14,7 +13,6 @@ from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, between_clamp
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
-Array = NDArray[np.float64]
 SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
 SLOPES = (*(f.deriv() for f in CUBIC), Polynomial([1.0]))  # and the rotation of its sections
 AS_CUBICS = np.array([[f(0.0), f.deriv()(0.0), f(1.0), f.deriv()(1.0)] for f in SLOPES])  # that rotation by `CUBIC`
@@ -27,7 +25,7 @@ def nodal_in_members(system: System, nodal: Array) -> Array:
 
 
 def by_rotary_inertia(
-    system: System, response: ElasticResponse, rotary: Distribution, element: NDArray[np.int64], xi: Array
+    system: System, response: ElasticResponse, rotary: Distribution, element: Index, xi: Array
 ) -> tuple[Array, Array]:
     """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
 
@@ -45,7 +43,7 @@ def by_rotary_inertia(
     return h * np.sum(rate * up_to, -1), bent
 
 
-def _rotation(system: System, nodal: Array, element: NDArray[np.int64]) -> Array:
+def _rotation(system: System, nodal: Array, element: Index) -> Array:
     """Rotation of the sections of elements by nodal values in link axes, by `SLOPES`, ``(angles, places, 5)``."""
     h = system.beams.mesh.cell_length[element]
     slopes, plain = nodal_in_members(system, nodal)[:, element], in_member_axes(system.beams.mesh, nodal)[:, element]
@@ -55,7 +53,7 @@ def _rotation(system: System, nodal: Array, element: NDArray[np.int64]) -> Array
 
 
 def by_mass_beside_axis(
-    system: System, response: ElasticResponse, mass_moment: Array, element: NDArray[np.int64], xi: Array
+    system: System, response: ElasticResponse, mass_moment: Array, element: Index, xi: Array
 ) -> tuple[Array, Array]:
     """Moment, and EI times the deflection between clamped ends, by inertia along the member on the arm of its mass.
 
@@ -76,12 +74,12 @@ def shear_number(beams: Beams) -> Array | None:
     return beams.rigidity.bending.mean / beams.rigidity.shear.mean / beams.mesh.cell_length**2
 
 
-def at_elements(values: Array | None, element: NDArray[np.int64]) -> Array | None:
+def at_elements(values: Array | None, element: Index) -> Array | None:
     """Values of some elements; None where there are none."""
     return None if values is None else values[element]
 
 
-def inertia_of(system: System, response: ElasticResponse, element: NDArray[np.int64]) -> tuple[Array, Array]:
+def inertia_of(system: System, response: ElasticResponse, element: Index) -> tuple[Array, Array]:
     """Acceleration of the mass along and across the member in each element, as coefficients of `SHAPES`.
 
     Returns
@@ -98,7 +96,7 @@ def inertia_of(system: System, response: ElasticResponse, element: NDArray[np.in
     return along, across
 
 
-def _of_neutral_line(system: System, response: ElasticResponse, element: NDArray[np.int64]) -> tuple[Array, Array]:
+def _of_neutral_line(system: System, response: ElasticResponse, element: Index) -> tuple[Array, Array]:
     """Acceleration of the neutral line, as `inertia_of` gives that of the mass."""
     h = system.beams.mesh.cell_length[element]
     inertia = nodal_in_members(system, response.inertia)[:, element]

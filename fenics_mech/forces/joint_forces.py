@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.scene import Prismatic, Scene, Slot
-
-Array = NDArray[np.float64]
 
 Reactions = dict[tuple[str, str, int], Array]  # by joint, body and number of components
 

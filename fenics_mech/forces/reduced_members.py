@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fenics_mech._arrays import each
+from fenics_mech._arrays import Array, each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.span import Span, outside
-
-Array = NDArray[np.float64]
 
 
 def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None = None) -> tuple[Array, Array]:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import (
@@ -41,8 +41,6 @@ from fenics_mech.forces.inertia import (
     shear_number,
 )
 from fenics_mech.mechanism import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -156,7 +154,7 @@ def section_forces(
 
 
 def forces_inside(
-    system: System, response: ElasticResponse, element: NDArray[np.int64], xi: Array, loads: Sequence[PointLoad] = ()
+    system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad] = ()
 ) -> tuple[Array, Array, Array]:
     """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each."""
     inertia, ends = inertia_of(system, response, element), element_forces(system, response)
@@ -178,7 +176,7 @@ def _statics(
     ends: Array,
     inertia: tuple[Array, Array],
     loads: Sequence[PointLoad],
-    element: NDArray[np.int64],
+    element: Index,
     xi: Array,
 ) -> tuple[Array, Array, Array]:
     """N, V and M at places of elements, ``(angles, places)`` each, from the forces on the elements' ends."""
@@ -201,7 +199,7 @@ def _statics(
     return axial, shear, moment
 
 
-def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
+def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
     """Element and place 0..1 in it of each station of each member, both ``(members x stations,)``."""
     mesh = beams.mesh
     elements, places = [], []
@@ -213,7 +211,7 @@ def locate(beams: Beams, s: Array) -> tuple[NDArray[np.int64], Array]:
     return np.concatenate(elements), np.concatenate(places)
 
 
-def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Array, Array]:
+def _mass_up_to(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
     """Integrals, and twice repeated integrals, of rho A times `SHAPES` from an element's start to places xi (kg/m).
 
     Each is ``(places, 6)``.
@@ -236,7 +234,7 @@ def _mass_up_to(beams: Beams, element: NDArray[np.int64], xi: Array) -> tuple[Ar
 def between_nodes(
     system: System,
     response: ElasticResponse,
-    element: NDArray[np.int64],
+    element: Index,
     xi: Array,
     loads: Sequence[PointLoad] = (),
     inertia: tuple[Array, Array] | None = None,
@@ -290,7 +288,7 @@ def between_nodes(
 
 
 def _spread_where_varying(
-    system: System, inertia: tuple[Array, Array], element: NDArray[np.int64], xi: Array
+    system: System, inertia: tuple[Array, Array], element: Index, xi: Array
 ) -> Iterator[tuple[tuple[Array, Array], tuple[Array, Array]]]:
     """Give inertia and spread loads along and across elements whose section varies, with what each function adds.
 
@@ -315,9 +313,7 @@ def strain_of(system: System, response: ElasticResponse, v: Array) -> Array:
     return nodal
 
 
-def bent_by_tension(
-    system: System, response: ElasticResponse, tension: Array, element: NDArray[np.int64], xi: Array
-) -> Array:
+def bent_by_tension(system: System, response: ElasticResponse, tension: Array, element: Index, xi: Array) -> Array:
     """Deflection that axial forces on their cubic shape add between the nodes of elements, ``(angles, places)`` (m).
 
     It acts as the spread load ``T w''``. `tension` is that of the elements (N), ``(angles, elements)``.
@@ -337,7 +333,7 @@ def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, A
     return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
 
 
-def _in_fixed_frame(system: System, u: Array, w: Array, element: NDArray[np.int64]) -> Array:
+def _in_fixed_frame(system: System, u: Array, w: Array, element: Index) -> Array:
     mesh = system.beams.mesh
     member = mesh.cell_member[element]
     angle = system.motion.angle[:, mesh.member_link[member]] + mesh.member_angle[member]

@@ -14,10 +14,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
-from fenics_mech._arrays import summed
+from fenics_mech._arrays import Array, summed
 from fenics_mech._petsc import to_scipy
 from fenics_mech.beams import assemble_beams, mesh_scene
 from fenics_mech.beams.layout import element_dofs
@@ -26,8 +25,6 @@ from fenics_mech.effects.inextensible import stretching
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System, build_system
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def stress_over_modulus(scene: Scene, s: Array, axial_force: Array, moment: Array) -> tuple[Array, Array]:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, dampers
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.loads import line_turned_back, turned_back
@@ -28,8 +28,6 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.influence import drive_influences
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

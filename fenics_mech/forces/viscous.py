@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 FALL = 4  # of the error of `delayed` where steps are halved; 16 for a smooth stress
 
 

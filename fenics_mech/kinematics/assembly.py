@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics.conditioning import (
     SINGULAR,
@@ -18,7 +19,7 @@ from fenics_mech.kinematics.conditioning import (
     smallest_value,
 )
 from fenics_mech.kinematics.freedom import describe, free_motions
-from fenics_mech.kinematics.loops import GROUND, Array, Loops
+from fenics_mech.kinematics.loops import GROUND, Loops
 from fenics_mech.scene import Scene
 from fenics_mech.scene.formulas.expression import Jet
 

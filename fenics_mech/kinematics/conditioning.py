@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError
-from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.kinematics.loops import Loops
 
 SINGULAR = 3e-6  # smallest singular value, below which rounding changes accelerations by more than about 1e-4
 BOUNDED = 1e-4  # that value times the rate of the fastest link, by that of the drive, below which the links do not lock

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech._arrays import Array
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.scene import Scene
 
 NULL = 1e-9  # singular value of the Jacobian without units, up to which a motion is free

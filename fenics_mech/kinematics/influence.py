@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech._arrays import Array
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion
 from fenics_mech.scene import Scene
 

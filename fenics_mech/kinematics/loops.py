@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.scene import Prismatic, Scene, Slot
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Row = tuple[str, int, int, tuple[float, float], tuple[float, float], float]
 GROUND = -1
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, derivatives, follow, follow_branch, side
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
-from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import MOST_SUB_INTERVALS
 

@@ -10,10 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, derivatives, follow, follow_branch
 from fenics_mech.kinematics.conditioning import refuse_singular
-from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, solve_motion
 from fenics_mech.scene import Scene
 

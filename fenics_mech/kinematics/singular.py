@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar, root
 
+from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch
 from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
-from fenics_mech.kinematics.loops import Array, Loops
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.transmission import SAMPLES, Transmission, worst_transmission
 from fenics_mech.scene import Scene
 

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from fenics_mech._arrays import Array
 from fenics_mech.kinematics.assembly import Branch, DriveLaw, follow
-from fenics_mech.kinematics.loops import GROUND, Array, Loops
+from fenics_mech.kinematics.loops import GROUND, Loops
 
 SAMPLES = 361  # of the range of the drive
 

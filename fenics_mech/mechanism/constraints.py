@@ -11,17 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.contact import Contact, travelled
-from fenics_mech.mechanism.jets import Array, Jets, constant, product, rotation
+from fenics_mech.mechanism.jets import Jets, constant, product, rotation
 from fenics_mech.scene import Prismatic, Scene, Slot
 
-Index = NDArray[np.int64]
 Term = tuple[Index, Jets]  # columns ``(angles or 1, k)``, and jets ``(angles, rows, k)``
 
 

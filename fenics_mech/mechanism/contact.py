@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
@@ -18,7 +18,6 @@ from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation
 from fenics_mech.scene import Scene
 
-Index = NDArray[np.int64]
 SLACK = 1e-9  # of a member's length, by which a pin may leave it
 
 
@@ -58,7 +57,7 @@ class Contact:
         """Nodal dofs of the member."""
         return np.unique(element_dofs(self.mesh)[self.mesh.cell_member == self.member])
 
-    def angle(self, motion: Motion) -> NDArray[np.float64]:
+    def angle(self, motion: Motion) -> Array:
         """Angle of the member in the fixed frame (rad), ``(angles,)``."""
         return np.asarray(motion.angle[:, self.mesh.member_link[self.member]] + self.mesh.member_angle[self.member])
 

@@ -13,20 +13,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.constraints import Constraints, Equation
 from fenics_mech.mechanism.contact import Contact
 from fenics_mech.mechanism.inextensibility import Inextensible
-from fenics_mech.mechanism.jets import Array, Jets
+from fenics_mech.mechanism.jets import Jets
 from fenics_mech.mechanism.relative import relative_to_base
 
-Index = NDArray[np.int64]
 LARGEST_LEVERAGE = 1e8  # of an unknown that is kept on one that is solved for
 LARGEST_TRAVELLING = 30.0  # the same where a pin travels, rotations times its member's length: q must not hang on it
 LARGEST_CONDITION = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular

@@ -12,10 +12,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from fenics_mech._arrays import summed, times
+from fenics_mech._arrays import Array, Index, summed, times
 from fenics_mech._guard import ADVICE, require_memory
 from fenics_mech._ranks import over_positions
 from fenics_mech.effects import Entries
@@ -23,8 +22,6 @@ from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError, TooLargeError
 from fenics_mech.mechanism.system import System
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 DENSE = 44  # matrices of a position that a solver holds at a time: measured, 43 with the factors of its cycle
 RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
 MOST_COORDINATES = 1500  # beyond it the dense matrices of a cycle take more memory than a workstation has

@@ -13,16 +13,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse.linalg import splu
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.errors import SceneError
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 SMALLEST = 1e-9  # independence of a member's equation from those of the others in its link
 
 

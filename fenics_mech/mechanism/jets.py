@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.kinematics import Motion
 
-Array = NDArray[np.float64]
 Jets = list[Array]  # the value alone, or value, first and second derivative
 
 

@@ -13,9 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import Entries
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.mechanism.system import System
 from fenics_mech.scene.drives import Motor
 

@@ -11,15 +11,14 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.sparse.linalg import SuperLU, splu
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import Entries
 from fenics_mech.kinematics.freedom import apart
 from fenics_mech.mechanism.system import System
 
-Array = NDArray[np.float64]
 HELD = 1e-12  # energy of a motion in springs and axial forces, of that of its parts, up to which nothing holds it
 NOISE = 1e-22  # the same, of what the links would hold: axial forces of 0 are that large by rounding
 LARGEST_TURN = 0.1  # rad, of a whole link about its rough angle; there small motions are 0.5 % off

@@ -8,10 +8,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from fenics_mech._arrays import summed
+from fenics_mech._arrays import Array, Index, summed
 from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import element_dofs, member_rotation
@@ -21,7 +20,6 @@ from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
 
 
@@ -78,12 +76,12 @@ class System:
         return applied
 
     @property
-    def link_of_dof(self) -> NDArray[np.int64]:
+    def link_of_dof(self) -> Index:
         """Link of each nodal dof."""
         return np.repeat(self.beams.mesh.node_link, 3)
 
     @property
-    def link_of_coordinate(self) -> NDArray[np.int64]:
+    def link_of_coordinate(self) -> Index:
         """Link of each of the links' coordinates."""
         reduction, mesh = self.beams.reduction, self.beams.mesh
         if reduction is None:

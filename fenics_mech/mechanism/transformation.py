@@ -14,16 +14,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import summed
+from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams import Beams
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
 from fenics_mech.mechanism.inextensibility import Inextensible
-from fenics_mech.mechanism.jets import Array, Jets
+from fenics_mech.mechanism.jets import Jets
 from fenics_mech.scene import Scene
 
-Index = NDArray[np.int64]
 COMPONENTS = ("x", "y", "rotation")
 
 

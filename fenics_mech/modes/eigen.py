@@ -8,18 +8,17 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
 
+from fenics_mech._arrays import Array
 from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc, to_scipy
 from fenics_mech._ranks import over_positions
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.modes.tracking import Modes, track
 
-Array = NDArray[np.float64]
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
 SAME = 1e-6  # relative distance of eigenvalues that are next to each other
 ROUNDING, MOST_ROUNDING = 10, 0.1  # of an eigenvalue, in shares of the largest; and the most of it that is allowed for

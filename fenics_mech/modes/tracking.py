@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-Array = NDArray[np.float64]
+from fenics_mech._arrays import Array, Index
 
 
 @dataclass(frozen=True)
@@ -106,6 +106,6 @@ def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Arra
     )
 
 
-def _best_match(transfer: Array) -> NDArray[np.int64]:
+def _best_match(transfer: Array) -> Index:
     """For each mode (column), the mode of the next position (row) that it becomes."""
     return linear_sum_assignment(transfer.T**2, maximize=True)[1]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.effects import Entries, StressStiffening, Terms
 from fenics_mech.effects.effect import Survey
@@ -16,7 +16,6 @@ from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 LEAST_DAMPING = 0.005  # ratio that a real machine has at least: it bounds the estimates at a resonance
 
 

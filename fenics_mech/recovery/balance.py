@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from fenics_mech._arrays import Array
 from fenics_mech.beams.layout import element_dofs
 from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
@@ -16,7 +16,6 @@ from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
 
-Array = NDArray[np.float64]
 SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses
 TINY = float(np.finfo(float).tiny)
 

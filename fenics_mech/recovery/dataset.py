@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
@@ -31,8 +31,6 @@ from fenics_mech.response.solution import MotorSolution, PeriodicSolution, Solut
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.integration import Course
-
-Array = NDArray[np.float64]
 
 
 def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequence[Choice] = ()) -> Result:

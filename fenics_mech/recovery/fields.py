@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.validity import bow, euler_ratio, rotation
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.dampers import damper_forces
@@ -24,7 +24,6 @@ from fenics_mech.recovery.peak_places import places_between_stations
 from fenics_mech.response.solution import Solution, StaticSolution
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 Variables = dict[str, tuple[tuple[str, ...], Array]]
 
 

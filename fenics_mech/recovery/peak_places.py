@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 ON_THE_WAY = 17  # places of a pin that travels
 FINE = 4001  # places along a member, at least, at which its section is looked at
 

@@ -13,9 +13,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 MID_SPAN, PEAK = "mid-span", "peak"
 SAME = 0.01  # difference of the last two cycles of a motion in time, up to which the last one counts as periodic
 LEAST_VIBRATION = 1e-3  # of the strain's peak, below which nothing vibrates

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech._ranks import over_positions
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def damping_ratios(scene: Scene, omega: Array) -> Array:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.kinematics import Motion, solve_motion
@@ -28,7 +28,6 @@ from fenics_mech.response.setup import moved, rough_tension
 from fenics_mech.response.solution import AtPoints, MotorSolution
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 MOST_ITERATIONS = 20
 TOLERANCE = 1e-9  # of the change of the twist, relative
 STEP = 1e-4  # of the crank's angle (rad) and relative of its rate, in differences of loads: errors of about 1e-8

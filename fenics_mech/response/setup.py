@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded, require_memory
 from fenics_mech.beams import Beams, assemble_beams, mesh_scene
 from fenics_mech.beams.reduction import Reduction
@@ -171,14 +171,14 @@ def _with_effects(scene: Scene, bare: System) -> System:
     return replace(bare, terms=build_terms(situation))
 
 
-def rigid_tension(scene: Scene, bare: System) -> NDArray[np.float64]:
+def rigid_tension(scene: Scene, bare: System) -> Array:
     """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``."""
     linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
     system = _with_effects(scene.changed(effects=linear), bare)
     return mean_tension(system, static_response(scene, system))
 
 
-def rough_tension(scene: Scene, system: System) -> NDArray[np.float64] | None:
+def rough_tension(scene: Scene, system: System) -> Array | None:
     """Axial force from loads and rigid motion (N), in the strings of the links' nonlinear law, if they have one."""
     law = system.terms.law
     return None if law is None else law.on_elements.mean(rigid_tension(scene, system))
@@ -234,7 +234,7 @@ def names_of(scene: Scene, system: System, rigid: RigidModes, which: Sequence[in
     return describe(scene, q, motions if which is None else motions[list(which)])
 
 
-def boundary_load(scene: Scene, system: System) -> NDArray[np.float64] | None:
+def boundary_load(scene: Scene, system: System) -> Array | None:
     """Load at the starts of the sub-intervals, ``(angles, coordinates)``, where the scene asks for a linear load."""
     if scene.analysis.load == "constant":
         return None
@@ -283,6 +283,6 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
     )
 
 
-def with_tension(system: System, tension: NDArray[np.float64]) -> System:
+def with_tension(system: System, tension: Array) -> System:
     """Give a system whose geometric stiffness comes from another axial force (N), ``(angles, elements)``."""
     return replace(system, terms=replace(system.terms, stiffening=StressStiffening.of(system.beams, tension)))

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fenics_mech._arrays import Array
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.impulse_work import AtImpulses
 from fenics_mech.mechanism import System
@@ -19,8 +17,6 @@ from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.integration import Course, StartState
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.impulses import nodal_impulses
 from fenics_mech.kinematics import solve_motion
@@ -19,7 +19,6 @@ from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.transient.integration import Blows
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
 SAME = 1e-9  # of a cycle, between times that count as one
 PLACES = 200  # of a cycle, between which a run-up turns in one sense

@@ -11,16 +11,15 @@ from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import MOST_HARMONICS, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
-Array = NDArray[np.float64]
 SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"

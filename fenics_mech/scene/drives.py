@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 from scipy.interpolate import make_interp_spline
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.sampling import SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
-Array = NDArray[np.float64]
 MOST_HARMONICS = 10_000
 MOST_TURNS = 20  # cycles of the first drive in the common one
 SAME_RATIO = 1e-9  # of a ratio of two rates, by which it may miss a ratio of whole numbers

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable, Collection
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.consistency import CLOSEST
 from fenics_mech.scene.models import Mesh, Scene
 
-Array = NDArray[np.float64]
 SHORT = 0.35  # of an element, between its end and a load, up to which it carries the load inside
 CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "moderate-rotations"}  # loads, with these effects
 MOST_ELEMENTS = 1_000_000  # of a refined scene

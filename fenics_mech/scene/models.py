@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
@@ -446,13 +446,13 @@ class Scene(Part):
         """Duration of the cycle that all drives have in common (s)."""
         return 2 * math.pi / abs(self.cycle_rate)
 
-    def coordinate(self, time: NDArray[np.float64]) -> Jet:
+    def coordinate(self, time: Array) -> Jet:
         """Drive coordinate theta (rad) and its two derivatives by time, at times (s) from 0 on."""
         first = self.drives[0]
         own, share = first.coordinate(time), self.cycle_rate / first.cycle_rate
         return Jet(share * own.value, share * own.first, share * own.second)
 
-    def drive_angles(self, count: int) -> NDArray[np.float64]:
+    def drive_angles(self, count: int) -> Array:
         """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad)."""
         return math.copysign(2 * math.pi, self.cycle_rate) * np.arange(count) / count
 
@@ -498,13 +498,13 @@ class Scene(Part):
         found = [list(self.links[body].points.values()) for body in bodies if body != "ground"]
         return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
-    def rigidity(self, label: str, s: NDArray[np.float64]) -> Rigidity:
+    def rigidity(self, label: str, s: Array) -> Rigidity:
         """Stiffness, mass and fibres of a member, by label, at places `s` (0..1) along it."""
         _, member = self.members()[label]
         material = None if member.material is None else self.materials[member.material]
         return self.sections[member.section].rigidity(s, material, self.materials, self.sections)
 
-    def shear_stiffness(self, label: str, s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def shear_stiffness(self, label: str, s: Array) -> Array:
         """G A_s of a member, by label, at places `s` (0..1) along it (N).
 
         Raises

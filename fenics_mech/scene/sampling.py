@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.formulas.expression import Formula
 from fenics_mech.scene.formulas.interval import bounds_over
 
-Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
 SAMPLES, SEEN = 2**17, 0.1  # of a function in a cycle; share of its variance that fewer of them may miss
 ROUNDING = 1e-12  # of a function's square, below which it has no variance

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -18,7 +18,6 @@ from fenics_mech.reference.strain import link_strain
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
 
-Array = NDArray[np.float64]
 POSITIONS = 24
 LINKS = ("crank", "coupler", "follower")
 MECQBAR_FIBRES = ("+", "+", "-")  # the follower's axis runs from C to B, and MECQBAR takes the fibre on its other side

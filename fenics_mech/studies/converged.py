@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import SMALL_MEMBER
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery import Result
@@ -15,7 +15,6 @@ from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
 from fenics_mech.studies.cost_grid import meshed
 
-Array = NDArray[np.float64]
 STEPS = ((240, 4), (360, 3))  # sub-intervals and Radau points: of the answer, and of its check
 QUICK = ((120, 3), (80, 4))
 REDUCED = ((64, 20_000.0), (32, 8_000.0))  # elements and cutoff (Hz) where members are reduced

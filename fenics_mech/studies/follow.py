@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import recovered
@@ -27,7 +28,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep import stacked
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
-from fenics_mech.studies.sweep_points import KEPT, Array, Gauge, Record, kept_unit, reduced
+from fenics_mech.studies.sweep_points import KEPT, Gauge, Record, kept_unit, reduced
 
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
     "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),

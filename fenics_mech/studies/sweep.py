@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 from mpi4py import MPI
 
+from fenics_mech._arrays import Array
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError
@@ -29,7 +30,6 @@ from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
 from fenics_mech.studies.sweep_points import (
     KEPT,
     TEXTS,
-    Array,
     Gauge,
     Record,
     compute_point,

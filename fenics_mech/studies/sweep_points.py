@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
@@ -23,7 +23,6 @@ from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 
-Array = NDArray[np.float64]
 Record = dict[str, Any]
 
 KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions, unit, meaning

@@ -13,6 +13,7 @@ from imageio_ffmpeg import count_frames_and_secs
 from numpy.typing import NDArray
 from PIL import Image
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import write_whole
@@ -106,9 +107,7 @@ def _check_options(magnify: float | None, frames: int, fps: int, size: tuple[int
             raise ViewError(f"{name} must be at least 1, found {value}")
 
 
-def _pictures(
-    result: Result, theta: NDArray[np.float64], magnify: float, size: tuple[int, int], progress: Progress
-) -> Pictures:
+def _pictures(result: Result, theta: Array, magnify: float, size: tuple[int, int], progress: Progress) -> Pictures:
     """Render the mechanism at drive angles, one picture after the other."""
     from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 

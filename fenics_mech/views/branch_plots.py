@@ -12,7 +12,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech.views.geometry import Array
+from fenics_mech._arrays import Array
 from fenics_mech.views.plots import COLOURS, MICRO, MILLI, empty_figure, finish, save, with_unit
 from fenics_mech.views.tables import number, table_of
 

@@ -13,13 +13,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech.views.geometry import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.views.plots import COLOURS, STYLE, save
 from fenics_mech.views.tables import number, table_of
 
@@ -34,7 +33,7 @@ NAMED = {"elements": "elements", "sub_intervals": "sub-intervals", "modes": "mod
          "harmonics": "harmonics", "tolerance": "tolerance"}  # fmt: skip
 
 
-def front(seconds: Array, error: Array) -> NDArray[np.int64]:
+def front(seconds: Array, error: Array) -> Index:
     """Numbers of the runs than which none is both faster and better, the fastest first; NaN is no run."""
     order = [i for i in np.lexsort((error, seconds)) if np.isfinite(seconds[i]) and np.isfinite(error[i])]
     kept: list[int] = []
@@ -116,7 +115,7 @@ def _draw(axes: Axes, data: xr.Dataset, variable: str) -> None:
     axes.set_ylim(SMALLEST, LARGEST)
 
 
-def _methods(data: xr.Dataset) -> Iterator[tuple[str, NDArray[np.int64], dict[str, Any]]]:
+def _methods(data: xr.Dataset) -> Iterator[tuple[str, Index, dict[str, Any]]]:
     """Give each method with each equation: its label, its runs and how it is drawn."""
     method, equation = (data[name].to_numpy().astype(str) for name in ("method", "equation"))
     methods, equations = list(dict.fromkeys(method)), list(dict.fromkeys(equation))

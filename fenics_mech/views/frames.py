@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
-from fenics_mech.views.geometry import Array, at_angles, member_ends
+from fenics_mech.views.geometry import at_angles, member_ends
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 
 SHARE = 0.08  # of the linkage's size, for the largest deflection as drawn

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 TURN = 2 * np.pi
 
 

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.joints import Joint
-from fenics_mech.views.geometry import Array
 
 OVERHANG = 0.15  # of a slider's travel, by which its guide is drawn longer
 

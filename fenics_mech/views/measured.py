@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
-from fenics_mech.views.geometry import Array
 
 HINT = "Expected: a header line, then two columns, drive angle in degrees and strain"
 LARGEST_FILE = 10_000_000  # bytes; half a million points

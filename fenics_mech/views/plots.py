@@ -15,12 +15,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.recovery.signal import MID_SPAN
-from fenics_mech.views.geometry import Array, member_ends, member_normals, one_turn
+from fenics_mech.views.geometry import member_ends, member_normals, one_turn
 from fenics_mech.views.measured import read_measurement
 
 Curve = tuple[Array, Array, str]

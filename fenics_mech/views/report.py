@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
@@ -20,7 +21,6 @@ from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import TOLERANCE as UNDAMPED
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6

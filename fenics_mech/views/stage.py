@@ -9,8 +9,8 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.views.frames import Frames
-from fenics_mech.views.geometry import Array
 
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"
@@ -222,7 +222,7 @@ def _coloured(limit: float) -> dict[str, object]:
     }
 
 
-def _cells(count: int, points: int, closed: bool = False) -> NDArray[np.int64]:
+def _cells(count: int, points: int, closed: bool = False) -> Index:
     """Cells of VTK's layout, each of its own `points` consecutive points."""
     cells = np.arange(count * points).reshape(count, points)
     if closed:
@@ -230,7 +230,7 @@ def _cells(count: int, points: int, closed: bool = False) -> NDArray[np.int64]:
     return np.column_stack([np.full(count, cells.shape[1]), cells]).ravel()
 
 
-def _strips(members: int, stations: int) -> NDArray[np.int64]:
+def _strips(members: int, stations: int) -> Index:
     """Quadrilaterals between the edges that `ribbon` gives."""
     left = 2 * np.arange(members * stations).reshape(members, stations)[:, :-1].ravel()
     return np.column_stack([np.full(len(left), 4), left, left + 1, left + 3, left + 2]).ravel()

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
 from fenics_mech.effects import EFFECTS
-from fenics_mech.views.geometry import Array
 from fenics_mech.views.tables import number
 
 BEYOND = "outside the theory"

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
-from fenics_mech.views.geometry import Array
 from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, empty_figure, finish, save
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
 from fenics_mech.views.sweep_maps import stability_map, strain_map

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech._arrays import Index
 from fenics_mech.recovery.peaks import DOUBTFUL
 from fenics_mech.views.plots import MICRO
 from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
@@ -21,7 +21,6 @@ from fenics_mech.views.tables import number, table_of
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
-Index = NDArray[np.int64]
 MOST_RANGES = 6  # of values that failed, that are told
 KINDS = {  # of errors, in words
     "SceneError": "the scene is not valid there",

@@ -15,13 +15,13 @@ from rich.table import Table
 from rich.text import Text
 from scipy.integrate import trapezoid
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import LineLoad
-from fenics_mech.views.geometry import Array
 
 if TYPE_CHECKING:
     from fenics_mech.studies import Finding

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech._guard import guarded
 from fenics_mech.errors import MechanismError, SolverError
-from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.periodic.flow import Flow

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import active
 from fenics_mech.effects.impulses import EFFECT as IMPULSES
 from fenics_mech.errors import SceneError, SolverError
@@ -23,7 +23,6 @@ from fenics_mech.response.setup import mechanism, rough_tension, scene_modes
 from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 AtValue = Callable[[float], Scene]
 NEGLIGIBLE = 1e-12  # of a matrix: rounding of a power of the rate that it does not have
 

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech._arrays import Array
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 from fenics_mech.response.periodic.tableau import Tableau

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.forces.element_ends import mean_tension
@@ -30,7 +30,6 @@ from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 States = Callable[[Array], tuple[Array, Array]]  # q and q' at places 0..1 in every step of the cycle
 LARGEST_SPREAD = 1e12  # of the fastest coordinate's frequency over the slowest one's
 FASTEST = 1e14  # rad in a step; measured: right at 5e13, and multipliers next to 1 of no vibration at 5e15

@@ -10,14 +10,12 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
-Array = NDArray[np.float64]
 ITERATIVE = {"ksp_rtol": 1e-12, "ksp_max_it": 1000, "ksp_gmres_restart": 200}
 LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
 MOST_BLOCKS = 24  # that PETSc gets where states grow; else it gets one: products of whole arrays make two steps one

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech._ranks import over_positions
-from fenics_mech.mechanism.equation import Array, Matrices, refuse_rigid_damping
+from fenics_mech.mechanism.equation import Matrices, refuse_rigid_damping
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.periodic.tableau import Tableau
 

@@ -18,10 +18,10 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
 KRYLOV = {

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.mechanism.equation import Array, Equation, Matrices
+from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.periodic.flow import Flow
 
 MOST_ITERATIONS = 30

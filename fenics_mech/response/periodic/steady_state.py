@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.impulse_work import AtImpulses
@@ -23,8 +23,6 @@ from fenics_mech.response.stability.resonance import magnification
 from fenics_mech.response.static.equilibrium import naming_buckled
 from fenics_mech.response.velocity_jumps import jumps_at, velocity_jumps
 from fenics_mech.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalSolution:

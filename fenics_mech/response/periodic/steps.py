@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SceneError
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying, factor_pieces
 from fenics_mech.scene.sampling import gauss_points
 
-Array = NDArray[np.float64]
 CYCLE = 2 * math.pi
 SAME = 1e-9  # rad, between drive angles that count as one
 HIDDEN = 1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
@@ -44,7 +44,7 @@ class Steps:
     start: Array
     duration: Array
     regular: NDArray[np.bool_]
-    struck: NDArray[np.int64]
+    struck: Index
     jumps: NDArray[np.bool_]
 
     @classmethod

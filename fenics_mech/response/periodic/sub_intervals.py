@@ -14,9 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech._guard import require_memory
 from fenics_mech.effects import NOTHING
 from fenics_mech.errors import UnresolvedError
@@ -30,7 +29,6 @@ from fenics_mech.response.stability.resonance import blaming, magnification, of_
 from fenics_mech.response.static.quasi_static import displacement_under, solve_static
 from fenics_mech.scene import Scene
 
-Array = NDArray[np.float64]
 JOINED = 24  # matrices over the modes of a sub-interval that are held at a time: measured
 LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
 MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less

@@ -7,9 +7,8 @@ from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fenics_mech._arrays import Array
 
 
 @dataclass(frozen=True)

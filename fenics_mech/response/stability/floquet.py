@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.stability.resonance import NEAR, blamed
@@ -65,7 +66,7 @@ class Stability:
     multipliers: Complex
     frequency: Array
     link: tuple[str, ...]
-    mode: NDArray[np.int64]
+    mode: Index
     share: Array
     vibrates: NDArray[np.bool_]
     period: float
@@ -152,7 +153,7 @@ def floquet(
     return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi))
 
 
-def _leading(values: Complex, judged: NDArray[np.int64]) -> NDArray[np.int64]:
+def _leading(values: Complex, judged: Index) -> Index:
     """Few of those that count, largest magnitude first, and the one next to 1, which tells of a resonance."""
     kept = judged[np.argsort(-np.abs(values[judged]), kind="stable")]
     nearest = kept[np.abs(values[kept] - 1).argsort(kind="stable")][:1]
@@ -179,7 +180,7 @@ def _slow_enough(transitions: Array, states: Complex, start: Matrices, limit: fl
     return np.asarray(np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny)) < limit)
 
 
-def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[NDArray[np.int64], Array]:
+def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[Index, Array]:
     """Find the mode with the largest part of each disturbance, displacement and velocity alike, and that part."""
     momenta = modes.shapes[0] @ start.mass[0]
     parts = [np.abs(states @ momenta.T) ** 2 / _norm(start, states)[:, None] ** 2 for states in (q, rate)]

@@ -11,9 +11,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from fenics_mech._arrays import times
+from fenics_mech._arrays import Array, times
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 
 NEAR = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it

@@ -16,14 +16,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import summed
+from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.flow import Flow
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
 LEAST_SHARE = 0.3  # of the turns that its speed tells, which a disturbance has at least where it vibrates
 EQUAL = 1e-6  # relative distance of multipliers that count as one
 DEPENDENT = 1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 
-Array = NDArray[np.float64]
 LARGEST_LOSS = 1e-3  # of an answer by rounding; measured, the estimate is 3 to 20 times the true loss
 
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.linalg import eigh
 
+from fenics_mech._arrays import Array
 from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -53,9 +53,7 @@ def solve_static(
     return ElasticResponse(displacement=q, inertia=system.rigid_acceleration)
 
 
-def yielding_to(
-    system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None
-) -> NDArray[np.float64]:
+def yielding_to(system: System, load: Array, options: Mapping[str, Any] | None = None) -> Array:
     """Give the q of ``K q = load`` at every angle, with inertia relief where rigid-body modes are left.
 
     Both are ``(angles, coordinates)``; what is raised is that of `displacement_under`.
@@ -66,8 +64,8 @@ def yielding_to(
 
 
 def displacement_under(
-    system: System, load: NDArray[np.float64], options: Mapping[str, Any] | None = None, lost: float = math.inf
-) -> NDArray[np.float64]:
+    system: System, load: Array, options: Mapping[str, Any] | None = None, lost: float = math.inf
+) -> Array:
     """Give the q of ``K q = load`` at every angle, of the shape of the load.
 
     That is ``(angles, coordinates)``, or with several loads ``(angles, coordinates, loads)``, of which rounding may
@@ -136,7 +134,7 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Elast
     )
 
 
-def _lowered(equation: Equation, tension: NDArray[np.float64]) -> NDArray[np.float64]:
+def _lowered(equation: Equation, tension: Array) -> Array:
     """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far.
 
     The stiffness is linear in the tension, K without any and K_1 under the whole. With the least eigenvalue of

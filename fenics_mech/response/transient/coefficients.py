@@ -13,11 +13,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array, Equation
+from fenics_mech.mechanism.equation import Equation
 
 NODES = 8  # of the interpolation in a window
 WINDOWS = 8  # in a cycle, before any is halved
@@ -84,7 +84,7 @@ class Coefficients:
     corners: Callable[[int], Array] = lambda cycle: np.zeros(0)
     error: float = 0.0
     law: Law | None = None
-    dofs: NDArray[np.int64] | None = None
+    dofs: Index | None = None
     between: tuple[float, float] = (-np.inf, np.inf)  # the stretch of time without jumps that is looked at
     _tables: dict[int, _Table] = field(default_factory=dict)
     _latest: tuple[float, list[Array]] = field(default=(np.nan, []))

@@ -9,8 +9,8 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.effects import Loads
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -28,7 +28,6 @@ from fenics_mech.response.velocity_jumps import blows_between, passages
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import FINEST_STEPS
 
-Array = NDArray[np.float64]
 Joined = TypeVar("Joined", ElasticResponse, Loads)
 MOST_POSITIONS = 100_000  # at which a result is held
 STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long

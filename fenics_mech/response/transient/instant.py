@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech._arrays import Array
+from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.transient.coefficients import Coefficients
 
 

@@ -14,13 +14,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.interpolate import CubicHermiteSpline
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.coefficients import NARROWEST, Coefficients
 from fenics_mech.response.transient.instant import Instant
@@ -113,7 +112,7 @@ class Blows:
     """
 
     time: Array
-    which: NDArray[np.int64]
+    which: Index
     jump: Array
 
     def at(self, time: float, slack: float) -> Array:

@@ -16,8 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from petsc4py import PETSc
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Array, Matrices
+from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.instant import Instant
 

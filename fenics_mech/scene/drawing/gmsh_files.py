@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array, Index
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.drawing.script import check_script
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 FLAT = 1e-9  # largest z, of the drawing's size
 FORMATS = {".geo": "gmsh", ".msh": "gmsh", ".inp": "meshio"}  # by ending: who reads it
 READER = Path(__file__).with_name("reader.py")

@@ -7,11 +7,10 @@ from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.drawing.gmsh_files import Drawing
 
-Array = NDArray[np.float64]
 CORNER = 1e-6  # smallest angle between two lines that are two members (rad)
 APART = 1e-9  # largest distance between the points of one pin, of the drawing's size
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Index = NDArray[np.int64]
-Found = tuple[NDArray[np.float64], dict[str, Index], dict[str, Index], list[str]]  # nodes, lines, points, other groups
+from fenics_mech._arrays import Array, Index
+
+Found = tuple[Array, dict[str, Index], dict[str, Index], list[str]]  # nodes, lines, points, other groups
 SCRIPT, MESH, ABAQUS = ".geo", ".msh", ".inp"
 NOT_GMSH = "it does not begin with $MeshFormat"
 INCLUDES = "it includes another file (*INCLUDE); a drawing is one file"

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech.scene.formulas.expression import Array, Formula, Jet
+from fenics_mech._arrays import Array
+from fenics_mech.scene.formulas.expression import Formula, Jet
 
 CELLS = 256  # that a range is first cut into
 DEEPEST = 40  # times that a cell is halved where the formula has no bounds in it

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, known, lines_from, shear_modulus
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, known, lines_from, shear_modulus
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from fenics_mech.scene.sections.rigidity import Array, Positive, Rigidity, Section, shear_modulus, stated_factor
+from fenics_mech._arrays import Array
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, shear_modulus, stated_factor
 from fenics_mech.scene.units import Area, Length, SecondMoment
 
 if TYPE_CHECKING:

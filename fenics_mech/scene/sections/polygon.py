@@ -8,17 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import (
-    Array,
-    Rigidity,
-    Section,
-    known,
-    lines_from,
-    shear_modulus,
-    stated_factor,
-)
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, known, lines_from, shear_modulus, stated_factor
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:

@@ -8,16 +8,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import Part
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Material
 
-Array = NDArray[np.float64]
 Positive = Field(gt=0)
 ROUNDING = 1e-9  # of a section's height, up to which two lines in it are one
 

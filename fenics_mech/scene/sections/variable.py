@@ -9,12 +9,13 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from scipy.interpolate import PchipInterpolator
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import Name
 from fenics_mech.scene.formulas.expression import FUNCTIONS, Formula
 from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
-from fenics_mech.scene.sections.rigidity import Array, Rigidity, Section, known, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, known, shear_modulus, stated_factor
 from fenics_mech.scene.units import in_unit
 
 if TYPE_CHECKING:

@@ -11,16 +11,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.reference import NineElementModel, link_strain
 from fenics_mech.reference.nine_element import modes_of
 
-Array = NDArray[np.float64]
 TABLE = 1440  # angles at which SciPy's integrator knows the matrices; between them, cubic splines
 MOST_CYCLES = 40
 

@@ -16,8 +16,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.kinematics import solve_motion
@@ -33,7 +33,6 @@ from fenics_mech.studies.peers.exudyn_four_bar import SEED_RETARDATION, strain_c
 from fenics_mech.studies.peers.exudyn_model import import_exudyn
 from fenics_mech.studies.timing import Clock, machine, timed
 
-Array = NDArray[np.float64]
 MEMBERS = ("coupler", "follower")
 COUPLED, EXACT = "coupling", "moderate or exact rotations"
 OURS, EXUDYN = "fenics_mech", "Exudyn"

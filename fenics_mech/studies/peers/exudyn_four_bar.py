@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -30,7 +30,6 @@ from fenics_mech.studies.peers.exudyn_model import (
     integrate,
 )
 
-Array = NDArray[np.float64]
 SEED_RETARDATION = 1.339e-4  # s: a damping ratio of 0.02 at 298.8 rad/s, the seed's coupler on two pins
 
 

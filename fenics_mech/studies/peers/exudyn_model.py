@@ -11,15 +11,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.motion import Motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Revolute
 
-Array = NDArray[np.float64]
 NEAR, FAR = (1 - math.sqrt(1 / 3)) / 2, (1 + math.sqrt(1 / 3)) / 2  # the two Gauss points of an element
 SPECTRAL_RADIUS = 0.8  # of the generalized-alpha method at frequencies far above 1 / step
 NEWTON = 1e-5  # residual at which Newton's iteration may end (N): rounding leaves 1e-8 with 8 elements, > 1e-6 with 64
