@@ -1,4 +1,4 @@
-"""What a run that meets a tolerance chooses: elements, modes of the members, steps in time and stations."""
+"""The discretisation that meets a tolerance: elements, modes of the members, steps in time and stations."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ STAGES = 3
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
 MOST_ENTRIES = 1.5e7  # steps times the square of the coordinates: measured, 10 microseconds and 1.2 kB each
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
-GREW = 1.2  # of a number, below which what its error did tells no order
-LEAST_ORDER = 0.25  # measured, below which it is none
+GREW = 1.2  # ratio of two numbers, below which their errors show no convergence order
+LEAST_ORDER = 0.25  # measured, below which an observed order is none
 
 
 @dataclass(frozen=True)
-class Knobs:
-    """What is chosen.
+class Discretisation:
+    """Numbers that decide on the numerical errors.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Knobs:
         return 2 * math.ceil(self.sub_intervals / 2)
 
     def of(self, scene: Scene) -> Scene:
-        """Give the scene with these choices; how coarse or unstable a motion is stays to be judged."""
+        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged."""
         values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
         if self.cutoff is not None:
             values |= {"reduction": "craig-bampton", "cutoff": self.cutoff}
@@ -62,8 +62,8 @@ class Knobs:
             return math.ceil(self.stations) - 1
         return self.steps if source == "time" else math.ceil(self.elements)
 
-    def finer(self, source: str, by: float) -> Knobs:
-        """Give the choices with more of what makes an error smaller, so many times."""
+    def finer(self, source: str, by: float) -> Discretisation:
+        """Refine what makes an error smaller, so many times."""
         if source == "stations":
             return replace(self, stations=by * (self.stations - 1) + 1)
         if source == "time":
@@ -75,48 +75,48 @@ class Knobs:
 
 @dataclass(frozen=True)
 class Trial:
-    """A run with some choices.
+    """A run with a discretisation.
 
     Parameters
     ----------
-    knobs
-        The choices.
+    discretisation
+        What it was run with.
     errors
-        Relative errors that it estimates, by quantity and then by source.
+        Estimated relative errors, by quantity and then by source.
     orders
-        With which power the errors of each source should fall.
+        Expected convergence order of each source.
     dofs
         Its degrees of freedom.
     """
 
-    knobs: Knobs
+    discretisation: Discretisation
     errors: Mapping[str, Mapping[str, float]]
     orders: Mapping[str, float]
     dofs: int
 
-    def too_large(self, knobs: Knobs, periodic: bool) -> str:
-        """Say of which number other choices have more than memory or time allow; empty where they are few enough."""
-        if knobs.stations > MOST_STATIONS:
+    def too_large(self, discretisation: Discretisation, periodic: bool) -> str:
+        """Say which number of a discretisation exceeds memory or time; empty where none does."""
+        if discretisation.stations > MOST_STATIONS:
             return "stations"
-        if knobs.cutoff is None and knobs.elements > MOST_WHOLE:
+        if discretisation.cutoff is None and discretisation.elements > MOST_WHOLE:
             return "elements"
-        dofs = self.dofs * knobs.number("mesh") / self.knobs.number("mesh")
+        dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
         most = min(MOST_ENTRIES, memory() / (8 * DENSE * STAGES))
-        if periodic and knobs.sub_intervals * dofs**2 > most:
+        if periodic and discretisation.sub_intervals * dofs**2 > most:
             return "sub_intervals and elements"
         return ""
 
 
 def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
-    """Power with which an error fell from the last trial but one to the last, where it is below half of what it should.
+    """Observed convergence order over the last two trials, where it is below half of the expected one.
 
-    It is the error of a quantity by a source. None where the power is not so low, or where the error or its number
-    hardly changed.
+    It is that of the error of a quantity by a source. None where the error falls as expected, or where the error or
+    its number hardly changed.
     """
     if len(trials) < 2 or source not in trials[-2].errors[what]:
         return None
     before, last = trials[-2:]
-    grew = last.knobs.number(source) / before.knobs.number(source)
+    grew = last.discretisation.number(source) / before.discretisation.number(source)
     fell = before.errors[what][source] / max(last.errors[what][source], 1e-300)
     if grew < GREW or fell <= 1:
         return None

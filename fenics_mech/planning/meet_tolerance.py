@@ -14,11 +14,12 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved, solve_motion
-from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Knobs, Trial, slow_order
+from fenics_mech.mechanism.beam_links import links, stress_stiffened
+from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
-from fenics_mech.response.setup import links, refuse_unseen, stress_stiffened
+from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.stability.floquet import TOLERANCE as NEUTRAL
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_elements
@@ -62,19 +63,20 @@ def within(scene: Scene, analyse: Analyse) -> Result:
     _refuse_stated(scene)
     chosen, choices = choose(scene)
     _refuse_unknown(chosen)
-    knobs, trials = _start(chosen), list[Trial]()
+    discretisation, trials = _start(chosen), list[Trial]()
     for done in range(1, MOST_ROUNDS + 1):
-        trial = knobs.of(chosen)
+        trial = discretisation.of(chosen)
         try:
             result = analyse(trial.changed(analysis__allow_unstable=True), choices)
         except UnresolvedError:  # steps that are far too long may have no answer at all
-            if knobs.steps >= max(MOST_WITHOUT_ANSWER, scene.analysis.sub_intervals) or not _periodic(chosen):
+            if discretisation.steps >= max(MOST_WITHOUT_ANSWER, scene.analysis.sub_intervals) or not _periodic(chosen):
                 raise
-            knobs = knobs.finer("time", 2.0)
+            discretisation = discretisation.finer("time", 2.0)
             continue
         except (TooLargeError, MemoryError) as error:
-            raise _not_met(chosen, trials, f"the next needs more memory than there is, {_numbers(knobs)}") from error
-        this = Trial(knobs, *_errors(scene, result), int(result.data.attrs["dofs"]))
+            why = f"the next needs more memory than there is, {_numbers(discretisation)}"
+            raise _not_met(chosen, trials, why) from error
+        this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
         judged = not missed or sum(this.errors["strain"].values()) <= LARGEST_JUDGED
         if not trial.analysis.allow_unstable and _grows(result) and judged:
@@ -86,7 +88,7 @@ def within(scene: Scene, analyse: Analyse) -> Result:
             result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], this, done, left)
             return result
         trials.append(this)
-        knobs = _next(chosen, trials)
+        discretisation = _next(chosen, trials)
     raise _not_met(chosen, trials, f"{MOST_ROUNDS} rounds were made")
 
 
@@ -113,7 +115,7 @@ def _grows(result: Result) -> bool:
     return "multiplier" in result.data and float(np.hypot(*result.data["multiplier"][0].to_numpy())) > 1 + NEUTRAL
 
 
-def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
+def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     """Give the choices of the next trial.
 
     An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it has
@@ -131,7 +133,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Knobs:
             if error > SHARE * scene.tolerances[what]:
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
-    finer = least = last.knobs
+    finer = least = last.discretisation
     for source, (by, least_by) in more.items():
         finer, least = finer.finer(source, by), least.finer(source, least_by)
     if what := last.too_large(least, _periodic(scene)):
@@ -166,7 +168,7 @@ def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
             "many modes follow, or material damping, which ends those"
         )
     return SolverError(
-        f"the tolerance of {_stated(scene, missed)} is not met: with {_numbers(last.knobs)} {told}; {why}. {advice}"
+        f"the tolerance of {_stated(scene, missed)} is not met: with {_numbers(last.discretisation)} {told}; {why}. {advice}"
     )
 
 
@@ -187,9 +189,9 @@ def _left(trials: Sequence[Trial], what: str) -> str:
     return f"the {WORDS[what]} are uncertain by {total:.2g}, {errors[worst]:.2g} of it by the {worst}{falls}"
 
 
-def _numbers(knobs: Knobs) -> str:
-    elements, stations = math.ceil(knobs.elements), math.ceil(knobs.stations)
-    return f"{knobs.steps} sub_intervals, {elements} elements a member and {stations} stations"
+def _numbers(discretisation: Discretisation) -> str:
+    elements, stations = math.ceil(discretisation.elements), math.ceil(discretisation.stations)
+    return f"{discretisation.steps} sub_intervals, {elements} elements a member and {stations} stations"
 
 
 def _refuse_stated(scene: Scene) -> None:
@@ -231,17 +233,17 @@ def _refuse_unknown(scene: Scene) -> None:
     )
 
 
-def _start(scene: Scene) -> Knobs:
+def _start(scene: Scene) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are told."""
     steps = _fewest_steps(scene)
     if not any(effect.couples for effect in active(scene)) or stress_stiffened(scene) or not _periodic(scene):
-        return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
+        return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
     assert reduction is not None
     if not reduction.spans:
-        return Knobs(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
-    return Knobs(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
+        return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
+    return Discretisation(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
 
 
 def _jumping(scene: Scene) -> bool:
@@ -259,7 +261,7 @@ def _fewest_steps(scene: Scene) -> int:
         quasi_static = scene.drives and analysis.method == "quasi-static"
         if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
             refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
-            refuse_unseen(scene, analysis.sub_intervals)
+            refuse_undersampled(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
     steps = analysis.sub_intervals if varying else FEWEST_STEPS
@@ -267,7 +269,8 @@ def _fewest_steps(scene: Scene) -> int:
     points += [drive.enough_angles(STAGES * steps, scene.cycle_rate) for drive in scene.drives]
     steps = max([steps, *(math.ceil(count / STAGES) for count in points)])
     taken = {"sub_intervals": steps, "stages": STAGES, "scheme": "radau"}
-    refuse_unseen(scene.changed(analysis=scene.analysis.model_copy(update=taken)), STAGES * steps, by_collocation=True)
+    coarse = scene.changed(analysis=scene.analysis.model_copy(update=taken))
+    refuse_undersampled(coarse, STAGES * steps, by_collocation=True)
     return steps if analysis.allow_coarse else positions_for_corners(scene, steps)
 
 

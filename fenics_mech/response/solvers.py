@@ -10,11 +10,13 @@ from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_dense
 from fenics_mech.modes import Modes
+from fenics_mech.response.axial_forces import settle
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.sub_intervals import require_joined
-from fenics_mech.response.setup import modes_kept, refuse_unseen, settle, static_response
+from fenics_mech.response.sampling_checks import refuse_undersampled
+from fenics_mech.response.setup import modes_kept, static_response
 from fenics_mech.response.solution import PeriodicSolution, StaticSolution
 from fenics_mech.scene import Scene
 
@@ -63,7 +65,7 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
         When its matrices do not fit into memory.
     """
     points = scene.analysis.sub_intervals * (1 if solver == "sub-intervals" else scene.analysis.stages)
-    refuse_unseen(scene, points, by_collocation=solver in ("collocation", MOTOR.solver))
+    refuse_undersampled(scene, points, by_collocation=solver in ("collocation", MOTOR.solver))
     if solver == "sub-intervals":
         require_joined(modes_kept(scene, system), points)
     else:
@@ -72,7 +74,7 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
 
 def by_statics(scene: Scene, system: System) -> StaticSolution:
     """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that."""
-    refuse_unseen(scene, scene.analysis.sub_intervals)
+    refuse_undersampled(scene, scene.analysis.sub_intervals)
     if scene.analysis.tension == "settled" and system.terms.stiffening is not None:
         system = settle(system, lambda changed: static_response(scene, changed))
     return StaticSolution(scene=scene, system=system, response=static_response(scene, system))

@@ -8,7 +8,8 @@ import pytest
 from fenics_mech import analyse, load
 from fenics_mech.beams.chain import Chain
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import links, mechanism, scene_modes
+from fenics_mech.mechanism.beam_links import links
+from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
 
 DEMOS = Path(__file__).parents[2] / "demos"

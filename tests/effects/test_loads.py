@@ -10,7 +10,7 @@ from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import refuse_unseen
+from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import member_nodes
@@ -331,8 +331,8 @@ def test_harmonic_beyond_the_positions_is_not_taken_for_a_low_one(place, changes
     """By chapter 5 both were 60 to 150 % off, told as 2 %, as half of the positions see the same low harmonic."""
     scene = seed_four_bar(analysis__sub_intervals=120, mesh__elements=1, **changes)
     with pytest.raises(SceneError, match=f"{place}: 120 positions miss .* Take at least 240"):
-        refuse_unseen(scene, 120)
-    refuse_unseen(scene, 240)
+        refuse_undersampled(scene, 120)
+    refuse_undersampled(scene, 240)
     coarse = {"analysis__method": "quasi-static", "analysis__allow_coarse": True}
     assert "between positions" in analyse(scene.changed(**coarse)).data.attrs["not_estimated"]
 

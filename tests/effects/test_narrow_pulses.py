@@ -10,7 +10,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.planning.meet_tolerance import _start
 from fenics_mech.response.continuation.branch import family_of
 from fenics_mech.response.periodic.steps import Steps, like_blows
-from fenics_mech.response.setup import refuse_unseen
+from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.formulas.expression import Formula, Jet
@@ -165,7 +165,7 @@ def test_narrow_bump_in_a_law_is_refused():
     law = {"kind": "expression", "formula": "0.5*sin(theta) + 1e-8*exp(-((theta - 1.23456)/1e-6)**2)"}
     scene = struck(loads={}, drive={"joint": "O", "law": law, "period": 1.0}, analysis={"method": "quasi-static"})
     with pytest.raises(SceneError, match=r"drive.law: 360 positions miss what the law of the drive does"):
-        refuse_unseen(scene, 360)
+        refuse_undersampled(scene, 360)
 
 
 @pytest.mark.parametrize(

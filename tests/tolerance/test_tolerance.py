@@ -12,7 +12,7 @@ import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError
 from fenics_mech.kinematics import missed_corner, solve_motion
-from fenics_mech.planning.discretisation import Knobs, Trial
+from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.response.periodic.steps import Steps
@@ -128,7 +128,7 @@ def jump(tolerance):
 def falling(power, count):
     """Trials with twice the steps each, whose error of the time falls from 0.1 with a power, and should with 5."""
     return [
-        Trial(Knobs(16, 100 * 2**k, 41, 2e3), {"strain": {"time": 0.1 * 2 ** (-power * k)}}, {"time": 5.0}, 22)
+        Trial(Discretisation(16, 100 * 2**k, 41, 2e3), {"strain": {"time": 0.1 * 2 ** (-power * k)}}, {"time": 5.0}, 22)
         for k in range(count)
     ]
 
@@ -223,9 +223,9 @@ def test_a_narrow_pulse_is_not_missed():
     pulse = {"kind": "pulse", "start": 1.02, "end": 1.06, "ramp": 0.02}
     load = {"at": "rod@0.5", "force": [0, 2.0], "factor": pulse}
     scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=24, tolerance=0.1)
-    knobs = fenics_mech.planning.meet_tolerance._start(scene)
-    assert knobs.steps < 2000
-    edges = Steps.of(knobs.of(scene)).start
+    discretisation = fenics_mech.planning.meet_tolerance._start(scene)
+    assert discretisation.steps < 2000
+    edges = Steps.of(discretisation.of(scene)).start
     for corner in (1.01, 1.03, 1.05, 1.07):
         assert np.abs(edges - corner).min() < 1e-12
 

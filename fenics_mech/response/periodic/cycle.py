@@ -17,6 +17,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.modes import Modes
+from fenics_mech.response.axial_forces import with_tension
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.flow import Flow
@@ -24,7 +25,7 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import rough_tension, system_at, with_tension
+from fenics_mech.response.setup import rough_tension, system_at
 from fenics_mech.response.stability.floquet import Stability, floquet
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes

@@ -12,12 +12,13 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.modes import Modes
+from fenics_mech.response.axial_forces import settle
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import solve_sub_intervals
-from fenics_mech.response.setup import boundary_load, moved, rough_tension, settle
+from fenics_mech.response.setup import boundary_load, moved, rough_tension
 from fenics_mech.response.solution import AtPoints, CollocationSolution, HarmonicSolution, SubIntervalSolution
 from fenics_mech.response.stability.resonance import magnification
 from fenics_mech.response.static.equilibrium import naming_buckled

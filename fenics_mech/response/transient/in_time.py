@@ -20,7 +20,8 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import moved, refuse_hidden, require_positions
+from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_positions
+from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import NODES, WINDOWS, Coefficients
 from fenics_mech.response.transient.integration import LONGEST_STEP, Course, Schedule, StartState, integrate
@@ -127,7 +128,7 @@ def _corners(scene: Scene) -> Callable[[int], Array]:
     """Give the times (s) in a cycle, by its number, at which steps end as loads' factors have hidden corners there."""
     steps = {"sub_intervals": math.ceil(1 / LONGEST_STEP), "scheme": "radau", "stages": STAGES}
     longest = scene.changed(analysis=scene.analysis.model_copy(update=steps))
-    refuse_hidden(longest.changed(analysis__sub_intervals=SHOWN))
+    refuse_hidden_peaks(longest.changed(analysis__sub_intervals=SHOWN))
     corners = corners_to_cut(longest, Tableau.of("radau", STAGES))
 
     def during(cycle: int) -> Array:

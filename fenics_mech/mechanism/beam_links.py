@@ -1,0 +1,53 @@
+"""The links of a scene as beams, with fewer coordinates where it asks for a reduction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech.beams import Beams, assemble_beams, mesh_scene
+from fenics_mech.beams.reduction import Reduction
+from fenics_mech.effects import active, shaped
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.meshing import thinned
+
+RECOVERED = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
+RECOVERED_STIFFENED = 32  # the same, where axial forces act on the bent axis: those are as good as these elements
+
+
+def links(scene: Scene) -> Beams:
+    """Mesh and assemble the links, with fewer coordinates if the scene wants that."""
+    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene)))
+    if scene.analysis.reduction == "none":
+        return fine
+    members = _reducible(scene, fine)
+    varies = fine.inertia.density.varies  # then strains are recovered on all elements
+    coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(scene))
+    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
+    cutoff = scene.analysis.cutoff
+    reduction = Reduction.of(fine, seen, members, None if cutoff == "auto" else 2 * math.pi * cutoff)
+    return replace(seen, reduction=reduction)
+
+
+def stress_stiffened(scene: Scene) -> bool:
+    """Whether axial forces act on the bent axis."""
+    return any(effect.stress_stiffening for effect in active(scene))
+
+
+def most_recovered(scene: Scene) -> int:
+    """Elements of a reduced member on which it is recovered, at most."""
+    return RECOVERED_STIFFENED if stress_stiffened(scene) else RECOVERED
+
+
+def _reducible(scene: Scene, beams: Beams) -> list[int]:
+    """Members that have inner nodes, and no need of them: no pin travels along them, and they can stretch."""
+    guides = {
+        id(scene.links[joint.connect[0].split(".")[0]].members[joint.member])
+        for joint in scene.joints.values()
+        if isinstance(joint, Slot | Prismatic) and joint.member is not None
+    }
+    owners = beams.mesh.cell_member
+    needed = np.append(owners[np.isinf(beams.rigidity.axial.mean)], np.flatnonzero(np.bincount(owners) == 1))
+    return [i for i, (_, member) in enumerate(scene.members().values()) if id(member) not in guides and i not in needed]

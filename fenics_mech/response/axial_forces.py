@@ -1,0 +1,52 @@
+"""Axial forces of the response, which the geometric stiffness is updated with until they settle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.effects import StressStiffening
+from fenics_mech.errors import SolverError
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.mechanism import System
+
+MOST_UPDATES = 60
+SETTLED = 1e-7  # change of the axial forces, of the largest
+
+
+def settle(system: System, respond: Callable[[System], ElasticResponse]) -> System:
+    """Update the tension of the geometric stiffness with the response until it settles.
+
+    Parameters
+    ----------
+    system
+        The mechanism with the effect 'geometric-stiffness'.
+    respond
+        Gives the response of a mechanism.
+
+    Raises
+    ------
+    SolverError
+        When the axial forces do not settle.
+    """
+    for _ in range(MOST_UPDATES):
+        tension = mean_tension(system, respond(system))
+        before = system.terms.stiffening
+        assert before is not None
+        change = np.abs(tension - before.tension).max() / max(float(np.abs(tension).max()), 1e-300)
+        system = with_tension(system, tension)
+        if change < SETTLED:
+            return system
+    raise SolverError(
+        f"the axial forces do not settle: after {MOST_UPDATES} updates they still change by {change:.1e} of the "
+        "largest. Take the effect 'moderate-rotations' instead of 'geometric-stiffness' with tension = 'settled'"
+    )
+
+
+def with_tension(system: System, tension: Array) -> System:
+    """Give a system whose geometric stiffness comes from another axial force (N), ``(angles, elements)``."""
+    return replace(system, terms=replace(system.terms, stiffening=StressStiffening.of(system.beams, tension)))
