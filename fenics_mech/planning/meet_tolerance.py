@@ -160,16 +160,15 @@ def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
         return SolverError(f"the tolerance of {_stated(scene)} cannot be met: {why}. Leave it out")
     last = trials[-1]
     missed = _missed(scene, last) or list(scene.tolerances)
-    told = " and ".join(_left(trials, what) for what in missed)
+    left = " and ".join(_left(trials, what) for what in missed)
+    stated, numbers = _stated(scene, missed), _numbers(last.discretisation)
     advice = "Give a larger tolerance"
     if _jumping(scene):
         advice += (
             ", or loads with longer flanks (ramp) in place of jumps, which excite vibrations that only short steps and "
             "many modes follow, or material damping, which ends those"
         )
-    return SolverError(
-        f"the tolerance of {_stated(scene, missed)} is not met: with {_numbers(last.discretisation)} {told}; {why}. {advice}"
-    )
+    return SolverError(f"the tolerance of {stated} is not met: with {numbers} {left}; {why}. {advice}")
 
 
 def _stated(scene: Scene, quantities: Sequence[str] | None = None) -> str:
