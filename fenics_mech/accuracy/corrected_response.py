@@ -42,7 +42,7 @@ class CorrectedResponse:
     loads
         Loads that act beside those of the system.
     remark
-        What the difference does not tell of the error.
+        What the difference leaves unknown of the error.
     """
 
     response: ElasticResponse

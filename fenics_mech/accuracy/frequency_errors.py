@@ -11,7 +11,7 @@ from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.mechanism import System
 from fenics_mech.modes import Modes
 
-LARGEST_KNOWN = 0.2  # of a natural frequency: beyond it the first order tells no more
+LARGEST_KNOWN = 0.2  # of a natural frequency: beyond it the first order says no more
 POSITIONS = 8  # of the cycle, at which modes are looked at
 
 

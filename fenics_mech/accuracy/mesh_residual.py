@@ -7,7 +7,7 @@ being an acceleration. The response to this load is the error, to its first orde
 element's length in bending, with the second along the axis, and where an axial force varies much along a member. Where
 a section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`. And a pin that
 travels along a member follows the nodes, and not the deflection between them that its own force adds: that error falls
-with the third power, and under a slider that turns with the member with the first; see also `passing`.
+with the third power, and under a slider that turns with the member with the first; see also `slider_kinks`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def order_of(system: System) -> float:
 
 
 def _pulled_unevenly(system: System) -> bool:
-    """Whether the axial force varies along a member by more than its Euler load, as far as the rigid motion tells.
+    """Whether the axial force varies along a member by more than its Euler load, as far as the rigid motion shows.
 
     What an element's force differs from its mean is then most of the error. Measured: a blade in rotation, with 10
     times that load, has the second power, and the seed, with 0.04 of it, the fourth.
@@ -128,7 +128,7 @@ def _sum(first: Array | None, second: Array) -> Array:
 def _by_lumps(system: System, along: System, response: ElasticResponse) -> Loads:
     """Give the inertia of mass along the beams in place of that of lumps; `along` is the mechanism with such beams.
 
-    It is linear along each element; what that lacks of the consistent mass's forces is on the nodes.
+    It is linear along each element; what is then missing of the forces by the consistent mass is on the nodes.
     """
     element, xi = _everywhere(along.beams)
     along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, response, element))
@@ -145,7 +145,7 @@ def _everywhere(beams: Beams) -> tuple[Index, Array]:
 
 
 def _by_varying(system: System, response: ElasticResponse, element: Index, xi: Array) -> Array:
-    """Give the loads on the elements' ends by the shapes that elements lack whose sections vary: ``f S + dk v``.
+    """Give the loads on the ends of elements whose sections vary, by the shapes that are missing in them: ``f S + dk v``.
 
     S are those shapes, f the loads and the inertia along the elements, dk what their stiffness is too large.
     """
@@ -154,19 +154,19 @@ def _by_varying(system: System, response: ElasticResponse, element: Index, xi: A
     found = -each(lacking_stiffness(beams), strain_of(system, response, response.undamped.strained(system)))
     density, shapes = _line_density(beams).ravel(), evaluate(SHAPES, xi)
     parts = zip(inertia_of(system, response, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
-    for acceleration, lacking, of_line in parts:
+    for acceleration, missing, of_line in parts:
         load = -density * np.sum(acceleration * shapes, axis=-1)
         if terms.loads.line is not None:
             load += np.sum(terms.loads.line[:, element, of_line] * evaluate(LINEAR, xi), axis=-1)
         per_place = load * np.tile(WEIGHTS, count) * beams.mesh.cell_length[element]
-        found += (per_place[..., None] * lacking).reshape(len(load), count, -1, 6).sum(axis=2)
+        found += (per_place[..., None] * missing).reshape(len(load), count, -1, 6).sum(axis=2)
     return found
 
 
 def _by_pins(
     system: System, pins: Sequence[PointLoad], step: float | None, closed: bool, tension: Array | None
 ) -> tuple[Array, Array]:
-    """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes lack.
+    """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes leave out.
 
     The linkage gives way to the pins' gaps by statics. That bends elements, whose stress and inertia act on their ends,
     and moves springs and point masses, whose forces act on nodes. Axial forces are not in these statics, and act
@@ -189,7 +189,7 @@ def _by_pins(
 
 
 def moved_by_gaps(system: System, response: ElasticResponse) -> Array:
-    """Displacement that the nodes lack as travelling pins follow them, ``(angles, nodal dofs)``; see `_by_pins`."""
+    """Displacement that the nodes leave out as pins travel over them, ``(angles, nodal dofs)``; see `_by_pins`."""
     return _by_gaps(system, point_loads(system, reactions(system, nodal_forces(system, response))))
 
 
@@ -204,9 +204,9 @@ def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
     That is by statics without axial forces; see `Group.apart`.
     """
     slack = system.slack
-    apart = system.transformation.apart(system.motion, gaps)
-    q = yielding_to(slack, -_held(slack, apart, system.on_nodes(apart)))
-    return apart + system.transformation.forward(system.values, q)
+    separated = system.transformation.apart(system.motion, gaps)
+    q = yielding_to(slack, -_held(slack, separated, system.on_nodes(separated)))
+    return separated + system.transformation.forward(system.values, q)
 
 
 def _held(system: System, coordinates: Array, v: Array) -> Array:

@@ -53,7 +53,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     Raises
     ------
     SolverError
-        When the cycle of the steps that tell the error cannot be closed.
+        When the cycle of the more accurate steps cannot be closed.
     """
     cycle = solution.cycle
     motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
@@ -139,7 +139,7 @@ class AnswerOfSteps:
 
 
 def more_accurate(scheme: str, stages: int, disturbed: bool = False) -> tuple[str, int]:
-    """Scheme and number of points that tell the error of a scheme, by one order better, or by two.
+    """Scheme and number of points that estimate the error of a scheme: more accurate by one order, or by two.
 
     Gauss points are at hand, as stability is judged there. Where impulses and jumps disturb a motion, vibrations count
     that are too fast for the steps; only Radau points damp those.
@@ -148,12 +148,12 @@ def more_accurate(scheme: str, stages: int, disturbed: bool = False) -> tuple[st
 
 
 def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
-    """Give q and q' at the starts of the steps as they would be by a better method, ``(steps, coordinates)`` each.
+    """Give q and q' at the starts of the steps by a more accurate method, ``(steps, coordinates)`` each.
 
-    Each step is made again from its start by the better method. What that changes at its end is carried round the cycle
-    by steps that have Radau points, which damp what is too fast for them. What Gauss points change counts from one step
-    later on: what they make of the fastest vibrations is gone by then. The change itself is also one by the better
-    method; see `fed_back`.
+    Each step is made again from its start by the more accurate method. The change at its end is carried round the cycle
+    by steps that have Radau points, which damp what is too fast for them. The change by Gauss points counts from one
+    step later on: their response to the fastest vibrations has decayed by then. The change itself is also carried by
+    the more accurate method; see `fed_back`.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Vibration by the nodes that a slider passes, where it turns with the member that it travels along.
 
-It turns with its element's shape function, which lacks the bend by the couple under it; see `PointLoad.gap`. In the
+It turns with its element's shape function, without the bend by the couple under it; see `PointLoad.gap`. In the
 middle of an element that is a gap as large as the element is long, and none at nodes. So it has a kink at every node,
 whatever the length of the elements: there the slider's rate of rotation jumps by ``2 v M/EI``, v being its speed along
 the member and M the couple. The whole beam would carry it past smoothly. What such a blow puts into fast modes,
-differences between positions (see `mesh_error`) do not show.
+differences between positions (see `mesh_residual`) do not show.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
         last = [system.size - count, system.size - 1]
         inverse, shapes = la.eigh(mass, stiffness, subset_by_index=last)  # 1/omega^2, and shapes of unit stiffness
         omega = 1 / np.sqrt(np.maximum(inverse, MASSLESS * inverse[-1]))
-        unseen = 1 - np.sinc(omega * step / (2 * np.pi)) ** 2  # a blow that is spread over the steps beside it
-        amplitudes[:, k] = (unseen * omega * (shapes.T @ on_coordinates[k]) * shapes).T
+        missed = 1 - np.sinc(omega * step / (2 * np.pi)) ** 2  # a blow that is spread over the steps beside it
+        amplitudes[:, k] = (missed * omega * (shapes.T @ on_coordinates[k]) * shapes).T
         accelerations[:, k] = -(omega[:, None] ** 2) * amplitudes[:, k]
     for q, acceleration in zip(amplitudes, accelerations):
         yield ElasticResponse(q, system.to_links(acceleration))

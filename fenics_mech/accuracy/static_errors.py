@@ -27,7 +27,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
     Raises
     ------
     UnresolvedError
-        When the mesh changes so much, as next to a buckling load, that its first order does not tell its error.
+        When the mesh changes so much, as next to a buckling load, that its first order does not estimate its error.
     """
     scene, system, response = solution.scene, solution.system, solution.response
     missing = neglected(system, response, None)
@@ -46,7 +46,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
 
 
 def _refuse_large(system: System, q: Array, change: Array) -> None:
-    """Raise where the error of the mesh is so large a share of an answer that its first order does not tell it.
+    """Raise where the error of the mesh is so large a share of an answer that its first order does not estimate it.
 
     So it is next to a buckling load, which elements that are too long put too high.
     """

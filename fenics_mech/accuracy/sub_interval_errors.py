@@ -1,7 +1,7 @@
 """Errors of a periodic response by the sub-intervals of chapter 5: their number, the modes left out, and the mesh.
 
 Half as many sub-intervals are those about every second position: their modes are known, and their loads. The modes left
-out answer statically, which lacks their inertia: it bends them as one more load would. Where harmonics of that load may
+out answer statically, without their inertia: it bends them as one more load would. Where harmonics of that load may
 meet their frequencies, they are taken in, as far as the sub-intervals can follow them.
 """
 
@@ -132,7 +132,7 @@ class AnswerOfModes:
         return np.einsum("kmi,ki->km", self.modes.shapes, load)
 
     def _left_out(self) -> tuple[Array, Array]:
-        """Load on the modes left out that the static answer lacks, and inertia of the nodal dofs with it."""
+        """Load on the modes left out that is missing in the static answer, and inertia of the nodal dofs with it."""
         q = self.solution.response.displacement
         acceleration = (np.roll(q, -1, axis=0) - 2 * q + np.roll(q, 1, axis=0)) / self.step**2
         kept = np.einsum("kmi,ki->km", self.momenta, acceleration)

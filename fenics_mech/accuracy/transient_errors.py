@@ -26,7 +26,10 @@ from fenics_mech.response.transient.integration import LONGEST_STEP, Course
 from fenics_mech.scene import Scene
 
 OF_MODES = 2.0  # convergence order in the cutoff, of the answer of the modes left out
-ROUGHER, ROUGH_SHARE = 10.0, 0.5  # tolerance of steps that tell the error of others, and its share in the difference
+ROUGHER, ROUGH_SHARE = (
+    10.0,
+    0.5,
+)  # tolerance of steps that estimate the error of others, and its share in the difference
 LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
 OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
 
@@ -37,7 +40,7 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
     Raises
     ------
     SolverError
-        When the steps that tell the error fail.
+        When the rougher steps fail.
     """
     scene, system, course = solution.scene, solution.system, solution.course
     rough = None if own_steps(scene) else _rough_course(solution)

@@ -6,7 +6,7 @@ from fenics_mech._arrays import Array, each, times
 from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import held_tension, without_elastic
-from fenics_mech.forces.reduced_members import inside
+from fenics_mech.forces.reduced_members import response_of_reduced_members
 from fenics_mech.mechanism import System
 
 
@@ -27,7 +27,7 @@ def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     else:
         law = system.terms.law
         longer = None if law is None or response.velocity is None else law.on_elements.lengthening(v)
-        elastic, settled = inside(beams, strained, without_elastic(system, response), longer)
+        elastic, settled = response_of_reduced_members(beams, strained, without_elastic(system, response), longer)
         ends, v = ends + elastic, v + settled - strained
     held = system.transformation.held
     if held is not None:

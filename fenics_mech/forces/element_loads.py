@@ -66,8 +66,8 @@ class PointLoad:
     def gap(self, system: System) -> tuple[Array, Array]:
         """Deflection (m) and slope of its element, between clamped ends, where it acts, each ``(angles,)``.
 
-        The pin follows the element's shape functions, which lack both. Elements are rigid in shear: the effect `shear`
-        refuses such pins.
+        The pin follows the element's shape functions, which have neither. Elements are rigid in shear: the effect
+        `shear` refuses such pins.
         """
         beams, a, b = system.beams, self.place, 1 - self.place
         length, ei = beams.mesh.cell_length[self.element], beams.rigidity.bending.mean[self.element]

@@ -86,10 +86,10 @@ def held_tension(system: System, held: Inextensible, response: ElasticResponse) 
     It is what the nodes need beside the joints' forces; 0 for all other elements.
     """
     forces = nodal_forces(system, response)
-    lack = -forces
+    left_over = -forces
     for group, multipliers in _multipliers(system, forces):
-        lack += group.on_nodes(system.motion, multipliers, system.transformation.height)
-    return held.forces(lack)
+        left_over += group.on_nodes(system.motion, multipliers, system.transformation.height)
+    return held.forces(left_over)
 
 
 def joint_forces(scene: Scene, found: Reactions) -> dict[str, Array]:

@@ -10,7 +10,9 @@ from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.span import Span, outside
 
 
-def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None = None) -> tuple[Array, Array]:
+def response_of_reduced_members(
+    beams: Beams, strained: Array, missing: Array, elongation: Array | None = None
+) -> tuple[Array, Array]:
     """Balance the inner nodes of reduced members: the modes left out answer statically (mode acceleration).
 
     Source: Cornwell, Craig and Johnson, Earthq. Eng. Struct. Dyn. 11 (1983) 679.
@@ -21,7 +23,7 @@ def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None 
         The links.
     strained
         Displacement whose elastic forces are all stress of the links, ``(angles, nodal dofs)``.
-    lack
+    missing
         Force that the nodes need from the links' stress, in link axes, ``(angles, nodal dofs)``.
     elongation
         What elements are longer than in linear theory (m), ``(angles, elements)``; it adds up to 0 over a member.
@@ -40,18 +42,18 @@ def inside(beams: Beams, strained: Array, lack: Array, elongation: Array | None 
         v = each(member_rotation(mesh)[whole], strained[:, element_dofs(mesh)[whole]])
         elastic[:, whole] = each(beams.element_stiffness[whole], v)
     for span in spans:
-        elastic[:, span.cells], settled[:, span.inner] = _of_span(span, strained, lack)
+        elastic[:, span.cells], settled[:, span.inner] = _of_span(span, strained, missing)
         if elongation is not None:
             along = np.cumsum(elongation[:, span.cells], axis=1)[:, :-1, None]
             settled[:, span.inner] += along * span.rotation[0]
     return elastic, settled
 
 
-def _of_span(span: Span, strained: Array, lack: Array) -> tuple[Array, Array]:
+def _of_span(span: Span, strained: Array, missing: Array) -> tuple[Array, Array]:
     """Elastic forces on the ends of a member's elements, and the displacement of its inner nodes in link axes."""
     ends = strained[:, span.ends.reshape(2, 3)] @ span.rotation.T
     moved, forces = span.chain.carried(ends.reshape(-1, 6))
-    bent, more = span.chain.clamped(-lack[:, span.inner] @ span.rotation.T)
+    bent, more = span.chain.clamped(-missing[:, span.inner] @ span.rotation.T)
     second = forces + more
     first = -second
     first[..., 2] -= span.chain.length * second[..., 1]

@@ -240,7 +240,7 @@ def between_nodes(
     inertia: tuple[Array, Array] | None = None,
     v: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Displacements along and across the member that the shape functions lack, ``(angles, places)`` each (m).
+    """Displacements along and across the member that the shape functions leave out, ``(angles, places)`` each (m).
 
     They are those of an element with fixed, clamped ends under its own inertia and the loads on it, and where its
     section varies what its shape under forces on its ends differs from the cubic one. Point loads and the inertia of

@@ -119,7 +119,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     """Give the choices of the next trial.
 
     An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it has
-    been seen twice, or once where loads jump, tells what the tolerance would take.
+    been seen twice, or once where loads jump, shows what the tolerance would take.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _refuse_unknown(scene: Scene) -> None:
 
 
 def _start(scene: Scene) -> Discretisation:
-    """Give the choices to begin with: coarse ones, from which the errors are told."""
+    """Give the choices to begin with: coarse ones, from which the errors are estimated."""
     steps = _fewest_steps(scene)
     if not any(effect.couples for effect in active(scene)) or stress_stiffened(scene) or not _periodic(scene):
         return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)

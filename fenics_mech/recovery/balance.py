@@ -80,8 +80,8 @@ def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str
     """Power of the drives, which is first, of loads and of damping (W), ``(angles,)`` each; see `energy_balance`."""
     given = sum((effort * rates[:, i] for i, effort in enumerate(efforts.values())), np.zeros(len(rates)))
     in_time = forces.scene.analysis.method == "transient"
-    told = (Cause.LOADS, *LOSSES, *((Cause.WEIGHT,) if in_time else ()))  # that of weight is 0 over a cycle
-    others = {name: power for name, power in forces.powers().items() if name in told and power.any()}
+    reported = (Cause.LOADS, *LOSSES, *((Cause.WEIGHT,) if in_time else ()))  # that of weight is 0 over a cycle
+    others = {name: power for name, power in forces.powers().items() if name in reported and power.any()}
     return {"drives" if len(efforts) > 1 else "drive": given} | others
 
 

@@ -12,7 +12,7 @@ from fenics_mech.recovery.result import Result
 NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
 FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
 PEAKS = {"strain": "member", "joint_force": "joint"}  # that may be doubted, and along what each has its own
-DOUBTFUL = 0.01  # share of the largest peak by which others are uncertain, that is told
+DOUBTFUL = 0.01  # share of the largest peak by which others are uncertain, that is reported
 CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
 
 
@@ -38,7 +38,7 @@ def between_positions(result: Result) -> Result:
 
 
 def doubt(result: Result, closer: Result, name: str) -> float:
-    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions tells.
+    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions shows.
 
     `closer` is what `between_positions` gives for the result. Of an odd number of positions there are no halves.
     """

@@ -91,8 +91,8 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     if not len(system.motion.free):
         return solve_static(system, scene.petsc)
     rigid = RigidModes.of(system)
-    if loose := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
-        free = "; ".join(names_of(scene, system, rigid, loose))
+    if unconstrained := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
+        free = "; ".join(names_of(scene, system, rigid, unconstrained))
         raise SceneError(
             f"nothing holds the mechanism against its loads: {free}",
             place="analysis.method",

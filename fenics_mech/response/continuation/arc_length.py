@@ -279,26 +279,26 @@ def _solved(
     right[-1, 2 * n] = off, -1.0
     states = np.moveaxis(BlockCyclic(whole, family.options).solve(right), -1, 0)
 
-    def direction(state: Array, lack: float) -> _Direction:
+    def direction(state: Array, left_over: float) -> _Direction:
         value = metric.span * float(state[0, 2 * n])
-        return _Direction(orbit_of(flow, state[:, : 2 * n], (lack, value)), value)
+        return _Direction(orbit_of(flow, state[:, : 2 * n], (left_over, value)), value)
 
     return direction(states[0], 1.0), direction(states[1], 0.0)
 
 
 def _bordered_flow(family: Family, point: Point) -> Flow:
-    """Give the steps of the equation linearised about a motion: its loads are what it lacks, and by the number."""
+    """Give the steps of the equation linearised about a motion: its loads are the residual, and that of the number."""
     equation, rate = family.at(point.value), family.rate(point.value)
     now = paced(point.orbit, rate)
     tangents = equation.linearised(now.displacement, now.velocity, point.tension)
-    lack = tangents.load - times(tangents.mass, now.acceleration) - times(tangents.damping, now.velocity)
-    lack -= times(tangents.stiffness, now.displacement)
+    left_over = tangents.load - times(tangents.mass, now.acceleration) - times(tangents.damping, now.velocity)
+    left_over -= times(tangents.stiffness, now.displacement)
     first, last = family.ends
     step = DIFFERENCE * float(np.copysign(last - first, (first + last) / 2 - point.value))  # inside the range
     later = paced(point.orbit, family.rate(point.value + step))
     change = family.at(point.value + step).residual(later.displacement, later.velocity, later.acceleration)
     change -= equation.residual(now.displacement, now.velocity, now.acceleration)
-    columns = np.stack([lack, -change / step], axis=-1)
+    columns = np.stack([left_over, -change / step], axis=-1)
     matrices = Matrices(rate**2 * tangents.mass, rate * tangents.damping, tangents.stiffness, columns)
     return Flow(matrices, family.tableau, family.step)
 

@@ -119,10 +119,10 @@ class BlockCyclic:
         states = answers.reshape(right.shape)
         if not np.isfinite(states).all():
             states[:] = np.finfo(float).max ** 0.25  # leaves a residual that no answer has
-        lack = states - np.roll(self.transitions @ states, 1, axis=0) - loads
+        left_over = states - np.roll(self.transitions @ states, 1, axis=0) - loads
         sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
         found = min(reasons, key=np.sign)
-        residual = float((np.linalg.norm(lack, axis=(0, 1)) / sizes).max())
+        residual = float((np.linalg.norm(left_over, axis=(0, 1)) / sizes).max())
         if found <= 0 or not residual < LARGEST_RESIDUAL:
             why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
             if len(right) > 1 and self._grows:

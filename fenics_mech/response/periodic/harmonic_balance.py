@@ -2,7 +2,7 @@
 
 The coordinates are ``q = B Q`` with B the sines and cosines of all harmonics at equal steps of the cycle. The residual
 of the equation is taken at these steps and carried back to the harmonics by ``B^T`` (alternating frequency and time),
-where it has to vanish. Between the harmonics kept the residual does not vanish, and tells the error.
+where it has to vanish. Between the harmonics kept the residual does not vanish, and estimates the error.
 
 Source: Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, ch. 2 and 3.
 """
@@ -216,7 +216,7 @@ class _Differences:
         blocks = np.stack([mass - damping, stiffness - 2 * mass, mass + damping], axis=1)
         blocks = blocks.reshape(-1, *mass.shape[1:])
         matrix = sp.bsr_matrix((blocks, neighbours.ravel(), 3 * np.arange(count + 1)))
-        self.factors = splu(matrix.tocsc())  # with pivoting, which PETSc's own LU lacks: the equation is indefinite
+        self.factors = splu(matrix.tocsc())  # with pivoting, which PETSc's own LU has not: the equation is indefinite
         self.basis = basis[0]
 
     def solve(self, right: Array) -> Array:

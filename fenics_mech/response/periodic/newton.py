@@ -62,7 +62,7 @@ def solve_nonlinear(
     accept
         Raises a `SolverError` where an answer with these tangents is none, such as an equilibrium that buckles.
     guess
-        Makes a better guess of a tension that is not yet right.
+        Improves the guess of a tension that is not yet right.
 
     Raises
     ------
@@ -142,12 +142,12 @@ def settled(changes: Sequence[float]) -> bool:
 def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:
     assert orbit is not None
     kind: type[SolverError] = SolverError
-    lack = equation.residual(orbit.displacement, orbit.velocity, orbit.acceleration)
-    lack -= (factor - 1) * equation.linear.load
-    worst = int(np.linalg.norm(lack / weight, axis=1).argmax())
+    left_over = equation.residual(orbit.displacement, orbit.velocity, orbit.acceleration)
+    left_over -= (factor - 1) * equation.linear.load
+    worst = int(np.linalg.norm(left_over / weight, axis=1).argmax())
     theta = np.degrees(equation.system.motion.theta[worst])
     bent = equation.system.bent_most(worst, orbit.displacement[worst, : equation.system.size])
-    left = np.linalg.norm(lack / weight) / np.linalg.norm(equation.linear.load / weight)
+    left = np.linalg.norm(left_over / weight) / np.linalg.norm(equation.linear.load / weight)
     if np.any(orbit.velocity):
         kind, sought = UnresolvedError, "motion"
         hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"

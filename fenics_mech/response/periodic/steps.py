@@ -20,7 +20,7 @@ SAME = 1e-9  # rad, between drive angles that count as one
 HIDDEN = 1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
 MOST_CORNERS = 5000
 SHORT = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
-MISSED = 1e-2  # of the largest mean of a step, that points of a step may miss of it where corners tell where to cut
+MISSED = 1e-2  # of the largest mean of a step, that points of a step may miss of it where corners show where to cut
 
 
 @dataclass(frozen=True)
@@ -135,8 +135,8 @@ def like_blows(scene: Scene) -> bool:
     corners = corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages))
     jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
     turned = np.unique(np.mod(np.append(corners, jumps), CYCLE))
-    apart = np.diff(turned, append=turned.min(initial=np.inf) + CYCLE)
-    return bool((apart < SHORT * CYCLE / scene.analysis.sub_intervals).any())
+    gap = np.diff(turned, append=turned.min(initial=np.inf) + CYCLE)
+    return bool((gap < SHORT * CYCLE / scene.analysis.sub_intervals).any())
 
 
 def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:

@@ -101,11 +101,11 @@ class Stability:
 
     def nearest(self) -> tuple[float, str]:
         """Find which vibration is next to resonance: the distance of its multiplier from 1, and words for it."""
-        apart = np.where(self.vibrates, np.abs(self.multipliers - 1), np.inf)
-        if not np.isfinite(apart).any():
+        distance = np.where(self.vibrates, np.abs(self.multipliers - 1), np.inf)
+        if not np.isfinite(distance).any():
             return np.inf, "none of its vibrations is known"
-        i = int(apart.argmin())
-        return float(apart[i]), blamed(int(self.mode[i]), float(self.frequency[i]), self.period, float(apart[i]))
+        i = int(distance.argmin())
+        return float(distance[i]), blamed(int(self.mode[i]), float(self.frequency[i]), self.period, float(distance[i]))
 
     def refuse_resonance(self) -> None:
         """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
@@ -124,7 +124,7 @@ def floquet(
     flow
         The steps of a cycle at Gauss points, of the equation linearised about the motion.
     start, modes
-        The equation and the modes, with the start of the cycle first, to tell which mode a disturbance belongs to.
+        The equation and the modes, with the start of the cycle first, to find which mode a disturbance belongs to.
     axes
         The links' axes at the starts of the steps.
     options
@@ -154,7 +154,7 @@ def floquet(
 
 
 def _leading(values: Complex, judged: Index) -> Index:
-    """Few of those that count, largest magnitude first, and the one next to 1, which tells of a resonance."""
+    """Few of those that count, largest magnitude first, and the one next to 1, which shows a resonance."""
     kept = judged[np.argsort(-np.abs(values[judged]), kind="stable")]
     nearest = kept[np.abs(values[kept] - 1).argsort(kind="stable")][:1]
     return np.concatenate([kept[:FEW], nearest[~np.isin(nearest, kept[:FEW])]])

@@ -1,6 +1,6 @@
 """How disturbances of a periodic motion turn in the complex plane, followed through a cycle in the links' own axes.
 
-A Floquet multiplier tells the angle of its disturbance but for whole turns in a cycle. Those are counted along the
+A Floquet multiplier gives the angle of its disturbance but for whole turns in a cycle. Those are counted along the
 cycle. Coordinates of pins are along fixed axes, in which the disturbance of a link that rotates turns with it, so that
 the count is made in the link's own axes. There the mode shapes of a spinning link do not turn.
 
@@ -22,7 +22,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.flow import Flow
 
 Complex = NDArray[np.complex128]
-LEAST_SHARE = 0.3  # of the turns that its speed tells, which a disturbance has at least where it vibrates
+LEAST_SHARE = 0.3  # of the turns that follow from its speed, which a disturbance has at least where it vibrates
 EQUAL = 1e-6  # relative distance of multipliers that count as one
 DEPENDENT = 1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate
 EVEN = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
@@ -85,7 +85,7 @@ class LinkAxes:
 
 
 def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple[Array, Index, NDArray[np.bool_]]:
-    """Count the turns of disturbances in a cycle: whole ones, and the part that their multipliers tell.
+    """Count the turns of disturbances in a cycle: whole ones, and the part that their multipliers give.
 
     With ``a = v - i v'/speed`` also a real disturbance turns, ``cos t`` being ``exp(i t)``. The angle between one step
     and the next is that of ``a_k^H m a_(k+1)``, which the modes' shapes do not enter but for how they change.

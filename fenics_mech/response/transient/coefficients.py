@@ -192,9 +192,9 @@ class Coefficients:
         if not self.repeats(cycle):
             before[0] = ends[0, 0]
         step = np.abs(ends[:, 0] - before)
-        apart = np.stack([part.max(axis=1) for part in np.split(step, self._ends[:-1], axis=1)], axis=1)
+        difference = np.stack([part.max(axis=1) for part in np.split(step, self._ends[:-1], axis=1)], axis=1)
         edges[0] = 0.0
-        return _Table(start, width, values, edges, edges[(apart > JUMP * size).any(axis=1)])
+        return _Table(start, width, values, edges, edges[(difference > JUMP * size).any(axis=1)])
 
     def _values(self, cycle: int, start: Array, width: Array) -> Array:
         times = (cycle * self.cycle + start[:, None] + width[:, None] * self.nodes).ravel()

@@ -110,7 +110,9 @@ def course_from(scene: Scene, system: System, start: StartState, longest: float 
     require_positions(scene, positions)
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
     cut = [load.cut_where_needed for load in scene.loads.values()]
-    seen = [SHOWN if apart else load.enough_angles(NODES * WINDOWS) for load, apart in zip(scene.loads.values(), cut)]
+    seen = [
+        SHOWN if separate else load.enough_angles(NODES * WINDOWS) for load, separate in zip(scene.loads.values(), cut)
+    ]
     coefficients = Coefficients(
         partial(equation_in_time, scene, system),
         scene.period,

@@ -20,13 +20,13 @@ class Instant:
     def residual(self, time: float, z: Array, rate: Array, second: Array) -> Array:
         """``M z'' + C z' + K z + law - f``."""
         mass, damping, stiffness, load, *shape = self.coefficients.at(time)
-        lack = mass @ second + damping @ rate + stiffness @ z - load
+        residual = mass @ second + damping @ rate + stiffness @ z - load
         law, dofs = self.coefficients.law, self.coefficients.dofs
         if law is None or dofs is None:
-            return lack
+            return residual
         p, first = shape
         ends = law.force((p @ z)[None], (p @ rate + first @ z)[None])
-        return lack + np.bincount(dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
+        return residual + np.bincount(dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
 
     def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
         """M, and the tangents by z' and z."""
@@ -52,5 +52,5 @@ class Instant:
 
     def acceleration(self, time: float, z: Array, rate: Array) -> Array:
         """Give z'' at a state."""
-        lack = self.residual(time, z, rate, np.zeros_like(z))
-        return np.linalg.solve(self.coefficients.at(time)[0], -lack)
+        residual = self.residual(time, z, rate, np.zeros_like(z))
+        return np.linalg.solve(self.coefficients.at(time)[0], -residual)

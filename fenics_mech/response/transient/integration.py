@@ -155,7 +155,7 @@ class _Record:
         self.known, self.change, self.settled = 1, np.inf, False
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:
-        """Take the samples inside a step; tell whether the motion is periodic by now."""
+        """Take the samples inside a step; say whether the motion is periodic by now."""
         known = int(np.searchsorted(self.times, end + SAME * self.schedule.cycle))
         if known > self.known:
             self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1)
@@ -275,7 +275,7 @@ class _Run:
         self.size = max(coefficients.largest, np.abs(z).max(), np.abs(rates).max() / self.pace, 1e-300)
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:
-        """Take a step; tell whether the motion is settled.
+        """Take a step; say whether the motion is settled.
 
         Raises
         ------

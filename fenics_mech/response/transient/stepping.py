@@ -23,7 +23,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.instant import Instant
 
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
-Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; tells whether to stop
+Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
 MOST_ITERATIONS = 10  # of Newton's method in a step
 NEWTON = 1e-3  # of the tolerance of a step, to which it is solved
 SHORTEST = 1e-10  # step, of the longest
@@ -46,7 +46,7 @@ class Collocation:
     longest
         Longest step (s).
     keep
-        Is told of every step.
+        Is called with every step.
     """
 
     instant: Instant
@@ -118,12 +118,12 @@ class Collocation:
         for _ in range(MOST_ITERATIONS):
             rates = rate + length * (inner @ found)
             places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
-            lack, tangents = [], []
+            residual, tangents = [], []
             for here in zip(start + length * points, places, rates, found):
-                lack.append(self.instant.residual(*here))
+                residual.append(self.instant.residual(*here))
                 tangents.append(self.instant.tangents(*here[:3]))
             matrix = self.tableau.stage_matrix(length, *(np.stack(part) for part in zip(*tangents)))
-            change = np.linalg.solve(matrix, -np.concatenate(lack)).reshape(s, n)
+            change = np.linalg.solve(matrix, -np.concatenate(residual)).reshape(s, n)
             found = found + change
             moved = np.abs(length**2 * (self.tableau.square @ change)).max()
             if self.instant.coefficients.law is None:
