@@ -9,6 +9,7 @@ leaves open is taken. The eigenvalues are found by Arnoldi's method.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -20,13 +21,24 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
 FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
-NEAR = 0.3  # of T's eigenvalues, from where it may
-LITTLE = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
-FELT = 1e-3  # of a motion, from which a part of it is followed: less would have to be amplified 100 times to count
 OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
 TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
-HARDLY = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
-LEAST_LOSS = 1e-3  # loss factor that is taken where there is less
+
+
+@dataclass(frozen=True)
+class FeedbackLimits:
+    """Limits of the search for what an error does to itself."""
+
+    near: float = 0.3  # of T's eigenvalues, from where it may
+    little: float = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
+    felt: float = (
+        1e-3  # of a motion, from which a part of it is followed: less would have to be amplified 100 times to count
+    )
+    hardly_damped: float = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
+    least_loss: float = 1e-3  # loss factor that is taken where there is less
+
+
+FEEDBACK = FeedbackLimits()
 
 
 def fed_back(
@@ -75,8 +87,12 @@ def fed_back(
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
         before, held_before = parts, held
-        parts, nearest, held = _largest(projected[:count, :count], max(loss, LEAST_LOSS), left_open)
-        if reach < LITTLE or left * abs(parts[-1]) < FELT or (count >= FEW and nearest < NEAR):
+        parts, nearest, held = _largest(projected[:count, :count], max(loss, FEEDBACK.least_loss), left_open)
+        if (
+            reach < FEEDBACK.little
+            or left * abs(parts[-1]) < FEEDBACK.felt
+            or (count >= FEW and nearest < FEEDBACK.near)
+        ):
             break
         basis.append(found / left)
     else:  # an eigenvalue that only the last basis has is by chance: the smaller answer is without it
@@ -154,7 +170,7 @@ def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResp
 def _reach(motion: Array, error: Array) -> float:
     """Give the largest share of a harmonic of a motion that its error is."""
     before, after = (np.linalg.norm(np.fft.rfft(part, axis=0), axis=1) for part in (motion, error))
-    felt = before > FELT * np.linalg.norm(before)
+    felt = before > FEEDBACK.felt * np.linalg.norm(before)
     return float((after[felt] / before[felt]).max())
 
 
@@ -171,7 +187,7 @@ def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> t
     least, most = 1 + strength * np.array(left_open)
     poles = values.real / np.abs(values) ** 2
     inside = (poles >= least) & (poles <= most)
-    held, poles = bool((np.abs(values.imag) > HARDLY * values.real)[inside].all()), poles[inside]
+    held, poles = bool((np.abs(values.imag) > FEEDBACK.hardly_damped * values.real)[inside].all()), poles[inside]
     shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + loss)])
     found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
     return found[np.linalg.norm(found, axis=1).argmax()], nearest, held

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
@@ -11,9 +13,22 @@ from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.periodic.flow import Flow
 
 LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
-VIBRATES = 0.03  # square root of a mode's kinetic energy, over that of the largest energy, from which it counts
-BEHIND = 3.0  # phase (rad) by which steps in time may lag behind a vibration while that lasts
-LEFT = 0.8  # of what is much too fast for the steps, after each: where all is left, matrices that change feed it
+
+
+@dataclass(frozen=True)
+class LagLimits:
+    """When steps in time lag behind a vibration."""
+
+    vibrates: float = (
+        0.03  # square root of a mode's kinetic energy, over that of the largest energy, from which it counts
+    )
+    behind: float = 3.0  # phase (rad) by which steps in time may lag behind a vibration while that lasts
+    left: float = (
+        0.8  # of what is much too fast for the steps, after each: where all is left, matrices that change feed it
+    )
+
+
+LAG = LagLimits()
 
 
 def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -60,7 +75,10 @@ def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) 
         Changes of q, q', q'' and that force, ``(4, times, coordinates)``.
     """
     change = np.zeros((4, *load.shape))
-    old, old_inertia = LEFT / (1 + LEFT), (2 * LEFT - 1) / (1 + LEFT)  # shares of the state before in the equation
+    old, old_inertia = (
+        LAG.left / (1 + LAG.left),
+        (2 * LAG.left - 1) / (1 + LAG.left),
+    )  # shares of the state before in the equation
     new, new_inertia = 1 - old, 1 - old_inertia
     of_rate, of_place = (0.5 - old_inertia + old) * step, ((1 - old_inertia + old) / 2 * step) ** 2
     acting = new * (of_rate * matrices.damping + of_place * matrices.stiffness)
@@ -106,6 +124,6 @@ def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, durat
         found.append((1 / np.sqrt(square), kinetic, lasts))
     slow = []
     for omega, kinetic, lasts in found:
-        vibrates = (kinetic > VIBRATES**2 * largest) & (omega * lasts > 1)
-        slow += omega[vibrates & (omega**3 * step**2 / 12 * lasts > BEHIND)].tolist()
+        vibrates = (kinetic > LAG.vibrates**2 * largest) & (omega * lasts > 1)
+        slow += omega[vibrates & (omega**3 * step**2 / 12 * lasts > LAG.behind)].tolist()
     return min(slow) / (2 * np.pi) if slow else None

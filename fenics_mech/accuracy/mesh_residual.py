@@ -145,7 +145,7 @@ def _everywhere(beams: Beams) -> tuple[Index, Array]:
 
 
 def _by_varying(system: System, response: ElasticResponse, element: Index, xi: Array) -> Array:
-    """Give the loads on the ends of elements whose sections vary, by the shapes that are missing in them: ``f S + dk v``.
+    """Give the loads on the ends of elements whose sections vary, by the shapes missing in them: ``f S + dk v``.
 
     S are those shapes, f the loads and the inertia along the elements, dk what their stiffness is too large.
     """

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.accuracy.feedback import LEAST_LOSS
+from fenics_mech.accuracy.feedback import FEEDBACK
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
 from fenics_mech.accuracy.periodic_errors import more_accurate
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -44,7 +44,7 @@ class ResonanceLimits:
     coarse: float = 0.05  # of a natural frequency by the mesh, from which its first order says too little
     felt: float = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
     farthest: float = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
-    undamped: float = 1e-6  # loss factor, below which `LEAST_LOSS` is taken
+    undamped: float = 1e-6  # loss factor, below which `FEEDBACK.least_loss` is taken
     lasts: float = 4.0  # logarithm of what a cycle leaves of a vibration, up to which it lasts
     even: float = 1e-6  # difference of steps of a phase, relative to them, that counts as none
     linear: float = 1e-4  # of a motion, that a vibration beside it may be where an equation is linear for small ones
@@ -167,7 +167,7 @@ class Resonances:
         """Loss factor, and of other modes the share by which the frequency varies over the cycle, ``(modes,)``."""
         omega = self.modes.omega
         varies = np.where(self.remember, 0.0, np.ptp(omega, axis=0) / omega.mean(axis=0))
-        return np.where(self.least_loss > LIMITS.undamped, self.least_loss, LEAST_LOSS) + varies
+        return np.where(self.least_loss > LIMITS.undamped, self.least_loss, FEEDBACK.least_loss) + varies
 
     @cached_property
     def met(self) -> Mask:
@@ -260,7 +260,7 @@ def enough_modes(
     fastest = (
         LIMITS.farthest
         * rate
-        * highest_felt(load, static, loss if loss > LIMITS.undamped else LEAST_LOSS, LIMITS.felt * whole)
+        * highest_felt(load, static, loss if loss > LIMITS.undamped else FEEDBACK.least_loss, LIMITS.felt * whole)
     )
     modes = modes.elastic
     while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:

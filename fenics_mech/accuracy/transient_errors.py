@@ -15,6 +15,7 @@ from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import TransientSolution
+from fenics_mech.response.transient.course import LONGEST_STEP, Course
 from fenics_mech.response.transient.in_time import (
     concatenated,
     course_from,
@@ -22,7 +23,6 @@ from fenics_mech.response.transient.in_time import (
     equation_in_time,
     schedule_of,
 )
-from fenics_mech.response.transient.integration import LONGEST_STEP, Course
 from fenics_mech.scene import Scene
 
 OF_MODES = 2.0  # convergence order in the cutoff, of the answer of the modes left out

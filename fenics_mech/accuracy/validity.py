@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,11 +12,20 @@ from fenics_mech.forces.section_forces import MemberState
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
-LARGEST_EULER_RATIO = 0.05  # beyond it the axial force changes the bending by more than about as much
-LARGEST_BOW = 0.02  # of the length; beyond it bending shortens a member noticeably
-LARGEST_ROTATION = 0.3  # rad; there von Karman's strain makes a buckled beam's amplitude 0.8 % too large
 
-FARTHEST = 1.0  # rad, or of the length; a cantilever's end that turns by 1 rad in linear theory turns by 0.78
+@dataclass(frozen=True)
+class ValidityLimits:
+    """How far the theories hold."""
+
+    euler_ratio: float = 0.05  # beyond it the axial force changes the bending by more than about as much
+    bow: float = 0.02  # of the length; beyond it bending shortens a member noticeably
+    rotation: float = 0.3  # rad; there von Karman's strain makes a buckled beam's amplitude 0.8 % too large
+    farthest: float = (
+        1.0  # rad, or of the length; a cantilever's end that turns by 1 rad in linear theory turns by 0.78
+    )
+
+
+VALIDITY = ValidityLimits()
 
 
 def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
@@ -25,15 +35,15 @@ def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
     lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
     moved = np.linalg.norm(members.deflection - members.deflection[:, :, :1], axis=-1).max(axis=2) / lengths
     turned = np.abs(members.rotation).max(axis=2)
-    if not max(turned.max(), moved.max()) > FARTHEST:
+    if not max(turned.max(), moved.max()) > VALIDITY.farthest:
         return
     k, i = np.unravel_index(np.maximum(turned, moved).argmax(), turned.shape)
     raise SolverError(
         f"member {list(scene.members())[i]!r} turns by {turned[k, i]:.3g} rad and its points move apart by "
         f"{moved[k, i]:.3g} of its length, by elastic deflection, at drive angle "
-        f"{np.degrees(system.motion.theta[k]):.6g} deg: small deflections end long before {FARTHEST:g}. Lower loads or "
-        "speed, keep away from resonances, buckling and dead centres, or take stiffer members or more damping; "
-        "analysis.allow_large lets it pass"
+        f"{np.degrees(system.motion.theta[k]):.6g} deg: small deflections end long before {VALIDITY.farthest:g}. "
+        "Lower loads or speed, keep away from resonances, buckling and dead centres, or take stiffer members or more "
+        "damping; analysis.allow_large lets it pass"
     )
 
 

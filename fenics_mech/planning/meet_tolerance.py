@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,16 +21,11 @@ from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
-from fenics_mech.response.stability.floquet import TOLERANCE as NEUTRAL
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_elements
 
-MOST_ROUNDS = 12
-SHARE = 0.2  # of the tolerance that each source is sent below, once it is above
-ENOUGH = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
 LARGEST_STEP, MARGIN = 4.0, 1.05  # by which a number grows in a round, and by how much more than it should
-LARGEST_JUDGED = 0.1  # error of a motion that may be called unstable
-MOST_WITHOUT_ANSWER = 200  # sub-intervals, or the scene's own, after which no answer is an answer
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
 REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
 WORDS = {
@@ -39,6 +35,20 @@ WORDS = {
     "torque": "efforts of the drives",
 }
 Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
+
+
+@dataclass(frozen=True)
+class SearchLimits:
+    """Limits of the search for a discretisation."""
+
+    most_rounds: int = 12
+    share: float = 0.2  # of the tolerance that each source is sent below, once it is above
+    enough: float = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
+    largest_judged: float = 0.1  # error of a motion that may be called unstable
+    most_without_answer: int = 200  # sub-intervals, or the scene's own, after which no answer is an answer
+
+
+SEARCH = SearchLimits()
 
 
 def within(scene: Scene, analyse: Analyse) -> Result:
@@ -64,12 +74,14 @@ def within(scene: Scene, analyse: Analyse) -> Result:
     chosen, choices = choose(scene)
     _refuse_unknown(chosen)
     discretisation, trials = _start(chosen), list[Trial]()
-    for done in range(1, MOST_ROUNDS + 1):
+    for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
             result = analyse(trial.changed(analysis__allow_unstable=True), choices)
         except UnresolvedError:  # steps that are far too long may have no answer at all
-            if discretisation.steps >= max(MOST_WITHOUT_ANSWER, scene.analysis.sub_intervals) or not _periodic(chosen):
+            if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
+                chosen
+            ):
                 raise
             discretisation = discretisation.finer("time", 2.0)
             continue
@@ -78,7 +90,7 @@ def within(scene: Scene, analyse: Analyse) -> Result:
             raise _not_met(chosen, trials, why) from error
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
-        judged = not missed or sum(this.errors["strain"].values()) <= LARGEST_JUDGED
+        judged = not missed or sum(this.errors["strain"].values()) <= SEARCH.largest_judged
         if not trial.analysis.allow_unstable and _grows(result) and judged:
             analyse(trial, choices)  # says so
         if not missed:
@@ -89,7 +101,7 @@ def within(scene: Scene, analyse: Analyse) -> Result:
             return result
         trials.append(this)
         discretisation = _next(chosen, trials)
-    raise _not_met(chosen, trials, f"{MOST_ROUNDS} rounds were made")
+    raise _not_met(chosen, trials, f"{SEARCH.most_rounds} rounds were made")
 
 
 def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
@@ -103,7 +115,9 @@ def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], 
 
 def _missed(scene: Scene, trial: Trial) -> list[str]:
     """Quantities whose tolerance a trial does not meet."""
-    return [what for what, most in scene.tolerances.items() if not sum(trial.errors[what].values()) <= ENOUGH * most]
+    return [
+        what for what, most in scene.tolerances.items() if not sum(trial.errors[what].values()) <= SEARCH.enough * most
+    ]
 
 
 def _periodic(scene: Scene) -> bool:
@@ -112,7 +126,10 @@ def _periodic(scene: Scene) -> bool:
 
 def _grows(result: Result) -> bool:
     """Whether a small disturbance grows."""
-    return "multiplier" in result.data and float(np.hypot(*result.data["multiplier"][0].to_numpy())) > 1 + NEUTRAL
+    return (
+        "multiplier" in result.data
+        and float(np.hypot(*result.data["multiplier"][0].to_numpy())) > 1 + STABILITY.tolerance
+    )
 
 
 def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
@@ -130,7 +147,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
-            if error > SHARE * scene.tolerances[what]:
+            if error > SEARCH.share * scene.tolerances[what]:
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
     finer = least = last.discretisation
@@ -149,8 +166,8 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
     power = slow_order(trials, what, source) if error > tolerance else None
     if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
         power = max(last.orders[source], 1.0)
-    by = (error / (SHARE * tolerance)) ** (1 / max(power, 1.0))
-    least = min(error / SHARE, sum(last.errors[what].values()) / ENOUGH) / tolerance
+    by = (error / (SEARCH.share * tolerance)) ** (1 / max(power, 1.0))
+    least = min(error / SEARCH.share, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
     return min(MARGIN * by, LARGEST_STEP), MARGIN * least ** (1 / power)
 
 

@@ -13,7 +13,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.recovery.result import Result
 from fenics_mech.response.setup import moved
 from fenics_mech.response.static.quasi_static import solve_static
-from fenics_mech.response.transient.integration import StartState
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Scene
 
 WANTED = "Give the result of a transient analysis of the same scene"

@@ -30,7 +30,7 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.solution import MotorSolution, PeriodicSolution, Solution, TransientSolution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.quasi_static import solve_static
-from fenics_mech.response.transient.integration import Course
+from fenics_mech.response.transient.course import Course
 
 
 def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequence[Choice] = ()) -> Result:

@@ -8,6 +8,8 @@ them, so that the frequency is right to about that of the drive.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -17,10 +19,21 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
 
 MID_SPAN, PEAK = "mid-span", "peak"
-SAME = 0.01  # difference of the last two cycles of a motion in time, up to which the last one counts as periodic
-LEAST_VIBRATION = 1e-3  # of the strain's peak, below which nothing vibrates
-LEAST_SAMPLES = 10  # in a period of the first mode, to count ripples
-LEAST_RIPPLE = 0.05  # height over the higher of the valleys beside it, of the vibration from top to bottom
+
+
+@dataclass(frozen=True)
+class VibrationLimits:
+    """When a strain counts as vibrating."""
+
+    same: float = (
+        0.01  # difference of the last two cycles of a motion in time, up to which the last one counts as periodic
+    )
+    least: float = 1e-3  # of the strain's peak, below which nothing vibrates
+    least_samples: int = 10  # in a period of the first mode, to count ripples
+    least_ripple: float = 0.05  # height over the higher of the valleys beside it, of the vibration from top to bottom
+
+
+VIBRATION = VibrationLimits()
 
 
 def harmonics(values: Array, phase: float = 0.0) -> NDArray[np.complex128]:
@@ -52,7 +65,7 @@ def last_cycle(scene: Scene, data: xr.Dataset) -> slice | None:
         return None
     if analysis.method != "transient":
         return slice(0, count)
-    periodic = count >= analysis.sub_intervals and data.attrs["cycle_change"] <= SAME
+    periodic = count >= analysis.sub_intervals and data.attrs["cycle_change"] <= VIBRATION.same
     return slice(count - analysis.sub_intervals, count) if periodic else None
 
 
@@ -123,8 +136,8 @@ def _vibration(
     """Count the ripples of the strain about its quasi-static curve, and find their mode and their largest harmonic."""
     vibration = strain - still
     size = np.ptp(vibration, axis=0) / 2
-    vibrates = size > LEAST_VIBRATION * np.abs(strain).max(axis=0)
-    vibrates &= len(strain) >= LEAST_SAMPLES * frequency[:, 0].max() * period
+    vibrates = size > VIBRATION.least * np.abs(strain).max(axis=0)
+    vibrates &= len(strain) >= VIBRATION.least_samples * frequency[:, 0].max() * period
     rate = np.array([ripples(wave) for wave in vibration.T]) / period
     mode = nearest_mode(rate, frequency, 1 / period)
     values = {
@@ -137,10 +150,10 @@ def _vibration(
 
 
 def ripples(wave: Array) -> int:
-    """Maxima of a periodic curve that stand out by `LEAST_RIPPLE`; `wave` is one cycle of it, ``(steps,)``."""
+    """Maxima of a periodic curve that stand out by a ripple's least height; `wave` is one cycle, ``(steps,)``."""
     start = int(wave.argmin())
     once = np.append(np.roll(wave, -start), wave[start])  # from the lowest point to itself, so that no maximum is cut
-    return len(find_peaks(once, prominence=LEAST_RIPPLE * float(max(np.ptp(wave), np.finfo(float).tiny)))[0])
+    return len(find_peaks(once, prominence=VIBRATION.least_ripple * float(max(np.ptp(wave), np.finfo(float).tiny)))[0])
 
 
 def nearest_mode(rate: Array, frequency: Array, resolution: float) -> Array:

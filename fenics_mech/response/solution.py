@@ -15,7 +15,7 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
-from fenics_mech.response.transient.integration import Course, StartState
+from fenics_mech.response.transient.course import Course, StartState
 from fenics_mech.scene import Scene
 
 

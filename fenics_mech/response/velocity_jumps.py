@@ -16,7 +16,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.response.transient.integration import Blows
+from fenics_mech.response.transient.course import Blows
 from fenics_mech.scene import Scene
 
 CYCLE = 2 * math.pi

@@ -23,7 +23,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Saved, stored_scene
 from fenics_mech.response.continuation.arc_length import Point, continued
 from fenics_mech.response.continuation.branch import check, family_of, first_motion, solution_at
-from fenics_mech.response.stability.floquet import TOLERANCE
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep import stacked
@@ -212,7 +212,7 @@ def _record(result: Result, point: Point, gauge: Gauge) -> Record:
         "strain_lowest": strain.min(over).to_numpy(),
         "strain_error": data["strain_error"].sum("source").to_numpy(),
         "multiplier": multiplier,
-        "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + TOLERANCE,
+        "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + STABILITY.tolerance,
         "fold": point.fold,
         "iterations": point.iterations,
     }

@@ -13,12 +13,12 @@ from rich.text import Text
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
+from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
-from fenics_mech.response.stability.floquet import TOLERANCE as UNDAMPED
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
@@ -81,16 +81,16 @@ def _validity(result: Result) -> Text:
     turned = f"{members[turn.argmax()]!r}: axis turns by up to {turn.max():.3g} rad"
     acting = _acting(result)
     if any(effect.nonlinear for effect in acting):
-        if turn.max() <= LARGEST_ROTATION:
+        if turn.max() <= VALIDITY.rotation:
             return Text(f"Within the theory of moderate rotations: {turned}; {worst}.")
-        text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, expect wrong strains: {turned} (limit {LARGEST_ROTATION})."
+        text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, expect wrong strains: {turned} (limit {VALIDITY.rotation})."
         return Text(text, style="bold red")
     carried = any(effect.stress_stiffening for effect in acting)
-    if (carried or euler.max() <= LARGEST_EULER_RATIO) and bow.max() <= LARGEST_BOW:
+    if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:
         return Text(f"Within the linear theory: {worst}; {bent}.")
-    beyond = [f"{bent} (limit {LARGEST_BOW})"] if bow.max() > LARGEST_BOW else []
-    if not carried and euler.max() > LARGEST_EULER_RATIO:
-        beyond.insert(0, f"{worst} (limit {LARGEST_EULER_RATIO})")
+    beyond = [f"{bent} (limit {VALIDITY.bow})"] if bow.max() > VALIDITY.bow else []
+    if not carried and euler.max() > VALIDITY.euler_ratio:
+        beyond.insert(0, f"{worst} (limit {VALIDITY.euler_ratio})")
     return Text(
         f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {'; '.join(beyond)}. effects = 'auto' takes what is needed.",
         style="bold red",
@@ -124,9 +124,9 @@ def _stability(result: Result) -> Text:
     )
     where = f"{frequency:.4g} Hz in the axes of link {result.data['multiplier_link'][0].item()}"
     slowest = f"{size:.3g} of it is left after a cycle ({rate:.3g} 1/s at {where}, mode {mode:.0f})"
-    if size < 1 - UNDAMPED:
+    if size < 1 - STABILITY.tolerance:
         return Text(f"Stable: of the slowest disturbance {slowest}; {limit}.")
-    if size < 1 + UNDAMPED:
+    if size < 1 + STABILITY.tolerance:
         return Text(f"At the limit of stability, without damping: of the worst disturbance {slowest}; {limit}.")
     return Text(f"UNSTABLE: a small disturbance grows; {slowest}.", style="bold red")
 

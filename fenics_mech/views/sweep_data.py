@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.validity import LARGEST_BOW, LARGEST_EULER_RATIO, LARGEST_ROTATION
+from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS
 from fenics_mech.views.tables import number
 
@@ -52,5 +52,5 @@ def beyond_theory(data: xr.Dataset) -> xr.DataArray:
         for known in (lambda effect: effect.nonlinear, lambda effect: effect.stress_stiffening)
     )
     euler, bow, turn = (data[name].max("member") for name in ("euler_ratio", "bow", "rotation"))
-    linear = (bow > LARGEST_BOW) | (~carried & (euler > LARGEST_EULER_RATIO))
-    return xr.where(moderate, turn > LARGEST_ROTATION, linear)
+    linear = (bow > VALIDITY.bow) | (~carried & (euler > VALIDITY.euler_ratio))
+    return xr.where(moderate, turn > VALIDITY.rotation, linear)

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.stability.floquet import TOLERANCE
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.views.plots import MICRO, STYLE, empty_figure
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
 
@@ -84,7 +84,7 @@ def _hatched(axes: Axes, sweep: Sweep, name: str) -> Patch | None:
     if name == BEYOND:
         marked = beyond_theory(sweep.data)
     elif "multiplier" in sweep.data:
-        marked = sweep.data["multiplier"].max("disturbance") > 1 + TOLERANCE
+        marked = sweep.data["multiplier"].max("disturbance") > 1 + STABILITY.tolerance
     else:
         return None
     if not bool(marked.any()):

@@ -15,7 +15,8 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, moved
 from fenics_mech.response.transient import coefficients
 from fenics_mech.response.transient.coefficients import Coefficients
-from fenics_mech.response.transient.integration import Blows, Schedule, StartState, integrate
+from fenics_mech.response.transient.course import Blows, Schedule, StartState
+from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import blows_between
 from fenics_mech.scene.factories import seed_four_bar
 

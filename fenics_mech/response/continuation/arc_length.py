@@ -30,13 +30,22 @@ from fenics_mech.response.periodic.tableau import Tableau
 
 ITERATIONS, TURN = 5, 0.5  # that a step of the right length takes, and angle (rad) by which the tangent turns in it
 MOST_ITERATIONS = 10
-SHORTEST = 1e-4  # of the largest step, before the branch is given up
-SHARPEST = 1.0  # angle (rad) by which the tangent may turn in a step
-REACH = 2.0  # of a step's length: how far its end may be from its start
-DIFFERENCE = 1e-4  # of the range, over which the residual's change with the number is taken
-FOLD = 1e-4  # slope of the number along the branch that counts as none, where 1 is along the number alone
-MOST_TRIALS = 30  # for a fold
 PARTS = 4  # of the range: one counts as much as the size of the motion
+
+
+@dataclass(frozen=True)
+class BranchLimits:
+    """Limits of the steps along a branch."""
+
+    shortest: float = 1e-4  # of the largest step, before the branch is given up
+    sharpest: float = 1.0  # angle (rad) by which the tangent may turn in a step
+    reach: float = 2.0  # of a step's length: how far its end may be from its start
+    difference: float = 1e-4  # of the range, over which the residual's change with the number is taken
+    fold: float = 1e-4  # slope of the number along the branch that counts as none, where 1 is along the number alone
+    most_trials: int = 30  # for a fold
+
+
+BRANCH = BranchLimits()
 
 
 @dataclass(frozen=True)
@@ -170,7 +179,7 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
                 fold = _fold(family, metric, point, tangent, new, ahead) if turns else None
         except MechanismError as error:
             arc /= 2
-            if arc < SHORTEST * largest:
+            if arc < BRANCH.shortest * largest:
                 raise SolverError(
                     f"the branch is lost beyond {point.value:.8g}: Newton's method does not come back to it after a "
                     f"step of {arc:.1e} ({error}). Give more sub_intervals or more damping"
@@ -214,7 +223,7 @@ def _advanced(
         new, turned = _corrected(family, metric, guess, _Direction(_combined(0.0, tangent.orbit), 1.0))
     turned = turned.times(1 / metric.length(turned))
     cosine = metric.inner(turned, tangent)
-    if abs(cosine) < np.cos(SHARPEST) or metric.length(_change(point, new)) > REACH * arc:
+    if abs(cosine) < np.cos(BRANCH.sharpest) or metric.length(_change(point, new)) > BRANCH.reach * arc:
         raise SolverError("the branch turns too sharply for the step")
     return new, turned.times(float(np.sign(cosine))), ended
 
@@ -222,14 +231,14 @@ def _advanced(
 def _fold(family: Family, metric: _Metric, point: Point, tangent: _Direction, new: Point, ahead: _Direction) -> Point:
     """Find the point between two where the number does not change along the branch, by the Illinois method.
 
-    The number is good to about ``FOLD^2/2`` of the range, as it is stationary there.
+    The number is good to about ``BRANCH.fold^2/2`` of the range, as it is stationary there.
     """
     near, last = (0.0, tangent.value), (metric.inner(tangent, _change(point, new)), ahead.value)
-    for _ in range(MOST_TRIALS):
+    for _ in range(BRANCH.most_trials):
         arc = (near[0] * last[1] - last[0] * near[1]) / (last[1] - near[1])
         found, turned = _corrected(family, metric, _moved(family, point, tangent.times(arc)), tangent)
         slope = turned.value / metric.length(turned) * float(np.sign(metric.inner(turned, tangent)))
-        if abs(slope) < FOLD * metric.span:
+        if abs(slope) < BRANCH.fold * metric.span:
             return replace(found, fold=True)
         near = last if slope * last[1] < 0 else (near[0], near[1] / 2)
         last = (arc, slope)
@@ -294,7 +303,7 @@ def _bordered_flow(family: Family, point: Point) -> Flow:
     left_over = tangents.load - times(tangents.mass, now.acceleration) - times(tangents.damping, now.velocity)
     left_over -= times(tangents.stiffness, now.displacement)
     first, last = family.ends
-    step = DIFFERENCE * float(np.copysign(last - first, (first + last) / 2 - point.value))  # inside the range
+    step = BRANCH.difference * float(np.copysign(last - first, (first + last) / 2 - point.value))  # inside the range
     later = paced(point.orbit, family.rate(point.value + step))
     change = family.at(point.value + step).residual(later.displacement, later.velocity, later.acceleration)
     change -= equation.residual(now.displacement, now.velocity, now.acceleration)

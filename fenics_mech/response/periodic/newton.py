@@ -12,12 +12,22 @@ from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.response.periodic.flow import Flow
 
-MOST_ITERATIONS = 30
-SMALLEST_RISE = 1 / 256  # of the load, before it is given up
-MOST_LOAD_STEPS = 40  # tried, before it is given up: motions that are found take 1 to 5
-TOLERANCE = 1e-9  # of the change of the displacement, relative
-FAR = 0.01  # change beyond which a tension is guessed
-ROUNDING = 1e-6  # below which a change that grows no smaller is rounding: close to buckling little load moves much
+
+@dataclass(frozen=True)
+class NewtonLimits:
+    """Limits of Newton's method."""
+
+    most_iterations: int = 30
+    smallest_rise: float = 1 / 256  # of the load, before it is given up
+    most_load_steps: int = 40  # tried, before it is given up: motions that are found take 1 to 5
+    tolerance: float = 1e-9  # of the change of the displacement, relative
+    far: float = 0.01  # change beyond which a tension is guessed
+    rounding: float = (
+        1e-6  # below which a change that grows no smaller is rounding: close to buckling little load moves much
+    )
+
+
+NEWTON = NewtonLimits()
 
 
 @dataclass(frozen=True)
@@ -82,7 +92,7 @@ def solve_nonlinear(
             orbit, tension, done = found, new_tension, factor
         except (SolverError, FloatingPointError):  # iterates that run away may overflow
             rise /= 2
-            if rise < SMALLEST_RISE or tried >= MOST_LOAD_STEPS:
+            if rise < NEWTON.smallest_rise or tried >= NEWTON.most_load_steps:
                 raise
     assert orbit is not None
     return orbit
@@ -103,9 +113,9 @@ def _at_load(
     old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
     changes: list[float] = []
     while not settled(changes):
-        if len(changes) == MOST_ITERATIONS or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
+        if len(changes) == NEWTON.most_iterations or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
             raise _failure(equation, orbit, factor, weight, len(changes))
-        if not changes or changes[-1] > FAR:
+        if not changes or changes[-1] > NEWTON.far:
             tension = guess(tension)
         tangents = equation.linearised(*old, tension)
         try:
@@ -129,14 +139,14 @@ def settled(changes: Sequence[float]) -> bool:
     That is where they have come down to rounding, or where the next one will be below the tolerance: each is a multiple
     of the square of the one before it, and the multiple is taken to be at least 1.
     """
-    if not changes or changes[-1] <= TOLERANCE:
+    if not changes or changes[-1] <= NEWTON.tolerance:
         return bool(changes)
     if len(changes) == 1:
         return False
     before, last = changes[-2:]
-    if last < ROUNDING and last > before / 2:
+    if last < NEWTON.rounding and last > before / 2:
         return True
-    return last**2 * max(1.0, last / before**2) <= TOLERANCE
+    return last**2 * max(1.0, last / before**2) <= NEWTON.tolerance
 
 
 def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:

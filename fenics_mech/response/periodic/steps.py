@@ -17,10 +17,23 @@ from fenics_mech.scene.sampling import gauss_points
 
 CYCLE = 2 * math.pi
 SAME = 1e-9  # rad, between drive angles that count as one
-HIDDEN = 1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
-MOST_CORNERS = 5000
-SHORT = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
-MISSED = 1e-2  # of the largest mean of a step, that points of a step may miss of it where corners show where to cut
+
+
+@dataclass(frozen=True)
+class CutLimits:
+    """When a step of a cycle is cut."""
+
+    hidden: float = (
+        1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
+    )
+    most_corners: int = 5000
+    short: float = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
+    missed: float = (
+        1e-2  # of the largest mean of a step, that points of a step may miss of it where corners show where to cut
+    )
+
+
+CUTS = CutLimits()
 
 
 @dataclass(frozen=True)
@@ -91,8 +104,8 @@ class Steps:
 def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
     """Give the corners of loads' factors in sub-intervals whose points do not show what a factor does there.
 
-    In such a sub-interval the mean by the quadrature of the points is off by more than `MISSED`, or the mean is not
-    between the values at the points. In a step that is cut there the factor is a polynomial.
+    In such a sub-interval the mean by the quadrature of the points is off by more than `CutLimits.missed`, or the mean
+    is not between the values at the points. In a step that is cut there the factor is a polynomial.
 
     Parameters
     ----------
@@ -109,7 +122,7 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
     Raises
     ------
     SceneError
-        When there are more than `MOST_CORNERS` of them.
+        When there are more than `CUTS.most_corners` of them.
     """
     steps, found = Steps._cut_at(scene, np.zeros(0)), [np.zeros(0)]
     sense = math.copysign(1, scene.cycle_rate)
@@ -117,13 +130,13 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
         if load.factor is None or not load.factor.corners:
             continue
         means = _Means.of(load, steps, tableau, scene.cycle_rate)
-        wrong = means.outside | (np.abs(means.quadrature - means.exact) > MISSED * means.largest)
+        wrong = means.outside | (np.abs(means.quadrature - means.exact) > CUTS.missed * means.largest)
         corners = np.unique(np.mod(sense * np.array(load.factor.corners), CYCLE))
         found.append(corners[wrong[np.searchsorted(np.abs(steps.start), corners, side="right") - 1]])
-        if len(found[-1]) > MOST_CORNERS:
+        if len(found[-1]) > CUTS.most_corners:
             raise SceneError(
                 f"the factor changes at {len(found[-1])} angles between the points of {len(steps.start)} steps, and "
-                f"steps are cut at {MOST_CORNERS} of them at most",
+                f"steps are cut at {CUTS.most_corners} of them at most",
                 place=f"loads.{name}.factor",
                 hint="Take more sub_intervals, or fewer and smoother values",
             )
@@ -136,7 +149,7 @@ def like_blows(scene: Scene) -> bool:
     jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
     turned = np.unique(np.mod(np.append(corners, jumps), CYCLE))
     gap = np.diff(turned, append=turned.min(initial=np.inf) + CYCLE)
-    return bool((gap < SHORT * CYCLE / scene.analysis.sub_intervals).any())
+    return bool((gap < CUTS.short * CYCLE / scene.analysis.sub_intervals).any())
 
 
 def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:
@@ -181,7 +194,7 @@ class _Means:
         seen = load.factor_at(steps.angles(tableau.points, rate)).reshape(len(begin), -1)
         around = np.column_stack([np.roll(seen[:, -1], 1), seen, np.roll(seen[:, 0], -1)])
         largest = float(size.max())
-        outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > HIDDEN * largest
+        outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > CUTS.hidden * largest
         return cls(mean, seen @ tableau.weights, outside, largest)
 
 

@@ -29,13 +29,24 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.modes import Modes
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.stability.resonance import NEAR, blamed
+from fenics_mech.response.stability.resonance import SINGULARITY, blamed
 from fenics_mech.response.stability.turning import LinkAxes, separated, turns
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
-LONGEST_STEP = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
-TOLERANCE = 1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
+
+
+@dataclass(frozen=True)
+class StabilityLimits:
+    """Limits of the judgement of stability."""
+
+    longest_step: float = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
+    tolerance: float = (
+        1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
+    )
+
+
+STABILITY = StabilityLimits()
 
 
 @dataclass(frozen=True)
@@ -80,13 +91,13 @@ class Stability:
     @property
     def stable(self) -> bool:
         """Whether no disturbance grows."""
-        return bool((np.abs(self.multipliers) <= 1 + TOLERANCE).all())
+        return bool((np.abs(self.multipliers) <= 1 + STABILITY.tolerance).all())
 
     def refuse_unstable(self) -> None:
         """Raise a `SolverError` that names the worst disturbance when the motion is unstable."""
         if not self.stable:
             worst, frequency = self.multipliers[0], self.frequency[0]
-            steadily = frequency * self.period < TOLERANCE
+            steadily = frequency * self.period < STABILITY.tolerance
             how = (
                 "without vibrating (buckling)"
                 if steadily
@@ -110,7 +121,7 @@ class Stability:
     def refuse_resonance(self) -> None:
         """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
         distance, words = self.nearest()
-        if distance < NEAR:
+        if distance < SINGULARITY.near:
             raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
 
 
@@ -138,10 +149,10 @@ def floquet(
     n, unit = flow.size, np.tile(flow.unit, 2)
     values, states = _eigenpairs(flow.transitions * unit[:, None] / unit, options or {})
     states /= unit
-    limit = LONGEST_STEP * len(flow.tableau.points) / float(np.max(flow.step))
+    limit = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step))
     judged = _slow_enough(flow.transitions, states, start, limit * flow.pace)
     if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
-        judged |= (values.real > 1 + TOLERANCE) & (np.abs(values.imag) < TOLERANCE * np.abs(values))
+        judged |= (values.real > 1 + STABILITY.tolerance) & (np.abs(values.imag) < STABILITY.tolerance * np.abs(values))
     states[judged] = separated(axes, flow, values[judged], states[judged])
     kept = _leading(values, np.flatnonzero(judged))
     values, states = values[kept], states[kept]

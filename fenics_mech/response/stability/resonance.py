@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,9 +16,19 @@ from fenics_mech._arrays import Array, times
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 
-NEAR = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it
-SINGULAR = 1e-4  # the same, beyond which a large magnification is that of stiff directions, or of the estimate
-LARGEST = 1e9  # magnification, beyond which rounding changes the motion by more than about 1e-6 of it
+
+@dataclass(frozen=True)
+class SingularityLimits:
+    """When the equations of a cycle count as singular."""
+
+    near: float = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it
+    singular: float = (
+        1e-4  # the same, beyond which a large magnification is that of stiff directions, or of the estimate
+    )
+    largest: float = 1e9  # magnification, beyond which rounding changes the motion by more than about 1e-6 of it
+
+
+SINGULARITY = SingularityLimits()
 
 
 def magnification(cycle: BlockCyclic, states: Array, unit: Array | float = 1.0) -> float:
@@ -56,7 +67,7 @@ def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
         yield
     except SolverError as error:
         distance, words = blame()
-        if distance < NEAR:
+        if distance < SINGULARITY.near:
             raise SolverError(
                 f"there is no periodic motion: {words}. Give a damping ratio, or another speed"
             ) from error
@@ -73,10 +84,10 @@ def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -
     blame
         Gives the distance of the multiplier next to 1, and the mode and harmonic that it is of, in words.
     """
-    if condition < LARGEST:
+    if condition < SINGULARITY.largest:
         return
     distance, words = blame()
-    if distance < SINGULAR:
+    if distance < SINGULARITY.singular:
         raise SolverError(
             f"the equations of the cycle are nearly singular: a relative error in them comes out {condition:.1e} times "
             f"as large in the motion, as {words}. Give a damping ratio, or another speed"

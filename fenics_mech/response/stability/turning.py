@@ -22,10 +22,23 @@ from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.flow import Flow
 
 Complex = NDArray[np.complex128]
-LEAST_SHARE = 0.3  # of the turns that follow from its speed, which a disturbance has at least where it vibrates
-EQUAL = 1e-6  # relative distance of multipliers that count as one
-DEPENDENT = 1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate
-EVEN = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
+
+
+@dataclass(frozen=True)
+class TurningLimits:
+    """Limits of the count of turns."""
+
+    least_share: float = (
+        0.3  # of the turns that follow from its speed, which a disturbance has at least where it vibrates
+    )
+    equal: float = 1e-6  # relative distance of multipliers that count as one
+    dependent: float = (
+        1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate
+    )
+    even: float = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
+
+
+TURNING = TurningLimits()
 
 
 @dataclass(frozen=True)
@@ -108,7 +121,7 @@ def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple
     """
     v, velocity = axes.carried(*_through(flow, states, None))
     parts = summed(np.sum(v.conj() * axes.momenta(v), axis=0).real, axes.link, len(axes.names))
-    link = (parts > (1 - EVEN) * parts.max(axis=1, keepdims=True)).argmax(axis=1)
+    link = (parts > (1 - TURNING.even) * parts.max(axis=1, keepdims=True)).argmax(axis=1)
     momenta = axes.momenta(velocity)
     slow, fast = (np.sum(a.conj() * b, axis=(0, 2)) for a, b in ((v, axes.momenta(v)), (velocity, momenta)))
     sense = np.sum(v.conj() * momenta, axis=(0, 2)).imag
@@ -120,7 +133,7 @@ def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple
     turned = np.sum(expected + np.mod(angle - expected + np.pi, 2 * np.pi) - np.pi, axis=0) / (2 * np.pi)
     part = np.angle(values) / (2 * np.pi)
     turned = np.round(turned - part) + part
-    return turned, link, np.abs(turned) > LEAST_SHARE * np.abs(speed) * np.sum(flow.duration) / (2 * np.pi)
+    return turned, link, np.abs(turned) > TURNING.least_share * np.abs(speed) * np.sum(flow.duration) / (2 * np.pi)
 
 
 def separated(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> Complex:
@@ -131,7 +144,7 @@ def separated(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> C
     """
     found, left = states.copy(), np.ones(len(values), dtype=bool)
     for i, value in enumerate(values):
-        same = np.flatnonzero(left & (np.abs(values - value) <= EQUAL * abs(value)))
+        same = np.flatnonzero(left & (np.abs(values - value) <= TURNING.equal * abs(value)))
         if not left[i] or not value:
             continue
         left[same] = False
@@ -149,7 +162,7 @@ def _by_speed(axes: LinkAxes, flow: Flow, states: Complex, size: float) -> Compl
     unit = 1 / np.sqrt(np.maximum(np.diag(weight).real, np.finfo(float).tiny))
     weight, product = (matrix * np.outer(unit, unit) for matrix in (weight, (product - product.conj().T) / 2j))
     squares, vectors = np.linalg.eigh(weight)
-    if squares[0] < DEPENDENT:
+    if squares[0] < TURNING.dependent:
         return states
     whiten = vectors / np.sqrt(squares)
     combined = whiten @ np.linalg.eigh(whiten.conj().T @ product @ whiten)[1]

@@ -24,7 +24,8 @@ from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_po
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import NODES, WINDOWS, Coefficients
-from fenics_mech.response.transient.integration import LONGEST_STEP, Course, Schedule, StartState, integrate
+from fenics_mech.response.transient.course import LONGEST_STEP, Course, Schedule, StartState
+from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import blows_between, passages
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import FINEST_STEPS

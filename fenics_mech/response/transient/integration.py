@@ -17,132 +17,35 @@ import numpy as np
 from petsc4py import PETSc
 from scipy.interpolate import CubicHermiteSpline
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.coefficients import NARROWEST, Coefficients
+from fenics_mech.response.transient.course import Blows, Course, Schedule, StartState
 from fenics_mech.response.transient.instant import Instant
 from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
 
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
-LONGEST_STEP = 1 / 40  # of a cycle
-MOST_STEPS = 1_000_000  # of a motion: an hour or so
 State = Callable[[], Any]  # gives z and its rate
 Prepared = tuple[float, State]  # TS's time over ours, and the state
-LARGEST_RISE = 1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
-SMALL_RISE = 0.1  # the same with PETSc's own steps: they are of order 2, and do not see what is small beside the rest
-LARGEST_MOTION = 1e6  # over the static deflection or the start: such a motion grows without bound
 SAME = 2 * NARROWEST  # of a cycle, between times that count as one
 
 
 @dataclass(frozen=True)
-class Schedule:
-    """What is to be computed.
+class IntegrationLimits:
+    """Limits of the time steps."""
 
-    Parameters
-    ----------
-    cycle
-        Duration of a cycle of the drive at its speed (s).
-    samples
-        Equal parts of a cycle at whose ends the motion is given.
-    cycles
-        Cycles after the run-up, at most.
-    settled
-        Difference of two successive cycles, relative to the largest displacement, at which to stop; 0 never stops.
-    steady_after
-        Time from which the drive is at its speed (s): cycles are counted and compared from there on.
-    tolerance
-        Relative error of a time step.
-    tableau, longest
-        Collocation points of a time step, and its largest length as a share of a cycle.
-    """
-
-    cycle: float
-    samples: int
-    cycles: int
-    settled: float
-    steady_after: float
-    tolerance: float
-    tableau: Tableau
-    longest: float = LONGEST_STEP
-
-    def lead(self, start: float) -> int:
-        """Number of samples before cycles are counted, from a start (s)."""
-        return max(0, int(np.ceil((self.steady_after - start) / self.cycle * self.samples - 1e-6)))
-
-    def count(self, start: float) -> int:
-        """Number of times at which the motion is given, from a start (s)."""
-        return self.lead(start) + self.cycles * self.samples + 1
-
-    def times(self, start: float) -> Array:
-        """Times at which the motion is given (s), with the last of the last cycle."""
-        return start + self.cycle / self.samples * np.arange(self.count(start))
+    most_steps: int = 1_000_000  # of a motion: an hour or so
+    largest_rise: float = (
+        1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
+    )
+    small_rise: float = (
+        0.1  # the same with PETSc's own steps: they are of order 2, and do not see what is small beside the rest
+    )
+    largest_motion: float = 1e6  # over the static deflection or the start: such a motion grows without bound
 
 
-@dataclass(frozen=True)
-class StartState:
-    """State from which a motion in time starts.
-
-    Parameters
-    ----------
-    time
-        Time (s).
-    displacement, velocity
-        q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
-    """
-
-    time: float
-    displacement: Array
-    velocity: Array
-
-
-@dataclass(frozen=True)
-class Blows:
-    """Impulses as they strike.
-
-    Parameters
-    ----------
-    time
-        When (s), ascending.
-    which
-        Which jump, of each time.
-    jump
-        Changes of q', ``(impulses, coordinates)``.
-    """
-
-    time: Array
-    which: Index
-    jump: Array
-
-    def at(self, time: float, slack: float) -> Array:
-        """Change of q' at a time."""
-        now = self.which[np.searchsorted(self.time, time - slack) : np.searchsorted(self.time, time + slack)]
-        return np.asarray(self.jump[now].sum(axis=0))
-
-
-@dataclass(frozen=True)
-class Course:
-    """A motion in time: q and q' ``(times, coordinates)``, and how it came about.
-
-    Parameters
-    ----------
-    time, displacement, velocity
-        Times (s) and the motion there, after any impulse.
-    change
-        Difference of the last two cycles, relative; infinite where there is only one.
-    steps
-        Time steps that were made.
-    interpolation
-        Largest relative error of the interpolated matrices and load.
-    """
-
-    time: Array
-    displacement: Array
-    velocity: Array
-    change: float
-    steps: int
-    interpolation: float
+INTEGRATION = IntegrationLimits()
 
 
 class _Record:
@@ -263,7 +166,7 @@ class _Run:
         self.schedule, self.options, self.taken, self.steps = schedule, options, keep, 0
         self.instant = Instant(coefficients)
         self.kind = str(options.get("transient_ts_type", COLLOCATION))
-        self.rise = LARGEST_RISE if self.kind == COLLOCATION else SMALL_RISE
+        self.rise = INTEGRATION.largest_rise if self.kind == COLLOCATION else INTEGRATION.small_rise
         growth = max(coefficients.growth, 1e-300)
         self.longest = min(schedule.longest * schedule.cycle, self.rise / growth)
         self.length = self.longest
@@ -282,10 +185,10 @@ class _Run:
         SolverError
             When it grows without bound.
         """
-        if np.abs(curve(np.array([end]))[0]).max() > LARGEST_MOTION * self.size:
+        if np.abs(curve(np.array([end]))[0]).max() > INTEGRATION.largest_motion * self.size:
             raise SolverError(
-                f"the motion grows without bound: at {end:.6g} s it is more than {LARGEST_MOTION:.0e} times what "
-                "loads and start bend. It is unstable: a member buckles, or the drive is in a tongue of "
+                f"the motion grows without bound: at {end:.6g} s it is more than {INTEGRATION.largest_motion:.0e} "
+                "times what loads and start bend. It is unstable: a member buckles, or the drive is in a tongue of "
                 "parametric resonance. Change loads or speed, or give more damping"
             )
         return self.taken(start, end, curve)
@@ -309,7 +212,7 @@ class _Run:
             "ts_atol": self.schedule.tolerance * self.size,
             "ts_adapt_dt_max": pace * self.longest,
             "ts_exact_final_time": "matchstep",
-            "ts_max_steps": MOST_STEPS - self.steps,
+            "ts_max_steps": INTEGRATION.most_steps - self.steps,
             "ts_max_snes_failures": -1,
             "snes_type": "newtonls",  # not ksponly: alpha2 takes velocities from the last evaluation of the residual
             "snes_rtol": 1e-9,

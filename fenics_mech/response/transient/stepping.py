@@ -24,11 +24,20 @@ from fenics_mech.response.transient.instant import Instant
 
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
 Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
-MOST_ITERATIONS = 10  # of Newton's method in a step
-NEWTON = 1e-3  # of the tolerance of a step, to which it is solved
-SHORTEST = 1e-10  # step, of the longest
-SLACK = 1e-9  # of a step, that is not left over at the end
 SMALLEST_CHANGE, LARGEST_CHANGE, SAFETY = 0.2, 5.0, 0.9  # of a step's length
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """Limits of Newton's method in a time step."""
+
+    most_iterations: int = 10  # of Newton's method in a step
+    newton: float = 1e-3  # of the tolerance of a step, to which it is solved
+    shortest: float = 1e-10  # step, of the longest
+    slack: float = 1e-9  # of a step, that is not left over at the end
+
+
+STEP = StepLimits()
 
 
 @dataclass
@@ -73,7 +82,7 @@ class Collocation:
         vector, asked = ts.getSolution(), min(ts.getTimeStep(), self.longest)
         z, rate = vector.array_r.copy().reshape(2, -1)
         while True:
-            last = start + asked * (1 + SLACK) >= end
+            last = start + asked * (1 + STEP.slack) >= end
             length = end - start if last else asked
             made, error = self._trial(start, length, z, rate)
             change = SAFETY * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
@@ -81,7 +90,7 @@ class Collocation:
             if error <= 1:
                 break
             asked = length * change
-            if asked < SHORTEST * self.longest:
+            if asked < STEP.shortest * self.longest:
                 raise SolverError(
                     f"the time steps failed at {start:.6g} s, where they have become {asked:.1e} s long: the motion "
                     "grows without bound or its equation has no solution there. Give more damping, or lower loads"
@@ -115,7 +124,7 @@ class Collocation:
         points, inner = self.tableau.points, self.tableau.inner
         s, n = len(points), len(z)
         found = self._guess(length, n)
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(STEP.most_iterations):
             rates = rate + length * (inner @ found)
             places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
             residual, tangents = [], []
@@ -128,7 +137,7 @@ class Collocation:
             moved = np.abs(length**2 * (self.tableau.square @ change)).max()
             if self.instant.coefficients.law is None:
                 return found, 0.0
-            if moved <= NEWTON * self.tolerance * self.size:
+            if moved <= STEP.newton * self.tolerance * self.size:
                 mass, damping, stiffness = (np.stack(part) for part in zip(*tangents))
                 return found, Matrices(mass, damping, stiffness, np.zeros_like(found)).growth
         return None

@@ -1,0 +1,121 @@
+"""What a motion in time starts from, how long it goes on, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.response.periodic.tableau import Tableau
+
+LONGEST_STEP = 1 / 40  # of a cycle
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """What is to be computed.
+
+    Parameters
+    ----------
+    cycle
+        Duration of a cycle of the drive at its speed (s).
+    samples
+        Equal parts of a cycle at whose ends the motion is given.
+    cycles
+        Cycles after the run-up, at most.
+    settled
+        Difference of two successive cycles, relative to the largest displacement, at which to stop; 0 never stops.
+    steady_after
+        Time from which the drive is at its speed (s): cycles are counted and compared from there on.
+    tolerance
+        Relative error of a time step.
+    tableau, longest
+        Collocation points of a time step, and its largest length as a share of a cycle.
+    """
+
+    cycle: float
+    samples: int
+    cycles: int
+    settled: float
+    steady_after: float
+    tolerance: float
+    tableau: Tableau
+    longest: float = LONGEST_STEP
+
+    def lead(self, start: float) -> int:
+        """Number of samples before cycles are counted, from a start (s)."""
+        return max(0, int(np.ceil((self.steady_after - start) / self.cycle * self.samples - 1e-6)))
+
+    def count(self, start: float) -> int:
+        """Number of times at which the motion is given, from a start (s)."""
+        return self.lead(start) + self.cycles * self.samples + 1
+
+    def times(self, start: float) -> Array:
+        """Times at which the motion is given (s), with the last of the last cycle."""
+        return start + self.cycle / self.samples * np.arange(self.count(start))
+
+
+@dataclass(frozen=True)
+class StartState:
+    """State from which a motion in time starts.
+
+    Parameters
+    ----------
+    time
+        Time (s).
+    displacement, velocity
+        q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
+    """
+
+    time: float
+    displacement: Array
+    velocity: Array
+
+
+@dataclass(frozen=True)
+class Blows:
+    """Impulses as they strike.
+
+    Parameters
+    ----------
+    time
+        When (s), ascending.
+    which
+        Which jump, of each time.
+    jump
+        Changes of q', ``(impulses, coordinates)``.
+    """
+
+    time: Array
+    which: Index
+    jump: Array
+
+    def at(self, time: float, slack: float) -> Array:
+        """Change of q' at a time."""
+        now = self.which[np.searchsorted(self.time, time - slack) : np.searchsorted(self.time, time + slack)]
+        return np.asarray(self.jump[now].sum(axis=0))
+
+
+@dataclass(frozen=True)
+class Course:
+    """A motion in time: q and q' ``(times, coordinates)``, and how it came about.
+
+    Parameters
+    ----------
+    time, displacement, velocity
+        Times (s) and the motion there, after any impulse.
+    change
+        Difference of the last two cycles, relative; infinite where there is only one.
+    steps
+        Time steps that were made.
+    interpolation
+        Largest relative error of the interpolated matrices and load.
+    """
+
+    time: Array
+    displacement: Array
+    velocity: Array
+    change: float
+    steps: int
+    interpolation: float
