@@ -46,8 +46,8 @@ def left_out_of_drag(solution: Solution) -> float:
     share = float(by_member.max()) / max(flow.largest(), TINY)
     if share <= DRAG.mentioned or scene.analysis.allow_coarse:
         return share
-    slack = system.slack
-    q = yielding_to(slack, slack.on_coordinates(slack.assembled_from_members(ends)), scene.petsc)
+    unstressed = system.without_axial_forces
+    q = yielding_to(unstressed, unstressed.on_coordinates(unstressed.assembled_from_members(ends)), scene.petsc)
     change = np.sqrt(_energy(system, system.to_links(q)) / _energy(system, system.to_links(response.displacement)))
     if change > DRAG.largest:
         member = system.beams.mesh.members[int(by_member.argmax())]

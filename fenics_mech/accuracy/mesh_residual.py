@@ -23,7 +23,7 @@ from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams import Beams
 from fenics_mech.beams.layout import in_member_axes
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
-from fenics_mech.beams.variable_sections import lacking_shapes, lacking_stiffness
+from fenics_mech.beams.variable_sections import shape_corrections, stiffness_correction
 from fenics_mech.effects import NOTHING, UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import element_tension, left_to_statics
@@ -151,9 +151,10 @@ def _by_varying(system: System, response: ElasticResponse, element: Index, xi: A
     """
     beams, terms = system.beams, system.terms
     count = len(beams.mesh.cell)
-    found = -each(lacking_stiffness(beams), strain_of(system, response, response.undamped.strained(system)))
+    found = -each(stiffness_correction(beams), strain_of(system, response, response.undamped.strained(system)))
     density, shapes = _line_density(beams).ravel(), evaluate(SHAPES, xi)
-    parts = zip(inertia_of(system, response, element), lacking_shapes(beams, element, xi), (slice(0, 2), slice(2, 4)))
+    corrections = shape_corrections(beams, element, xi)
+    parts = zip(inertia_of(system, response, element), corrections, (slice(0, 2), slice(2, 4)))
     for acceleration, missing, of_line in parts:
         load = -density * np.sum(acceleration * shapes, axis=-1)
         if terms.loads.line is not None:
@@ -201,11 +202,11 @@ def _by_gaps(system: System, pins: Sequence[PointLoad]) -> Array:
 def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
     """Give the links' coordinates, ``(angles, links' coordinates)``, when the linkage gives way to gaps at its pins.
 
-    That is by statics without axial forces; see `Group.apart`.
+    That is by statics without axial forces; see `Group.displacement_by_gaps`.
     """
-    slack = system.slack
-    separated = system.transformation.apart(system.motion, gaps)
-    q = yielding_to(slack, -_held(slack, separated, system.on_nodes(separated)))
+    unstressed = system.without_axial_forces
+    separated = system.transformation.displacement_by_gaps(system.motion, gaps)
+    q = yielding_to(unstressed, -_held(unstressed, separated, system.on_nodes(separated)))
     return separated + system.transformation.forward(system.values, q)
 
 

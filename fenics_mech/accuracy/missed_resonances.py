@@ -255,7 +255,9 @@ def enough_modes(
     options
         PETSc options for statics and eigenproblems.
     """
-    static = displacement_under(system.slack, load, options)  # rough, and also where it buckles for a moment
+    static = displacement_under(
+        system.without_axial_forces, load, options
+    )  # rough, and also where it buckles for a moment
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
     fastest = (
         LIMITS.farthest

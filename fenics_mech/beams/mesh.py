@@ -79,7 +79,7 @@ def mesh_scene(scene: Scene) -> BeamMesh:
     axes = [points[link][member.ends[1]] - points[link][member.ends[0]] for link, member in members.values()]
     angles, lengths = [np.arctan2(y, x) for x, y in axes], np.array([np.hypot(x, y) for x, y in axes])
     stations = [member_nodes(scene, label) for label in members]
-    start = 2 * (np.cumsum(lengths) - lengths)  # of each member on the x axis; the gaps keep the members apart
+    start = 2 * (np.cumsum(lengths) - lengths)  # of each member on the x axis; the gaps separate the members
     with _gmsh.model() as model:
         _draw(model, [x + length * s for x, length, s in zip(start, lengths, stations)])
         mesh, ends, groups = _fenicsx.line_mesh(model)

@@ -24,7 +24,7 @@ PLACES = 64  # in an element, at which its section is looked at
 POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # of integrals from 0 to 1
 
 
-def lacking_stiffness(beams: Beams) -> Array:
+def stiffness_correction(beams: Beams) -> Array:
     """Stiffness of the elements by statics less that by the shape functions, in member axes, ``(elements, 6, 6)``."""
     axial, bending = _flexibility(beams, *_ends(beams))
     relative, found = _relative(beams.mesh.cell_length), np.zeros_like(beams.element_stiffness)
@@ -39,8 +39,8 @@ def lacking_stiffness(beams: Beams) -> Array:
     return found
 
 
-def lacking_shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
-    """Displacements along and across the member that the shape functions lack, by the nodes' in member axes.
+def shape_corrections(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
+    """Displacements by statics less those of the shape functions, along and across, by the nodes' in member axes.
 
     Both are ``(places, 6)``, at places `xi` 0..1 of elements.
     """
@@ -132,8 +132,8 @@ def misfit(scene: Scene, beams: Beams) -> Array:
         s = (mesh.cell_start[of_member, None] + h * places) / mesh.member_length[i]
         section = scene.rigidity(label, np.clip(s.ravel(), 0, 1))
         true = np.stack([1 / section.bending, section.line_density]).reshape(2, *s.shape)
-        lack = np.sum(h * np.abs(fitted[:, of_member] - true), axis=(1, 2)) / np.sum(h * true, axis=(1, 2))
-        found[i] = lack.sum()
+        shares = np.sum(h * np.abs(fitted[:, of_member] - true), axis=(1, 2)) / np.sum(h * true, axis=(1, 2))
+        found[i] = shares.sum()
     return found
 
 

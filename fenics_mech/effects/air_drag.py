@@ -184,7 +184,7 @@ class Flow:
         return each(self.beams.layout.tie, nodal) if self.beams.layout.tied else nodal
 
     def left_out(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Give what the linearised drag lacks in a motion, as `loads` takes it.
+        """Give the part of the drag in a motion that the linearised drag leaves out; arguments as of `loads`.
 
         Returns
         -------
@@ -202,8 +202,8 @@ class Flow:
         powers = xi[..., None] ** np.arange(4)
         more = np.sum(shape[..., None, :] * powers, axis=-1)
         whole, k = self.across + more, self.drag[:, None]
-        lack = -k * (np.abs(whole) * whole - np.abs(self.across) * (self.across + 2 * more))
-        moments = np.einsum("tep,tepj->tej", lack * weights, powers)
+        missing = -k * (np.abs(whole) * whole - np.abs(self.across) * (self.across + 2 * more))
+        moments = np.einsum("tep,tepj->tej", missing * weights, powers)
         return self._tied(moments @ ACROSS.T), np.sum(k * more**2 * weights, axis=-1)
 
     def largest(self) -> float:

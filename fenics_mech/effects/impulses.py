@@ -1,4 +1,4 @@
-"""Impulses: blows that change velocities at once, ``M (q'_after - q'_before) = P^T J``."""
+"""Impulses, which change velocities in an instant, ``M (q'_after - q'_before) = P^T J``."""
 
 from __future__ import annotations
 

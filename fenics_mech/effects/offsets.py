@@ -10,8 +10,8 @@ from fenics_mech.effects.terms import Loads, Situation, Terms
 def terms(situation: Situation) -> Terms:
     """Give the centrifugal force ``rho A b omega^2`` along the normal of mass that is b beside its member's axis.
 
-    All else of its acceleration is in the nodes': along the axis it is ``-alpha b``, which their rotation tells. Like
-    all that moves on an arm, the mass has no forces by products of its offset and of elastic rotations.
+    All else of its acceleration is in the nodes': along the axis it is ``-alpha b``, by their rotation. As
+    everywhere on an arm, products of the offset and of elastic rotations are left out.
     """
     beams, offsets = situation.beams, situation.beams.layout.offsets
     assert offsets is not None

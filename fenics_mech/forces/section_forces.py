@@ -26,7 +26,7 @@ from fenics_mech.beams.shapes import (
     evaluate,
     integral,
 )
-from fenics_mech.beams.variable_sections import between_ends, lacking_shapes
+from fenics_mech.beams.variable_sections import between_ends, shape_corrections
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import balanced, element_forces, element_tension
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad, applied_inside
@@ -283,7 +283,7 @@ def between_nodes(
     for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
         u, w = u + np.sum(of_u * loaded[0], -1), w + np.sum(of_w * loaded[1], -1)
     nodal = strain_of(system, response, balanced(system, response)[1] if v is None else v)[:, element]
-    more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in lacking_shapes(beams, element, xi)]
+    more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in shape_corrections(beams, element, xi)]
     return u + more[0], w + more[1]
 
 

@@ -18,7 +18,7 @@ from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation
 from fenics_mech.scene import Scene
 
-SLACK = 1e-9  # of a member's length, by which a pin may leave it
+PAST_END = 1e-9  # of a member's length, by which a pin may leave it
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Contact:
         if self.backwards:
             distance = [length + distance[0], *distance[1:]]
         k = int(np.abs(distance[0] - length / 2).argmax())
-        if not -SLACK * length <= distance[0][k] <= (1 + SLACK) * length:
+        if not -PAST_END * length <= distance[0][k] <= (1 + PAST_END) * length:
             raise AssemblyError(
                 f"the pin of joint {self.joint} leaves member {mesh.members[self.member]} at drive angle "
                 f"{np.degrees(motion.theta[k]):.6g} deg: it is {distance[0][k]:.6g} m along its {length:.6g} m"

@@ -1,6 +1,6 @@
 """Solving the joints' equations for some of their unknowns: which ones, and how the others give them.
 
-The equations fall apart into groups that share no unknown, one per joint in a linkage of beams on pins; a rigid link
+The equations form groups that share no unknown, one per joint in a linkage of beams on pins; a rigid link
 ties the groups of its joints together. Each group is solved on its own, for all angles at once.
 
 The unknowns that are solved for are the same at all angles. Where a pin that cannot give way travels along a member, no
@@ -26,12 +26,20 @@ from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Jets
 from fenics_mech.mechanism.relative import relative_to_base
 
-LARGEST_LEVERAGE = 1e8  # of an unknown that is kept on one that is solved for
-LARGEST_TRAVELLING = 30.0  # the same where a pin travels, rotations times its member's length: q must not hang on it
-LARGEST_CONDITION = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
-SMALLEST_PIVOT = 1e-6
-MOST_POSITIONS = 96  # at which unknowns are chosen where members cannot stretch
-SMALLEST_NODAL = 0.1  # pivot of a relative nodal dof, below which a joint's own coordinate is solved for instead
+
+@dataclass(frozen=True)
+class EliminationLimits:
+    """Limits by which the unknowns to solve for are chosen."""
+
+    leverage: float = 1e8  # largest factor of an unknown that is kept in one that is solved for
+    travelling_leverage: float = 30.0  # the same where a pin travels, rotations times its member's length
+    condition: float = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
+    pivot: float = 1e-6  # smallest pivot, relative to its column
+    nodal_pivot: float = 0.1  # of a relative nodal dof, below which a joint's own coordinate is solved for instead
+    positions: int = 96  # at which unknowns are chosen where members cannot stretch
+
+
+LIMITS = EliminationLimits()
 
 
 @dataclass(frozen=True)
@@ -85,7 +93,7 @@ class Group:
             solution.append(-np.linalg.solve(lead[0], second))
         return solution
 
-    def apart(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
+    def displacement_by_gaps(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
         """Give d, ``(angles, dependent)``, where i is 0 and members are off the pins that travel along them.
 
         Parameters
@@ -110,7 +118,7 @@ class Group:
         return np.linalg.solve(lead[0], np.concatenate(wanted, axis=1)[..., None])[..., 0]
 
     def multipliers(self, motion: Motion, residual: Array) -> Array:
-        """Forces of the equations on their bodies, ``(angles, rows)``: they balance what the bodies lack.
+        """Forces of the equations on their bodies, ``(angles, rows)``: they balance the residual.
 
         Parameters
         ----------
@@ -195,7 +203,7 @@ def _held_groups(
     crank pin's displacement across the crank, as no other one moves at all angles.
     """
     groups = []
-    step = -(-len(motion.theta) // MOST_POSITIONS)
+    step = -(-len(motion.theta) // LIMITS.positions)
     for members in _connected([np.unique(base[c].indices).astype(np.int64) for c in columns]):
         equations, mine = _gathered(constraints, columns, members)
         unknowns = np.unique(base[mine].indices).astype(np.int64)
@@ -224,11 +232,11 @@ def _worst_angle(group: Group, motion: Motion, lead_unit: Array, rest_unit: Arra
     size = np.linalg.norm(lead, axis=2, keepdims=True)
     condition = np.linalg.cond(lead / size)
     k = int(np.argmax(condition))
-    if not condition[k] < LARGEST_CONDITION:
+    if not condition[k] < LIMITS.condition:
         return k
     leverage = np.abs(np.linalg.solve(lead, rest)).max(axis=(1, 2), initial=0.0)
     k = int(np.argmax(leverage))
-    return None if leverage[k] < LARGEST_LEVERAGE else k
+    return None if leverage[k] < LIMITS.leverage else k
 
 
 def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[list[int], int]:
@@ -253,7 +261,7 @@ def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[
         size = np.linalg.norm(left, axis=1)
         column = pick(size.min(axis=0))
         k = int(np.argmin(size[:, column]))
-        if size[k, column] < SMALLEST_PIVOT:
+        if size[k, column] < LIMITS.pivot:
             return chosen, k
         direction = left[:, :, column] / size[:, column, None]
         left = left - direction[:, :, None] * (direction[:, None, :] @ left)
@@ -287,12 +295,12 @@ def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, f
     whole = Group(equations, unknowns, np.zeros(0, dtype=np.int64), unknowns).jets(motion, 1)[1][0]
     reach = np.abs(whole).max(axis=1)
     size = reach.max(axis=0)
-    passing = reach.min(axis=0) < size / 2  # nodes that a travelling pin comes by and leaves
+    passed_by = reach.min(axis=0) < size / 2  # nodes that a travelling pin comes by and leaves
     rotations = (unknowns % 3 == 2) & (unknowns < first_own)
-    order = np.lexsort((unknowns, rotations, passing, unknowns >= first_own, np.isin(unknowns, bodies)))
+    order = np.lexsort((unknowns, rotations, passed_by, unknowns >= first_own, np.isin(unknowns, bodies)))
     lengths = [float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None]
     unit = np.where(rotations, max(lengths, default=1.0), 1.0)
-    limit = LARGEST_TRAVELLING if lengths else LARGEST_LEVERAGE
+    limit = LIMITS.travelling_leverage if lengths else LIMITS.leverage
     k = 0
     for _ in range(5):
         chosen = _pivots(whole[k] / np.maximum(size, 1e-300), order)
@@ -300,7 +308,7 @@ def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, f
             rest = np.setdiff1d(np.arange(len(unknowns)), chosen)
             condition = np.linalg.cond(whole[..., chosen])
             k = int(np.argmax(condition))
-            if not condition[k] < LARGEST_CONDITION:
+            if not condition[k] < LIMITS.condition:
                 continue
             moved = np.linalg.solve(whole[..., chosen], whole[..., rest]) * unit[chosen, None] / unit[rest]
             leverage = np.abs(moved).max(axis=(1, 2), initial=0.0)
@@ -333,7 +341,7 @@ def _pivoted_relative(
 
     def nodal_first(least: Array) -> int:
         column = int(np.argmax(least * (unknowns < first_own)))
-        return column if least[column] >= SMALLEST_NODAL else int(np.argmax(least))
+        return column if least[column] >= LIMITS.nodal_pivot else int(np.argmax(least))
 
     chosen, k = _one_by_one(left, len(rows), nodal_first)
     if len(chosen) < len(rows):
@@ -351,7 +359,7 @@ def _pivots(matrix: Array, order: Index) -> list[int]:
     free = np.ones(len(left), dtype=bool)
     for column in order:
         row = int(np.argmax(np.abs(left[:, column]) * free))
-        if not free[row] or abs(left[row, column]) < SMALLEST_PIVOT:
+        if not free[row] or abs(left[row, column]) < LIMITS.pivot:
             continue
         others = free.copy()
         others[row] = False

@@ -205,8 +205,8 @@ class Equation:
     def residual(self, q: Array, rate: Array, second: Array) -> Array:
         """``M q'' + C q' + K q + law - f``, ``(angles, coordinates)``."""
         linear, law = self.linear, self.system.terms.law
-        lack = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
-        return lack if law is None else lack + self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
+        found = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
+        return found if law is None else found + self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
 
     def straining(self, q: Array, rate: Array) -> Array:
         """Rate of the coordinates that strains the links as they are strained, ``(angles, coordinates)``.
@@ -250,8 +250,8 @@ class Equation:
 
     def acceleration(self, q: Array, rate: Array) -> Array:
         """Second derivative of the coordinates at a state, ``(angles, coordinates)``."""
-        lack = self.residual(q, rate, np.zeros_like(q))
-        return np.linalg.solve(self.linear.mass, -lack[..., None])[..., 0]
+        residual = self.residual(q, rate, np.zeros_like(q))
+        return np.linalg.solve(self.linear.mass, -residual[..., None])[..., 0]
 
     def _link_damping(self, among: slice) -> sp.csr_matrix | Array:
         """Damping in link axes: by the material, by the surroundings, by dampers."""

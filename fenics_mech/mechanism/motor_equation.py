@@ -53,12 +53,12 @@ def swing(system: System, unit: Motion) -> Array:
 
 def load_with_torque(system: System, unit: Motion) -> Array:
     """Give the load, and as its last entry the torque of loads and rigid inertia on the crank, ``(angles, n + 1)``."""
-    torque = -np.sum(swing(system, unit) * _lack(system), axis=1)
+    torque = -np.sum(swing(system, unit) * _residual_forces(system), axis=1)
     return np.column_stack([system.load, torque])
 
 
-def _lack(system: System) -> Array:
-    """Forces that the rigid motion lacks, ``m a - f`` in link axes, ``(angles, nodal dofs)``."""
+def _residual_forces(system: System) -> Array:
+    """Residual forces of the rigid motion, ``m a - f`` in link axes, ``(angles, nodal dofs)``."""
     return (system.nodal_mass @ system.rigid_acceleration.T).T - system.applied
 
 
@@ -112,7 +112,7 @@ class MotorEquation(Equation):
     def _rows(self) -> tuple[Array, Array, Array]:
         """Torques on the crank of q, q' and q'', ``(angles, n)`` each.
 
-        With the swing ``x = dX/dpsi``, the forces ``r = m a - f`` that the rigid motion lacks, the damping D and the
+        With the swing ``x = dX/dpsi``, the residual forces ``r = m a - f`` of the rigid motion, the damping D and the
         stiffness S of what acts on the links in link axes, and the angles phi of the links::
 
             q:    x^T (m P'' + (2 m_v + D) P' + (m_a + S) P) + r^T (dP/dpsi + dphi/dpsi Q P)
@@ -124,7 +124,7 @@ class MotorEquation(Equation):
         """
         system, terms, link = self.system, self.system.terms, self.system.link_of_dof
         transformation, motion = system.transformation, system.motion
-        field, lack, matrices = swing(system, self.unit), _lack(system), terms.matrices
+        field, residual, matrices = swing(system, self.unit), _residual_forces(system), terms.matrices
         omega, alpha = motion.omega[:, link], system.tangential[:, link]
         s, centrifugal = system.nodal_gyroscopic.T, (system.nodal_mass - system.nodal_rotary_mass).T
         momentum = (system.nodal_mass.T @ field.T).T  # x^T m
@@ -137,7 +137,7 @@ class MotorEquation(Equation):
         first, second = transformation.derivatives(motion)
         by_angle = transformation.derivatives(self.unit)[0]  # dP/dpsi: at 1 rad/s it is P'
         work = system.on_coordinates
-        stiffness = work(momentum, second) + work(turning, first) + work(held) + work(lack, by_angle)
+        stiffness = work(momentum, second) + work(turning, first) + work(held) + work(residual, by_angle)
         damping = 2 * work(momentum, first) + work(turning)
         return stiffness, damping, work(momentum)
 

@@ -19,15 +19,23 @@ from fenics_mech.effects import Entries
 from fenics_mech.kinematics.freedom import apart
 from fenics_mech.mechanism.system import System
 
-HELD = 1e-12  # energy of a motion in springs and axial forces, of that of its parts, up to which nothing holds it
-NOISE = 1e-22  # the same, of what the links would hold: axial forces of 0 are that large by rounding
-LARGEST_TURN = 0.1  # rad, of a whole link about its rough angle; there small motions are 0.5 % off
-BALANCED = 1e-8  # share of a load that moves a freedom, in M^-1, up to which it is in equilibrium
+
+@dataclass(frozen=True)
+class RigidModeLimits:
+    """Limits by which motions count as held, and loads as balanced."""
+
+    held: float = 1e-12  # energy of a motion in springs and axial forces, of that of its parts: less is rounding
+    noise: float = 1e-22  # the same, of the links' own energy: axial forces of 0 are that large by rounding
+    turn: float = 0.1  # rad, of a whole link about its rough angle; there small motions are 0.5 % off
+    balanced: float = 1e-8  # share of a load that moves a freedom, in M^-1, up to which it is in equilibrium
+
+
+LIMITS = RigidModeLimits()
 
 
 @dataclass(frozen=True)
 class Separate:
-    """M and K over coordinates y, ``q = T y``, that hold motions of rigid links apart from those that bend them.
+    """M and K over coordinates y, ``q = T y``, that separate motions of rigid links from those that bend them.
 
     The links' stiffness does nothing to a motion of rigid links. In ``T^T K T`` such a motion has that of springs and
     axial forces only: small as they may be, they are not rounded away beside the links' own.
@@ -73,8 +81,8 @@ class RigidModes:
     mass, stiffness
         M and K of the system; empty where there are no rigid-body modes.
     separate
-        The same, with all motions that joints and drives leave apart; None where they leave none. The rigid-body modes
-        are the last of its coordinates.
+        The same, with all motions that joints and drives leave as coordinates of their own; None where there is none.
+        The rigid-body modes are the last of its coordinates.
     """
 
     shapes: Array
@@ -101,11 +109,11 @@ class RigidModes:
         holding = _joined(system, p, (held_by or system).symmetric_stiffness)
         added = _joined(system, p, system.symmetric_stiffness if symmetric else system.added_stiffness)
         candidates = _in_coordinates(system, free)
-        loose = _not_held(candidates, holding, links)
-        found = loose @ candidates
-        shapes = np.linalg.solve(np.linalg.cholesky(found @ (mass @ found.T)), found) if len(loose) else found
-        freedoms = apart(loose, np.zeros(len(free), dtype=bool))
-        motions = np.concatenate([_without(candidates, loose), found])
+        unheld = _not_held(candidates, holding, links)
+        found = unheld @ candidates
+        shapes = np.linalg.solve(np.linalg.cholesky(found @ (mass @ found.T)), found) if len(unheld) else found
+        freedoms = apart(unheld, np.zeros(len(free), dtype=bool))
+        motions = np.concatenate([_without(candidates, unheld), found])
         separate = Separate.of(motions, mass, links, added)
         return cls(shapes, freedoms, freedoms @ candidates, mass, (links + added).tocsr(), separate)
 
@@ -114,19 +122,19 @@ class RigidModes:
         """Find the motions in which links give way to the system's load, as nothing holds them.
 
         Beside the rigid-body modes these are freedoms that only axial forces resist, where the load moves them and the
-        axial forces do not hold them within `LARGEST_TURN`: the links then accelerate, and are in no equilibrium whose
+        axial forces do not hold them within `LIMITS.turn`: the links then accelerate, and are in no equilibrium whose
         stability axial forces could decide. A weight that hangs still holds its links.
         """
         held = cls.of(system, symmetric=False)
         if system.terms.stiffening is None or not len(system.motion.free):
             return held
-        free = cls.of(system, symmetric=False, held_by=system.slack)
+        free = cls.of(system, symmetric=False, held_by=system.without_axial_forces)
         if len(free) == len(held) or not free.moved_by(system.load[0]):
             return held
         resistance, push = free.shapes @ (free.stiffness @ free.shapes.T), free.shapes @ system.load[0]
         if np.linalg.eigvalsh(resistance + resistance.T).min() > 0:
             moved = system.to_links((np.linalg.solve(resistance, push) @ free.shapes)[None])
-            if np.abs(moved[:, 2::3]).max() <= LARGEST_TURN:
+            if np.abs(moved[:, 2::3]).max() <= LIMITS.turn:
                 return held
         return free
 
@@ -136,8 +144,9 @@ class RigidModes:
         The modes have a stiffness of the size of the lowest elastic one in it, so that it is positive where that is.
         """
         momenta = self.mass @ self.shapes.T
-        apart = np.eye(len(momenta)) - self.shapes.T @ momenta.T
-        return np.asarray(apart.T @ (self.stiffness @ apart) + abs(self.lowest_elastic()) * momenta @ momenta.T)
+        projection = np.eye(len(momenta)) - self.shapes.T @ momenta.T
+        elastic = projection.T @ (self.stiffness @ projection)
+        return np.asarray(elastic + abs(self.lowest_elastic()) * momenta @ momenta.T)
 
     def __len__(self) -> int:
         return len(self.shapes)
@@ -149,10 +158,10 @@ class RigidModes:
         whole = load @ splu(self.mass.tocsc()).solve(load)  # square of the load's size
         sizes = np.einsum("mi,mi->m", self.coordinates @ self.mass, self.coordinates)
         work = np.abs(self.coordinates @ load)
-        return [int(i) for i in np.flatnonzero(work > BALANCED * np.sqrt(sizes * max(whole, 0.0)))]
+        return [int(i) for i in np.flatnonzero(work > LIMITS.balanced * np.sqrt(sizes * max(whole, 0.0)))]
 
     @cached_property
-    def apart(self) -> Array:
+    def separate_shapes(self) -> Array:
         """The modes over the coordinates of `separate`, ``(modes, coordinates)``."""
         assert self.separate is not None
         return np.asarray(splu(self.separate.basis.tocsc()).solve(self.shapes.T).T)
@@ -160,7 +169,7 @@ class RigidModes:
     @cached_property
     def _bordered(self) -> SuperLU:
         assert self.separate is not None
-        momenta = sp.csr_matrix(self.separate.mass @ self.apart.T)
+        momenta = sp.csr_matrix(self.separate.mass @ self.separate_shapes.T)
         return splu(sp.bmat([[self.separate.stiffness, momenta], [momenta.T, None]], format="csc"))
 
     def relieved(self, load: Array) -> tuple[Array, Array]:
@@ -186,21 +195,21 @@ class RigidModes:
 def _not_held(candidates: Array, holding: sp.csr_matrix, links: sp.csr_matrix) -> Array:
     """Combinations of motions ``(motions, coordinates)`` that a stiffness does not hold, ``(combinations, motions)``.
 
-    It is that of springs and axial forces. The links' own, which holds none of them, tells how large rounding is.
+    It is that of springs and axial forces. The links' own, which holds none of them, gives the size of rounding.
     """
     energy = candidates @ (holding @ candidates.T)
     size = np.abs(candidates)
     parts, most = (np.einsum("mi,im->m", size, abs(matrix) @ size.T) for matrix in (holding, links))
-    unit = 1 / np.sqrt(np.maximum(np.maximum(parts, NOISE / HELD * most), np.finfo(float).tiny))
+    unit = 1 / np.sqrt(np.maximum(np.maximum(parts, LIMITS.noise / LIMITS.held * most), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh((energy + energy.T) / 2 * np.outer(unit, unit))
-    return np.asarray((vectors[:, np.abs(values) < HELD] * unit[:, None]).T)
+    return np.asarray((vectors[:, np.abs(values) < LIMITS.held] * unit[:, None]).T)
 
 
-def _without(candidates: Array, loose: Array) -> Array:
+def _without(candidates: Array, unheld: Array) -> Array:
     """Those of the candidates that, with combinations of them, ``(combinations, motions)``, span the same motions."""
-    if not len(loose):
+    if not len(unheld):
         return candidates
-    left_out = qr(loose / np.abs(loose).max(axis=1, keepdims=True), mode="r", pivoting=True)[1][: len(loose)]
+    left_out = qr(unheld / np.abs(unheld).max(axis=1, keepdims=True), mode="r", pivoting=True)[1][: len(unheld)]
     return np.delete(candidates, left_out, axis=0)
 
 

@@ -55,7 +55,7 @@ class System:
         return self.with_terms(replace(self.terms, loads=self.terms.loads + loads))
 
     @property
-    def slack(self) -> System:
+    def without_axial_forces(self) -> System:
         """The mechanism without axial forces on its bending."""
         return self.with_terms(replace(self.terms, stiffening=None))
 

@@ -145,17 +145,17 @@ class Transformation:
         """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``."""
         return summed(values * force[..., self.rows], self.columns, len(self.names))
 
-    def apart(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
+    def displacement_by_gaps(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
         """Links' coordinates, ``(angles, links' coordinates)``, where q is 0 and members are off their travelling pins.
 
         Parameters
         ----------
         motion, gaps
-            As of `Group.apart`.
+            As of `Group.displacement_by_gaps`.
         """
         whole = np.zeros((len(motion.theta), self.height + len(self.constraints.names)))
         for group in self.groups:
-            whole[:, group.dependent] = group.apart(motion, gaps)
+            whole[:, group.dependent] = group.displacement_by_gaps(motion, gaps)
         nodal = whole[:, : self.height] if self.base is None else (self.base[: self.height] @ whole.T).T
         found = np.zeros((len(nodal), self.shape[0]))
         found[:, self.place[self.place >= 0]] = nodal[:, self.place >= 0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,6 @@ from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.modes.tracking import Modes, track
 
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
-SAME = 1e-6  # relative distance of eigenvalues that are next to each other
-ROUNDING, MOST_ROUNDING = 10, 0.1  # of an eigenvalue, in shares of the largest; and the most of it that is allowed for
-MOST_COUNTED = 8  # positions at which it is counted whether all eigenvalues are there
-NOUGHT = 1e-6  # of the shift, up to which an eigenvalue counts as 0
 SEED = 0  # of the vector that the solver starts from
 FEW = {
     "eps_type": "krylovschur",
@@ -34,6 +31,20 @@ FEW = {
     "st_pc_type": "cholesky",
     "st_pc_factor_zeropivot": SMALLEST_PIVOT,
 }
+
+
+@dataclass(frozen=True)
+class EigenLimits:
+    """Limits by which eigenvalues count as equal, as zero, and as complete."""
+
+    equal: float = 1e-6  # relative distance of eigenvalues that count as one: a Krylov space may miss one of them
+    rounding: float = 10  # of an eigenvalue, in units of rounding of the largest one
+    most_rounding: float = 0.1  # share of an eigenvalue that is allowed for rounding at most
+    zero: float = 1e-6  # of the shift, up to which an eigenvalue counts as 0
+    counted: int = 8  # positions at which eigenvalues are counted, at most: each costs a factorisation
+
+
+LIMITS = EigenLimits()
 
 
 def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = None) -> Modes:
@@ -66,7 +77,7 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
         squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options or {}))
         positions = ((k, to_scipy(m), to_scipy(s)) for k, m, s in system.positions(symmetric=True))
     dense = {f"modes_{key}": value for key, value in DENSE.items()}
-    if not first and not dense.items() <= (options or {}).items() and _lacks(positions, squares):
+    if not first and not dense.items() <= (options or {}).items() and _misses_one(positions, squares):
         return solve_modes(system, count, {**(options or {}), **dense})
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
@@ -80,20 +91,20 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     return track(system.motion.theta, np.sqrt(squares), shapes, transfer, back, size)
 
 
-def _lacks(positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]], squares: Array) -> bool:
+def _misses_one(positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]], squares: Array) -> bool:
     """Whether an eigenvalue is missing, as a Krylov space may hold fewer vectors of a repeated one than there are.
 
     By Sylvester's law of inertia as many eigenvalues are below a number as ``K - number M`` has negative pivots. Looked
     at are the first position, and those at which two modes are next to each other.
     """
-    close = (np.diff(squares, axis=1) < SAME * squares[:, 1:]).any(axis=1)
-    looked_at = {0, *np.flatnonzero(close)[:MOST_COUNTED].tolist()}
+    close = (np.diff(squares, axis=1) < LIMITS.equal * squares[:, 1:]).any(axis=1)
+    looked_at = {0, *np.flatnonzero(close)[: LIMITS.counted].tolist()}
     for k, mass, stiffness in positions:
         if k in looked_at:
             heavy = mass.diagonal() > 0
             fastest = (stiffness.diagonal()[heavy] / mass.diagonal()[heavy]).max(initial=0.0)
-            rounding = ROUNDING * np.finfo(float).eps * fastest / squares[k, -1]
-            bound = squares[k, -1] * (1 - min(max(SAME, rounding), MOST_ROUNDING))
+            rounding = LIMITS.rounding * np.finfo(float).eps * fastest / squares[k, -1]
+            bound = squares[k, -1] * (1 - min(max(LIMITS.equal, rounding), LIMITS.most_rounding))
             shifted = (stiffness - bound * mass).tocsc()
             factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             if (factors.U.diagonal() < 0).sum() > (squares[k] < bound).sum():
@@ -132,7 +143,7 @@ def _solve_among(system: System, among: slice, count: int, options: Mapping[str,
 def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mapping[str, Any]) -> tuple[Array, Array]:
     """Lowest eigenvalues and eigenvectors beside rigid-body modes, by K + shift M, which is not singular.
 
-    Coordinates are those that hold motions of rigid links apart, which springs and axial forces may hold.
+    The coordinates separate motions of rigid links, which springs and axial forces may hold, from those that bend.
     """
     assert rigid.separate is not None
     basis, mass, stiffness = rigid.separate.basis, rigid.separate.mass, rigid.separate.stiffness
@@ -144,11 +155,11 @@ def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mappin
         if dense:
             eps.setDimensions(count + first)
         elif first:
-            eps.setDeflationSpace([PETSc.Vec().createWithArray(y, comm=PETSc.COMM_SELF) for y in rigid.apart])
+            eps.setDeflationSpace([PETSc.Vec().createWithArray(y, comm=PETSc.COMM_SELF) for y in rigid.separate_shapes])
         values, shapes = _solve_position(eps, system, 0, count + dense * first)
         if dense and _positive(stiffness + shift * mass):
             _refine_lowest(eps, matrices, values, shapes)
-        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, NOUGHT * shift)
+        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, LIMITS.zero * shift)
     return values[len(values) - count :] - shift, (basis @ shapes[len(shapes) - count :].T).T
 
 

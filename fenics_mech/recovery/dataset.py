@@ -156,7 +156,7 @@ def _of_course(course: Course) -> xr.Dataset:
 def _quasi_static(solution: Solution) -> Array:
     """Quasi-static strain of the + fibre at mid-span in linear theory, ``(angles, members)``."""
     scene, system, middle = solution.scene, solution.system, np.array([0.5])
-    linear = replace(system, terms=replace(system.slack.terms, law=None, coupled=False))
+    linear = replace(system, terms=replace(system.without_axial_forces.terms, law=None, coupled=False))
     response = solve_static(linear, scene.petsc)
     found = reactions(linear, nodal_forces(linear, response))
     axial, _, moment = section_forces(linear, response, middle, point_loads(linear, found))

@@ -19,7 +19,7 @@ from fenics_mech.kinematics import Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.mechanism.beam_links import links
-from fenics_mech.mechanism.rigid import LARGEST_TURN
+from fenics_mech.mechanism.rigid import LIMITS as RIGID_MODE_LIMITS
 from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.quasi_static import solve_static
@@ -110,11 +110,12 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     response = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
     turned = np.abs(system.to_links(response.displacement)[:, 2::3])
     whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in range(len(scene.links))])
-    if whole.max() > LARGEST_TURN:
+    if whole.max() > RIGID_MODE_LIMITS.turn:
         farthest = list(scene.links)[int(whole.argmax())]
         raise SolverError(
-            f"what holds the mechanism lets link {farthest} turn by {whole.max():.3g} rad from its rough angle, "
-            f"and small motions end at {LARGEST_TURN} rad. Give angles near to the equilibrium, or stiffer springs"
+            f"what holds the mechanism lets link {farthest} turn by {whole.max():.3g} rad from its rough angle, and "
+            f"small motions end at {RIGID_MODE_LIMITS.turn} rad. "
+            "Give angles near to the equilibrium, or stiffer springs"
         )
     return response
 
