@@ -209,7 +209,19 @@ class Beams:
 
 
 def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
-    """Prepare the forms of all links, in link axes."""
+    """Prepare the matrices of all links by Euler and Bernoulli, (7.1) and (7.2), in link axes.
+
+    Parameters
+    ----------
+    scene, mesh
+        The scene and its mesh.
+
+    Raises
+    ------
+    SceneError
+        When a section varies too fast for an element, or a pin travels along a member whose neutral line is beside
+        its axis.
+    """
     layout = Layout.of(mesh, Offsets.of(scene, mesh))
     ea, ei, density = along_elements(scene, layout, _rigidities)
     links = Beams(layout, Rigidity(ea, ei), Inertia(density, _bodies(scene, mesh)))

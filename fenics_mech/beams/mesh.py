@@ -73,7 +73,13 @@ class BeamMesh:
 
 
 def mesh_scene(scene: Scene) -> BeamMesh:
-    """Mesh all members of a scene with gmsh and read them into dolfinx."""
+    """Mesh all members of a scene with gmsh and read them into dolfinx.
+
+    Parameters
+    ----------
+    scene
+        The scene; its `mesh` says how many elements each member has.
+    """
     members = scene.members()
     points = {link: {name: np.array(at) for name, at in body.points.items()} for link, body in scene.links.items()}
     axes = [points[link][member.ends[1]] - points[link][member.ends[0]] for link, member in members.values()]

@@ -54,6 +54,16 @@ def active(scene: Scene) -> tuple[Effect, ...]:
 
     Of a scene that leaves the choice to the program, only the latter.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    tuple of Effect
+        The effects, by the names of their modules.
+
     Raises
     ------
     SceneError
@@ -80,7 +90,15 @@ def active(scene: Scene) -> tuple[Effect, ...]:
 
 
 def shaped(scene: Scene, beams: Beams) -> Beams:
-    """Give the links' matrices as the scene's effects change them."""
+    """Give the links' matrices as the scene's effects change them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    beams
+        Its links by Euler and Bernoulli, as `assemble_beams` gives them.
+    """
     for effect in active(scene):
         if effect.beams is not None:
             beams = effect.beams(scene, beams)
@@ -88,6 +106,12 @@ def shaped(scene: Scene, beams: Beams) -> Beams:
 
 
 def build_terms(situation: Situation) -> Terms:
-    """Give what the scene's effects add to the equation of motion."""
+    """Give what the scene's effects add to the equation of motion.
+
+    Parameters
+    ----------
+    situation
+        The scene, its links and its rigid motion.
+    """
     found = [effect.terms(situation) for effect in active(situation.scene) if effect.terms is not None]
     return total(found if situation.beams.layout.offsets is None else [*found, offsets.terms(situation)])

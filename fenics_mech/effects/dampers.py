@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from fenics_mech._arrays import Array
@@ -65,7 +67,7 @@ def damper_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array, rate: 
         n = separation.direction(motion, f"dampers.{name}")
         speed = np.sum(n * separation.rate, axis=1)
         if rate is not None:
-            turning = (across(n) @ separation.rate[..., None])[..., 0] / separation.length[:, None]
+            turning = separation.turned(n, separation.rate)
             speed = speed + np.sum(n * separation.elastic_rate(v, rate) + turning * separation.elastic(v), axis=1)
         forces[name] = damper.damping * speed
     return forces
@@ -90,18 +92,14 @@ def damper_power(
         Rate of the displacement in which the forces do work, ``(angles, nodal dofs)``.
     """
     power = np.zeros(len(deformation))
-    for name, damper in scene.dampers.items():
-        true, virtual = (Separation.of(scene, mesh, motion, damper) for motion in motions)
-        n, c, rate = true.direction(motions[0], f"dampers.{name}"), damper.damping, true.rate
-        e, e_rate = true.elastic(v[0]), true.elastic_rate(*v)
-        bent, speed = true.value + e, rate + e_rate
-        whole, linear = c * speed, c * speed  # of a rotation
+    for c, n, true, virtual in _pairs(scene, mesh, motions):
+        e, rate = true.elastic(v[0]), true.rate
+        bent, speed, turned = true.value + e, rate + true.elastic_rate(*v), true.turned(n, e)
+        whole = speed  # of a rotation
         if n.shape[1] > 1:
-            whole = c * (np.sum(bent * speed, axis=1) / np.sum(bent**2, axis=1))[:, None] * bent
-            turned = (across(n) @ e[..., None])[..., 0] / true.length[:, None]
-            drift = np.sum(n * speed, axis=1) + np.sum(turned * rate, axis=1)
-            linear = c * (drift[:, None] * n + np.sum(n * rate, axis=1)[:, None] * turned)
-        power -= np.sum(whole * virtual.rate + linear * virtual.elastic_rate(v[0], deformation), axis=1)
+            whole = (np.sum(bent * speed, axis=1) / np.sum(bent**2, axis=1))[:, None] * bent
+        linear = _along(n, speed, turned, rate)
+        power -= c * np.sum(whole * virtual.rate + linear * virtual.elastic_rate(v[0], deformation), axis=1)
     return power
 
 
@@ -110,18 +108,27 @@ def shortening_power(
 ) -> Array:
     """Of `damper_power`, the part that is linear in a displacement, ``(angles,)``; parameters as there."""
     power = np.zeros(len(deformation))
-    for name, damper in scene.dampers.items():
-        true, virtual = (Separation.of(scene, mesh, motion, damper) for motion in motions)
-        n, c, rate = true.direction(motions[0], f"dampers.{name}"), damper.damping, true.rate
-        e, e_rate = true.elastic(v[0]), true.elastic_rate(*v)
-        pull, change = rate, e_rate  # of a rotation
-        if n.shape[1] > 1:
-            turned = (across(n) @ e[..., None])[..., 0] / true.length[:, None]
-            along = np.sum(n * rate, axis=1)[:, None]
-            drift = np.sum(n * e_rate + turned * rate, axis=1)
-            pull, change = along * n, drift[:, None] * n + along * turned
+    for c, n, true, virtual in _pairs(scene, mesh, motions):
+        turned = true.turned(n, true.elastic(v[0]))
+        pull = np.sum(n * true.rate, axis=1)[:, None] * n
+        change = _along(n, true.elastic_rate(*v), turned, true.rate)
         power -= c * np.sum(pull * virtual.elastic_rate(v[0], deformation) + change * virtual.rate, axis=1)
     return power
+
+
+def _pairs(
+    scene: Scene, mesh: BeamMesh, motions: tuple[Motion, Motion]
+) -> Iterator[tuple[float, Array, Separation, Separation]]:
+    """Give each damper's coefficient, its direction, and its separation in two motions of the same positions."""
+    for name, damper in scene.dampers.items():
+        true, virtual = (Separation.of(scene, mesh, motion, damper) for motion in motions)
+        yield damper.damping, true.direction(motions[0], f"dampers.{name}"), true, virtual
+
+
+def _along(n: Array, speed: Array, turned: Array, rate: Array) -> Array:
+    """Force of a damper of coefficient 1 by a rate of its separation, and by the turning of its direction at `rate`."""
+    drift = np.sum(n * speed + turned * rate, axis=1)
+    return drift[:, None] * n + np.sum(n * rate, axis=1)[:, None] * turned
 
 
 EFFECT = Effect(

@@ -9,7 +9,7 @@ from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.beams.layout import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.terms import AddedMatrices, Entries, Inside, Loads, Situation, Terms, in_links, total
+from fenics_mech.effects.terms import AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links, total
 from fenics_mech.scene.applied_loads import LineLoad, Load
 
 JUST_BEFORE = 1e-15  # of its place in an element, by which a load acts before a station there, as at a node
@@ -77,7 +77,7 @@ def _inside(situation: Situation, load: Load, factor: Array) -> Terms:
     of_member = np.column_stack([in_link @ turn[:2, :2].T, factor[:, 0] * load.moment])
     ends = np.zeros((len(factor), len(mesh.cell), 6))
     ends[:, element] = point_equivalent(np.full(len(factor), place), of_member, length)
-    return Terms(loads=Loads(ends=ends, inside=(Inside(int(element), place, of_member),)))
+    return Terms(loads=Loads(ends=ends, inside=(LoadInElement(int(element), place, of_member),)))
 
 
 def _spread(situation: Situation, load: LineLoad) -> Terms:

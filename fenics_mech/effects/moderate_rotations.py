@@ -89,7 +89,7 @@ class VonKarman:
 
 @dataclass(frozen=True)
 class OnElements:
-    """Von Karman's strain on the elements. Those of a string have its tension, but for what spreads inside it.
+    """Von Karman's strain on the elements: each has the tension of its string, and a given difference from it.
 
     Parameters
     ----------

@@ -104,6 +104,10 @@ class Separation:
             )
         return self.value / length[:, None]
 
+    def turned(self, direction: Array, change: Array) -> Array:
+        """Change of the direction by a change of the separation, both ``(angles, n)``; nothing for a rotation."""
+        return (across(direction) @ change[..., None])[..., 0] / self.length[:, None]
+
     def force(self, pull: Array, size: int) -> Array:
         """Forces on the nodal dofs, ``(angles, size)``: `pull`, ``(angles, n)``, draws the second body to the first."""
         return summed(-np.einsum("tnk,tn->tk", self.reach, pull), self.dofs, size)

@@ -89,7 +89,7 @@ def spring_power(scene: Scene, mesh: BeamMesh, rates: Motion, v: Array, deformat
         power -= np.sum(force * (rate + separation.elastic_rate(v, deformation)), axis=1)
         if bending:
             n, length = separation.value / separation.length[:, None], separation.length
-            along, turned = np.sum(n * rate, axis=1), (across(n) @ rate[..., None])[..., 0] / length[:, None]
+            along, turned = np.sum(n * rate, axis=1), separation.turned(n, rate)
             aside = np.sum(e * (across(n) @ e[..., None])[..., 0], axis=1)
             cross = np.sum(turned * e, axis=1) * np.sum(n * e, axis=1)
             power -= bending / length * (along / length * aside / 2 + cross)

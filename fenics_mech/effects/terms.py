@@ -146,7 +146,7 @@ class ElementLaw(Protocol):
 
 
 @dataclass(frozen=True)
-class Inside:
+class LoadInElement:
     """A load at a place inside an element.
 
     Parameters
@@ -198,7 +198,7 @@ class Loads(_Sum):
     force: Array | None = None
     line: Array | None = None
     ends: Array | None = None
-    inside: tuple[Inside, ...] = ()
+    inside: tuple[LoadInElement, ...] = ()
 
     def columns(self) -> Array:
         """Put the loads into one array, ``(angles, numbers)``."""

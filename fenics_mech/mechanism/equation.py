@@ -144,7 +144,7 @@ class Equation:
         q, rate
             Coordinates and their time derivatives, ``(angles, coordinates)``.
         tension
-            Axial force of each element that goes with them (N), ``(angles, elements)``.
+            Axial force of each string of the nonlinear law that goes with them (N), ``(angles, strings)``.
         """
         law = self.system.terms.law
         return self.linear if law is None else self._linearised(law, self.in_links(q, rate), tension)
@@ -180,7 +180,7 @@ class Equation:
         )
 
     def straight(self, tension: Array) -> Matrices:
-        """Linearise about straight links at rest under axial forces (N), ``(angles, elements)``."""
+        """Linearise about straight links at rest under axial forces (N), ``(angles, strings)``."""
         still = np.zeros((len(tension), self.system.size))
         return self.linearised(still, still, tension)
 
@@ -197,13 +197,32 @@ class Equation:
         return back @ (of_rate @ p), back @ stiffness
 
     def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
+        """Tension at a new state by the strain linearised about the old one.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives at the old state, ``(angles, coordinates)``.
+        new_q, new_rate
+            The same at the new one.
+
+        Returns
+        -------
+        numpy.ndarray
+            Axial force of each string (N), ``(angles, strings)``.
+        """
         law = self.system.terms.law
         assert law is not None
         return law.predicted(*self.in_links(q, rate), *self.in_links(new_q, new_rate))
 
     def residual(self, q: Array, rate: Array, second: Array) -> Array:
-        """``M q'' + C q' + K q + law - f``, ``(angles, coordinates)``."""
+        """Residual ``M q'' + C q' + K q + law - f`` of the equation of motion (4.66), ``(angles, coordinates)``.
+
+        Parameters
+        ----------
+        q, rate, second
+            Coordinates and their first two time derivatives, ``(angles, coordinates)``.
+        """
         linear, law = self.linear, self.system.terms.law
         found = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
         return found if law is None else found + self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)

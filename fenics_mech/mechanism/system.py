@@ -289,6 +289,13 @@ class System:
 def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTHING) -> System:
     """Join the links of a scene to a mechanism that moves as given.
 
+    Parameters
+    ----------
+    scene, beams, motion
+        The scene, the matrices of its links and its rigid motion.
+    terms
+        What effects add.
+
     Raises
     ------
     AssemblyError

@@ -14,10 +14,22 @@ SPARE_SINES = 20  # beside the frequencies that are wanted
 
 
 def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.ndarray]:
-    """Frequencies (Hz) of each member as a beam on two pins, by label, ``(count,)``.
+    """Give the frequencies of each member as a beam on two pins.
 
     A uniform beam has those of eq. (7.6). For a section that varies, its modes are the functions by which Ritz' method
     gives them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    count
+        Number of frequencies of each member.
+
+    Returns
+    -------
+    dict
+        Frequencies (Hz), ascending, ``(count,)``, by the members' labels.
     """
     frequencies = {}
     for label, (_, member) in scene.members().items():

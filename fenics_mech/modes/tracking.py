@@ -83,7 +83,13 @@ class Modes:
 
 
 def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Array, size: Array) -> Modes:
-    """Put modes that are sorted by frequency at each position into an order that follows their shapes."""
+    """Put modes that are sorted by frequency at each position into an order that follows their shapes.
+
+    Parameters
+    ----------
+    theta, omega, shapes, transfer, back, size
+        As of `Modes`, sorted by frequency at each angle.
+    """
     count, modes = omega.shape
     order = np.broadcast_to(np.arange(modes), (count, modes)).copy()
     straight = np.einsum("kii->ki", transfer)
