@@ -46,7 +46,7 @@ class Rigidity:
         """Whether a section varies along elements."""
         return self.bending.varies
 
-    @property
+    @cached_property
     def powers(self) -> Array:
         """Powers of EA (N) and EI (N m^2), ``(elements, 2, powers)``; see `Distribution`."""
         return np.stack([self.axial.powers, self.bending.powers], axis=1)
