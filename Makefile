@@ -13,8 +13,9 @@ PYTHON := .venv/bin/python
 run: install
 	$(PYTHON) -m fenics_mech run demos/four_bar.toml -o out
 
+# One process a core: the tests of a file share what they analyse.
 test: install lint
-	$(PYTHON) -m pytest
+	$(PYTHON) -m pytest -n auto --dist loadfile
 
 lint: install
 	$(PYTHON) -m ruff check .

@@ -2,12 +2,8 @@
 
 import os
 import shutil
+import sys
 import tempfile
-
-# A compile cache of the tests' own: a broken cache of the user's must not fail them, nor they break it.
-os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="fenics-mech-tests-")
-
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,17 +11,30 @@ from hypothesis import settings
 
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
-DEMOS = Path(__file__).parent.parent / "demos"
+OF_WORKER = "PYTEST_XDIST_WORKER" in os.environ
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _own_cache():
-    yield
-    shutil.rmtree(os.environ["XDG_CACHE_HOME"], ignore_errors=True)
+def pytest_configure():
+    """Give the tests a compile cache of their own: a broken one of the user's must not fail them, nor they break it.
+
+    The processes of pytest-xdist inherit that of the process that started them, so that no form is compiled twice. And
+    let Python keep its bytecode: the tests start some 60 processes.
+    """
+    if not OF_WORKER:
+        os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="fenics-mech-tests-")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
+
+
+def pytest_unconfigure():
+    """Remove the compile cache once all processes have ended."""
+    if not OF_WORKER:
+        shutil.rmtree(os.environ["XDG_CACHE_HOME"], ignore_errors=True)
 
 
 @pytest.fixture(scope="session")

@@ -2,15 +2,14 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fenics_mech import Result, analyse
 from fenics_mech.scene.build import build
+from tests.common import ROOT
 
-ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 
 

@@ -128,10 +128,14 @@ class Trial:
     seconds_of_all: float
 
 
+def with_all_effects(scene: Scene) -> Scene:
+    """Give a scene all effects that are on trial; those of thick links where it states what they need."""
+    return scene.changed(effects=ALL + tuple(name for name in THICK if not EFFECTS["shear"].missing_data(scene)))
+
+
 def try_choice(scene: Scene) -> Trial:
     """Compare the effects that the program chooses for a scene with all of them on."""
-    effects = ALL + tuple(name for name in THICK if not EFFECTS["shear"].missing_data(scene))
-    whole, count_of_all = run(scene.changed(effects=effects))
+    whole, count_of_all = run(with_all_effects(scene))
     automatic = scene.changed(effects="auto")
     result, count = run(automatic)
     chosen, _ = choose(automatic)

@@ -1,7 +1,6 @@
 """Estimates of errors by each source against the true ones, from runs without that source."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +15,9 @@ from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.joint_forces import joint_names
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
 from tests.demos.machines import crane, scene
 
-DEMOS = Path(__file__).parents[2] / "demos"
 EVERY = ("theta", "s", "fibre")
 CHAPTER_5 = {"solver": "sub-intervals", "sub_intervals": 360, "allow_coarse": True}
 WHOLE = {"solver": "collocation", "sub_intervals": 80, "allow_coarse": True, "stability": False}

@@ -3,7 +3,6 @@
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +17,9 @@ from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from fenics_mech.views.report import _errors
+from tests.common import DEMOS
 from tests.demos.machines import scene
 
-DEMOS = Path(__file__).parents[2] / "demos"
 LENGTH, RIGIDITY = 0.3, 71e9 * 8e-12  # of a taper (m), and its EI at the thick end (N m^2)
 TAPER = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": "8e-12*(1 - 0.5*s)**3", "fibre": 8e-4}
 WHOLE = {"solver": "collocation", "sub_intervals": 60, "allow_coarse": True, "stability": False}

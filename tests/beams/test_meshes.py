@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from conftest import DEMOS
 
 from fenics_mech import analyse, load
 from fenics_mech.beams import assemble_beams, mesh_scene
@@ -13,6 +12,7 @@ from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import refined
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import nodes_of
+from tests.common import DEMOS
 
 UNIFORM, GRADED, UNEVEN = {"elements": 3}, {"elements": 4, "grading": 1.7}, {"stations": (0, 0.07, 0.5, 0.55, 1)}
 MESHES = {"uniform": UNIFORM, "graded": GRADED, "uneven": UNEVEN}

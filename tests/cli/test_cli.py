@@ -4,14 +4,14 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fenics_mech import Result, cli
+from fenics_mech import Result, analyse, cli
+from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 DEMO = str(DEMOS / "four_bar.toml")
 
 
@@ -116,7 +116,8 @@ def test_unknown_ending_is_refused_before_any_work(call, tmp_path):
 
 
 def test_animate_takes_a_saved_result(call, tmp_path):
-    call("run", DEMO, "-o", tmp_path, "--no-plots")
+    saved = seed_four_bar(analysis={"sub_intervals": 24, "method": "quasi-static"})
+    analyse(saved).save(tmp_path / "result.nc")
     code, _, _ = call("animate", tmp_path / "result.nc", "-o", tmp_path / "peak.png")
     assert code == 0
     assert (tmp_path / "peak.png").stat().st_size > 10_000

@@ -1,16 +1,14 @@
 """The demos and some more machines, each loaded and analysed once."""
 
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 from fenics_mech import analyse
 from fenics_mech.scene import load
+from tests.common import DEMOS
+from tests.demos.machines import MACHINES
 
-from .machines import MACHINES
-
-DEMOS = Path(__file__).parents[2] / "demos"
 NAMES = sorted(path.stem for path in DEMOS.glob("*.toml"))
 
 

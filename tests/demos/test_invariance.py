@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from fenics_mech import analyse
 from fenics_mech.scene.build import build
 from fenics_mech.scene.units import registry
+from tests.common import analysed
 
 UNITS = {
     "m": ["m", "mm", "cm", "inch", "ft"],
@@ -110,7 +111,11 @@ def _add_to_law(drive, angle):
 
 def few(scene):
     return scene.changed(
-        analysis__sub_intervals=48, analysis__allow_ringing=True, analysis__allow_coarse=True, analysis__stations=5
+        analysis__sub_intervals=48,
+        analysis__allow_ringing=True,
+        analysis__allow_coarse=True,
+        analysis__stability=False,
+        analysis__stations=5,
     )
 
 
@@ -125,7 +130,7 @@ def assert_same(a, b, accuracy, sign=1.0):
 
 def test_turning_the_scene_changes_nothing(machine):
     scene = few(machine)
-    assert_same(analyse(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
+    assert_same(analysed(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
 
 
 @pytest.mark.parametrize("effects", [(), ("coupling",)])
@@ -133,13 +138,13 @@ def test_turning_a_four_bar_with_a_rigid_coupler_changes_nothing(effects, scene_
     # what (5.1) drops depends on the coordinates: they are the coupler's own, not its pins' X and Y
     body = {"mass": 0.03, "inertia": 2e-4, "centre": (0.14, 0.0)}
     rigid = scene_of("four_bar").changed(links__coupler__members={}, links__coupler__rigid=body)
-    scene = few(rigid.changed(effects=effects, analysis__solver="collocation", analysis__stability=False))
-    assert_same(analyse(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
+    scene = few(rigid.changed(effects=effects, analysis__solver="collocation"))
+    assert_same(analysed(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
 
 
 def test_mirroring_the_scene_changes_signs_only(machine):
     scene = few(machine)
-    plain, other = analyse(scene).data, analyse(build(mirrored(scene))).data
+    plain, other = analysed(scene).data, analyse(build(mirrored(scene))).data
     assert_same(plain, other, 1e-8, sign=-1.0)
     force = plain["joint_force"].to_numpy()
     assert np.abs(force - other["joint_force"].to_numpy() * [1, -1]).max() < 1e-8 * np.abs(force).max()
@@ -177,4 +182,4 @@ def test_random_units_give_the_same_answer(name, seed, scene_of):
     scene = few(scene_of(name))
     text = restated(scene.model_dump(), np.random.default_rng(seed))
     assert any(isinstance(x, str) for x in text["ground"]["points"][next(iter(text["ground"]["points"]))])
-    assert_same(analyse(scene).data, analyse(build(text)).data, 1e-9)
+    assert_same(analysed(scene).data, analyse(build(text)).data, 1e-9)

@@ -1,7 +1,6 @@
 """Energy: what the drive puts into the mechanism in a cycle, damping takes out."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,9 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism, scene_modes
+from tests.common import DEMOS
 from tests.demos.machines import crane
 
-DEMOS = Path(__file__).parents[2] / "demos"
 REDUCED = {"analysis__reduction": "craig-bampton", "mesh__elements": 8}
 SPRINGS = {
     "line": {"between": ("coupler.B", "ground.O"), "stiffness": 40.0, "length": 0.2},

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-import strips
-from strips import INERTIA, RHO, A, E, L
 
 from fenics_mech import analyse
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene.factories import seed_four_bar
+from tests.effects import strips
+from tests.effects.strips import INERTIA, RHO, A, E, L
 
 G = 9.81
 EI, WEIGHT = E * INERTIA, RHO * A * G  # N m^2, N/m

@@ -1,7 +1,5 @@
 """Members that cannot stretch: fewer coordinates, axial forces by equilibrium, and the limit of stiff members."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,8 +10,8 @@ from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.files import load
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 HELD = ("inextensible",)
 
 

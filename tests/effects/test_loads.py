@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from strips import INERTIA, RHO, STATIC, A, E, L, beam
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
@@ -14,6 +13,7 @@ from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import member_nodes
+from tests.effects.strips import INERTIA, RHO, STATIC, A, E, L, beam
 
 EI = E * INERTIA
 MESHES = [{"elements": 1}, {"stations": (0, 0.1, 0.55, 1)}]

@@ -1,7 +1,5 @@
 """Shear flexibility: exact stiffness, Timoshenko's frequencies, shear factors, and what is missing is said."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,8 @@ from fenics_mech.errors import SceneError
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.files import load
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
 STEEL = {"modulus": E, "density": RHO, "poisson": NU}

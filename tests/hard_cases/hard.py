@@ -1,15 +1,11 @@
 """Machines that several hard cases share, and their answers by modes."""
 
-from pathlib import Path
-
 import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.build import build
-
-DEMOS = Path(__file__).parents[2] / "demos"
 
 
 def arm(speed, **rest):

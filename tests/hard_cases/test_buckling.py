@@ -7,7 +7,6 @@ and in a tongue of Strutt's diagram, an error that names link or mode, and angle
 
 import numpy as np
 import pytest
-from hard import DEMOS
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
@@ -17,6 +16,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import four_bar
+from tests.common import DEMOS
 
 LENGTH, BENDING, LINE, ACROSS = 0.5, 206e9 * 0.02 * 0.002**3 / 12, 7850 * 0.02 * 0.002, 0.1
 EULER = np.pi**2 * BENDING / LENGTH**2
@@ -61,10 +61,11 @@ def pressed(column, share, way, effects):
 @pytest.mark.parametrize(("way", "effects"), CASES)
 def test_amplification_up_to_the_euler_load(column, way, effects):
     """Timoshenko and Gere, Theory of Elastic Stability, section 1.3: a uniform load on a beam-column."""
-    for share in (0.5, 0.9, 0.99, 0.999):
+    for share in (0.5, 0.99, 0.999):
         u = np.pi / 2 * np.sqrt(share)
         expected = ACROSS * LENGTH**4 / (16 * BENDING * u**4) * (1 / np.cos(u) - 1 - u**2 / 2)
-        found = analyse(pressed(column, share, way, effects)).data["deflection"].sel(member="column", s=0.5)
+        scene = pressed(column, share, way, effects).changed(analysis__stability=False)
+        found = analyse(scene).data["deflection"].sel(member="column", s=0.5)
         # moderate rotations that nothing holds against shortening leave the strut's equation linear
         softer = 25 * SOFTER if way == "reduced" else 1.1 * SOFTER  # without the clamped modes above the cutoff
         assert found.sel(component="x").to_numpy() == pytest.approx(expected, rel=softer / (1 - share))

@@ -11,7 +11,6 @@ import re
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,8 +23,8 @@ from fenics_mech.errors import MechanismError, ResultError, SolverError
 from fenics_mech.recovery.result import read_dataset
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import ROOT
 
-ROOT = Path(__file__).parents[2]
 DEMO = str(ROOT / "demos" / "four_bar.toml")
 QUICK = "[analysis]\nmethod = 'quasi-static'\nsub_intervals = 200\nstations = 5\n"
 COMMAND = [sys.executable, "-m", "fenics_mech"]

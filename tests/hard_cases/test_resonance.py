@@ -7,13 +7,13 @@ and harmonic, by every solver and whether or not multipliers are asked for.
 
 import numpy as np
 import pytest
-from hard import arm, by_modes, natural
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.stability.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
+from tests.hard_cases.hard import arm, by_modes, natural
 
 SOLVERS = {
     "sub-intervals": {"solver": "sub-intervals", "modes": "all", "allow_ringing": True},

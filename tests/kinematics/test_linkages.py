@@ -1,7 +1,5 @@
 """Rigid motion of linkages against closed forms, circle intersections with complex numbers, and differences."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -10,8 +8,8 @@ from hypothesis import strategies as st
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 SECTION = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}
 MATERIAL = {"modulus": 7e10, "density": 2700}
 THETA = np.linspace(0, 2 * np.pi, 73)

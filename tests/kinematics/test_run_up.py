@@ -1,7 +1,5 @@
 """Motion in time: run-ups against closed forms, high-order differences and the steady motion."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,8 +7,8 @@ from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import run_up, solve_motion, solve_motion_in_time
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import four_bar, manipulator, seed_four_bar
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 SPEED, RUN_UP = 32.3, 0.4
 NAMES = ("position", "velocity", "acceleration", "angle", "omega", "alpha")
 STRIP = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}

@@ -5,7 +5,6 @@ driven arm, and reaches beyond it: an overhanging beam, whose support moves alon
 """
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +18,8 @@ from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 CRANK, LENGTH, CENTRES = 0.13, 0.4, 0.2
 E, DENSITY, WIDTH, HEIGHT = 206e9, 7850.0, 0.02, 0.005
 AREA, EI = WIDTH * HEIGHT, E * WIDTH * HEIGHT**3 / 12

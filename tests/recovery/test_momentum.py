@@ -4,8 +4,6 @@ The accelerations are second time derivatives of the places that the results giv
 is their integral. Nothing of it shares the recovery's inertia, or knows of damping.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import simpson
@@ -16,8 +14,8 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 WAVES = 100  # harmonics of the drive that the accelerations are made of; above them there is rounding alone
 SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
 RETURN = {"return": {"between": ("follower.B", "ground.O"), "stiffness": 40.0, "length": 0.0}}

@@ -1,14 +1,12 @@
 """Peaks of strains between stations, told by results with few stations against the same with many."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from fenics_mech import analyse, load
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 STILL = {"method": "quasi-static", "sub_intervals": 24}
 PRESS = {"press": {"at": "coupler@0.35", "force": (0, 5.0)}}
 NOTCH = {"shape": "variable", "area": 4e-5, "inertia": "8e-12*(1 - 0.7*exp(-((s - 0.275)/0.02)**2))", "fibre": 8e-4}

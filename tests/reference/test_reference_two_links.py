@@ -1,7 +1,5 @@
 """Slider-crank and manipulator of the demos against hand-coded models with a sixth-order periodic integrator."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,8 +13,8 @@ from fenics_mech.reference.two_links import element_matrices
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import load
 from fenics_mech.studies.check import coupling
+from tests.common import DEMOS
 
-DEMOS = Path(__file__).parents[2] / "demos"
 ELEMENTS = 3
 
 

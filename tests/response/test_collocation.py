@@ -4,7 +4,6 @@ import re
 
 import numpy as np
 import pytest
-from synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, plain
 
 from fenics_mech import analyse
 from fenics_mech.accuracy.periodic_errors import corrected
@@ -15,6 +14,7 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene.factories import seed_four_bar
+from tests.response.synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, plain
 
 
 def solved(scheme, stages, count):

@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from forced import folds
 
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Matrices
@@ -12,6 +11,7 @@ from fenics_mech.response.continuation import arc_length as continuation
 from fenics_mech.response.continuation.arc_length import Family, Point, continued, paced
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.tableau import Tableau
+from tests.response.forced import folds
 
 DAMPING, CUBIC, FORCE = 0.04, 0.25, 0.1
 COUNT, TABLEAU = 40, Tableau.of("gauss", 3)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.special import mathieu_a, mathieu_b
-from synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, places
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
@@ -13,6 +12,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.stability.floquet import floquet
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
+from tests.response.synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, places
 
 OMEGA, ZETA = np.array([2.0, 7.3, 20.0]), np.array([0.01, 0.02, 0.05])
 

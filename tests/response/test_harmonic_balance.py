@@ -1,18 +1,16 @@
 """Harmonic balance against exact motions, and against collocation."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from synthetic import PERIOD, Duffing, Manufactured, oscillators, places, plain
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
+from tests.response.synthetic import PERIOD, Duffing, Manufactured, oscillators, places, plain
 
-DEMOS = Path(__file__).parents[2] / "demos"
 START = np.zeros(1)
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
-from synthetic import arm
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
@@ -19,6 +18,7 @@ from fenics_mech.response.transient.course import Blows, Schedule, StartState
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import blows_between
 from fenics_mech.scene.factories import seed_four_bar
+from tests.response.synthetic import arm
 
 BDF = {"transient_ts_type": "bdf", "transient_ts_bdf_order": 5}
 ALPHA2 = {"transient_ts_type": "alpha2"}

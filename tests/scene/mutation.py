@@ -9,12 +9,11 @@ import random
 import re
 import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from fenics_mech.scene.solvers import OPTIONS, Number, OneOf
+from tests.common import ROOT
 
-ROOT = Path(__file__).parents[2]
 TOKEN = re.compile(r'"[^"]*"|\b[\d.]+(e-?\d+)?\b|\b[A-Za-z_]\w*\b')
 TEXTS = (
     "0", "-1", "1e308", "1e-300", "nan", "inf", '""', '"x"', "[]", "{}", "true", '"1 kg"', '"1 m"', '"-5 deg"',

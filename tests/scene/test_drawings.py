@@ -6,7 +6,6 @@ import gmsh
 import meshio
 import numpy as np
 import pytest
-from conftest import DEMOS
 
 from fenics_mech import analyse, load
 from fenics_mech.beams import mesh_scene
@@ -17,6 +16,7 @@ from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import parse, schema
 from fenics_mech.scene.build import build
 from fenics_mech.scene.drawing import completed
+from tests.common import DEMOS
 
 MESHES = Path(__file__).parents[2] / "meshes"
 PAIRS = {

@@ -1,15 +1,12 @@
 """Scene files: what they say is what the scene has, and bad ones are refused with their place."""
 
-from pathlib import Path
-
 import pytest
 
 from fenics_mech import load
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene, parse, schema
 from fenics_mech.scene.factories import four_bar, seed_four_bar
-
-DEMOS = Path(__file__).parents[2] / "demos"
+from tests.common import DEMOS
 
 
 def test_demo_is_the_seed_four_bar():

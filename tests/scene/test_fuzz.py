@@ -11,7 +11,6 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from mutation import damaged_bytes, damaged_data, damaged_options, damaged_text, data_of, drawings, scenes
 
 from fenics_mech import analyse
 from fenics_mech.errors import MechanismError
@@ -23,9 +22,10 @@ from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.plausibility import implausible
 from fenics_mech.scene.solvers import OPTIONS
 from fenics_mech.views import read_measurement
+from tests.scene.mutation import damaged_bytes, damaged_data, damaged_options, damaged_text, data_of, drawings, scenes
 
-FILES = int(os.environ.get("FENICS_MECH_FUZZ", "1200"))
-RUNS = max(FILES // 20, 40)
+FILES = int(os.environ.get("FENICS_MECH_FUZZ", "800"))
+RUNS = max(FILES // 20, 30)
 PATIENCE = 60  # seconds for a file: beyond it the program hangs
 TEXTS = scenes()
 SMALL = [name for name in TEXTS if name != "jansen"]  # which takes most of the time

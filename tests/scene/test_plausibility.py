@@ -4,7 +4,6 @@ The scenes of `demos` and `meshes`, and what is unusual but right, must raise no
 """
 
 import tomllib
-from pathlib import Path
 
 import pytest
 
@@ -12,8 +11,8 @@ from fenics_mech.errors import SceneError
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 from fenics_mech.scene.plausibility import implausible
+from tests.common import ROOT
 
-ROOT = Path(__file__).parents[2]
 SCENES = sorted([*(ROOT / "demos").glob("*.toml"), *(ROOT / "meshes").glob("*.toml")])
 STRIP = {"shape": "rectangle", "width": "25.4 mm", "height": "1.6 mm"}
 

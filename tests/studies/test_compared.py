@@ -1,7 +1,6 @@
 """Peers of the seed four-bar: hand-coded ones against each other, and who may be compared."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,7 @@ from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.peers.by_hand import by_exponentials, by_solve_ivp
 from fenics_mech.studies.peers.compared import compare_peers, entries_of, is_seed, require_ready, require_seed, steps_of
-
-DEMOS = Path(__file__).parents[2] / "demos"
+from tests.common import DEMOS
 
 
 def gauss_legendre(steps, damping):

@@ -1,16 +1,11 @@
 """Branches of a scene: a beam between fixed pins against Duffing's oscillator, and single points against analyses."""
 
 import io
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from rich.console import Console
 from typer.testing import CliRunner
-
-sys.path.append(str(Path(__file__).parents[1] / "response"))
-from forced import folds
 
 from fenics_mech.analysis import analyse
 from fenics_mech.cli import app
@@ -25,6 +20,8 @@ from fenics_mech.scene.build import build
 from fenics_mech.studies.follow import END, Branch, follow
 from fenics_mech.studies.sweep_axes import parse_range
 from fenics_mech.views.branch_plots import branch_figure, branch_summary, plot_branch
+from tests.common import DEMOS
+from tests.response.forced import folds
 
 LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0
 EI, LINE = MODULUS * WIDTH * HEIGHT**3 / 12, DENSITY * WIDTH * HEIGHT
@@ -179,7 +176,7 @@ def test_files_and_pictures(branch, tmp_path):
 
 
 def test_command_follows(tmp_path):
-    path = Path(__file__).parents[2] / "demos" / "pulsating_column.toml"
+    path = DEMOS / "pulsating_column.toml"
     found = CliRunner().invoke(
         app, ["follow", str(path), "--over", "drive.speed=150:160", "--points", "2", "-o", str(tmp_path)]
     )
@@ -192,7 +189,7 @@ def test_command_follows(tmp_path):
 
 
 def test_a_branch_broken_off_is_kept_as_far_as_it_is(tmp_path, monkeypatch):
-    path, calls = Path(__file__).parents[2] / "demos" / "pulsating_column.toml", []
+    path, calls = DEMOS / "pulsating_column.toml", []
 
     def broken(*arguments):
         calls.append(arguments)

@@ -1,17 +1,17 @@
 """An analysis that is shared by processes: the same to the last bit, one voice, and one error for all."""
 
 import pytest
-from processes import MPIRUN, finished
 
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery import Result
+from tests.studies.processes import MPIRUN, finished
 
 pytestmark = pytest.mark.skipif(MPIRUN is None, reason="no mpirun")
 NONLINEAR = """
 from fenics_mech.scene.factories import seed_four_bar
 SCENE = seed_four_bar(
     effects=("coupling", "moderate-rotations"), mesh__elements=2,
-    analysis={"sub_intervals": 61, "allow_coarse": True, "stages": 2},
+    analysis={"sub_intervals": 31, "allow_coarse": True, "stages": 2},
 )
 """
 
@@ -23,7 +23,7 @@ def on_two(folder, script):
 
 
 def test_two_processes_find_the_same_to_the_last_bit(tmp_path):
-    # 61 positions: the parts differ in size
+    # 31 positions: the parts differ in size
     script = f"""
 import sys
 import fenics_mech.scene

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import ENVIRONMENT, MPIRUN, command, finished
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
@@ -20,6 +19,7 @@ from fenics_mech.studies.sweep_axes import parse_axes, unit_of
 from fenics_mech.studies.sweep_points import Gauge
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
+from tests.studies.processes import ENVIRONMENT, MPIRUN, command, finished
 
 LENGTH, RIGIDITY, MASS, RATIO, FIBRE, SWING = 0.3, 1.4, 0.2, 0.03, 1e-3, 1e-3
 OMEGA = math.sqrt(3 * RIGIDITY / (MASS * LENGTH**3))  # rad/s, of a mass on a light cantilever
