@@ -20,37 +20,28 @@ from fenics_mech.kinematics.conditioning import (
 )
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import GROUND, Loops
-from fenics_mech.scene import Scene
-from fenics_mech.scene.formulas.expression import Jet
-
-TOLERANCE = 1e-13  # of the open loops, relative to the linkage's size
-COARSE_TOLERANCE = 1e-9  # the same on the coarse branch
-LARGEST_STEP = np.pi / 8  # of the drive angle, in following the branch
-SMALLEST_STEP = 1e-12
-MOST_STEPS = 10_000  # in a cycle: linkages take 16 to 60, a drive law's 100th harmonic 2,600, a minute 10,000
-FARTHEST_FROM_GUESS = np.pi / 2  # of an assembled link: beyond it the branch is not the one that was meant
-FARTHEST_FROM_HELD = np.pi / 4  # of a rough angle from the one at which a weld or a prismatic joint holds its link
-LARGEST_CORRECTION = 0.05  # rad, of a predicted link angle: beyond it the step may have left the branch
-LARGEST_TURN = 0.1  # of a predicted link's rate, of the largest: beyond it the step may have jumped over a corner
-AT_REST = 1e-9  # rate of a link's angle by the drive coordinate that counts as none: in a dwell rates are rounding
 
 
-class DriveLaw:
-    """All drives of a scene as one function of the drive coordinate: a `Jet` of shape ``(positions, drives)``."""
+@dataclass(frozen=True)
+class BranchLimits:
+    """Limits of putting a linkage together, and of following its branch in coarse steps."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.drives = scene.drives
-        self.rate = scene.cycle_rate if self.drives else math.nan
+    closed: float = 1e-13  # of the open loops, relative to the linkage's size
+    closed_coarsely: float = 1e-9  # the same at the points of the branch, from which positions are computed
+    largest_step: float = np.pi / 8  # of the drive angle: several points in each swing of a link
+    smallest_step: float = 1e-12  # of the drive angle: below it the step is rounding
+    most_steps: int = 10_000  # in a cycle: linkages take 16 to 60, a law's 100th harmonic 2,600, a minute 10,000
+    farthest_from_guess: float = np.pi / 2  # of an assembled link (rad): beyond it another branch was meant
+    farthest_from_held: float = np.pi / 4  # of a rough angle (rad) from the one at which a weld holds its link
+    largest_correction: float = 0.05  # of a predicted link angle (rad): beyond it the step may have left the branch
+    largest_turn: float = 0.1  # of a link's rate over the largest: beyond it the step may have jumped over a corner
+    at_rest: float = 1e-9  # rate of a link's angle that counts as none: in a dwell rates are rounding
 
-    def __call__(self, theta: Array) -> Jet:
-        """Angles (rad) and strokes (m) of the drives, with their first two derivatives by theta."""
-        if not self.drives:
-            return Jet(*(np.zeros((len(theta), 0)),) * 3)
-        jets = [drive.jet(theta, self.rate) for drive in self.drives]
-        return Jet(*(np.stack(parts, axis=-1) for parts in zip(*((j.value, j.first, j.second) for j in jets))))
+
+LIMITS = BranchLimits()
 
 
-def assemble(scene: Scene, loops: Loops, law: DriveLaw) -> Array:
+def assemble(loops: Loops) -> Array:
     """Coordinates of the assembled linkage at theta = 0, from the links' rough angles; shape ``(3 links,)``.
 
     Raises
@@ -58,19 +49,19 @@ def assemble(scene: Scene, loops: Loops, law: DriveLaw) -> Array:
     AssemblyError
         When its loops cannot be closed.
     """
-    _refuse_contradicted(scene, loops)
-    start = law(np.zeros(1)).value
-    guess = _place_links(scene, loops, start[0])
+    _refuse_contradicted(loops)
+    start = loops.drive(np.zeros(1)).value
+    guess = _place_links(loops, start[0])
     q, converged = newton(loops, guess[None], start, iterations=100, damped=True)
     if not converged[0]:
         raise AssemblyError(
             f"the links cannot be assembled at drive angle 0, where a driven link lies along the x axis of the body "
             f"that it is driven against: {_open_loop(loops, q[0])}. Check the lengths and the rough angles of the links"
         )
-    for i, link in enumerate(scene.links.values()):
+    for i, link in enumerate(loops.scene.links.values()):
         driven = i in loops.driven_angles.body
         away = abs(math.remainder(q[0, 3 * i + 2] - link.angle, 2 * math.pi))
-        if link.angle and not driven and away > FARTHEST_FROM_GUESS:
+        if link.angle and not driven and away > LIMITS.farthest_from_guess:
             raise AssemblyError(
                 f"at drive angle 0 link {loops.links[i]} came to lie at {_degrees(q[0, 3 * i + 2])}, far from its "
                 f"rough angle {_degrees(link.angle)}: give rough angles nearer to the position that you mean"
@@ -78,16 +69,16 @@ def assemble(scene: Scene, loops: Loops, law: DriveLaw) -> Array:
     return q[0]
 
 
-def _refuse_contradicted(scene: Scene, loops: Loops) -> None:
+def _refuse_contradicted(loops: Loops) -> None:
     """Raise `AssemblyError` where rough angles contradict a joint that leaves its two bodies no angle between them."""
     driven = loops.driven_angles.body  # a drive gives the angle of these, whatever their rough ones are
-    rough = {i: link.angle for i, link in enumerate(scene.links.values()) if link.angle and i not in driven}
+    rough = {i: link.angle for i, link in enumerate(loops.scene.links.values()) if link.angle and i not in driven}
     rough[GROUND] = 0.0
     for joint, (first, second), held in zip(loops.angles.name, loops.angles.body.tolist(), loops.angles.angle):
         if first not in rough or second not in rough:
             continue
         stated = rough[second] - rough[first]
-        if abs(math.remainder(stated - held, 2 * math.pi)) > FARTHEST_FROM_HELD:
+        if abs(math.remainder(stated - held, 2 * math.pi)) > LIMITS.farthest_from_held:
             names = [f"link {loops.links[i]}" if i != GROUND else "the ground" for i in (first, second)]
             raise AssemblyError(
                 f"joint {joint} holds {names[1]} at {_degrees(held)} to {names[0]}, and their rough angles say "
@@ -117,13 +108,13 @@ class Branch:
     side: float
 
 
-def follow(loops: Loops, law: DriveLaw, theta: Array, branch: Branch) -> Array:
+def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
     """Coordinates at all drive angles by Newton's method from between the points of a branch, ``(angles, 3 links)``."""
     ahead = (theta - branch.theta[0])[:, None]
     guess = branch.q[0] + branch.rate[0] * ahead + branch.curvature[0] * ahead**2 / 2
     if len(branch.theta) > 1:
         guess = CubicHermiteSpline(branch.theta, branch.q, branch.rate)(theta)
-    q, converged = newton(loops, guess, law(theta).value)
+    q, converged = newton(loops, guess, loops.drive(theta).value)
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
         raise AssemblyError(
@@ -147,7 +138,7 @@ def newton(
     *,
     iterations: int = 12,
     damped: bool = False,
-    tolerance: float = TOLERANCE,
+    tolerance: float = LIMITS.closed,
 ) -> tuple[Array, np.ndarray]:
     """Newton's method on the loop equations of all positions at once; gives coordinates and whether they close."""
     q = guess.copy()
@@ -165,42 +156,42 @@ def newton(
                 step = -np.linalg.solve(jacobian, residual[..., None])[..., 0]
             except np.linalg.LinAlgError:
                 return q, closed
-        if closed.all():  # where it closes better, a last step takes off what the tolerance leaves
+        if closed.all():  # where it closes it further, a last step takes off what the tolerance leaves
             last = loops.residual(q + step, drive)
-            better = np.abs(last / unit).max(axis=1, initial=0.0) < np.abs(residual / unit).max(axis=1, initial=0.0)
-            return np.where(better[:, None], q + step, q), closed
+            improves = np.abs(last / unit).max(axis=1, initial=0.0) < np.abs(residual / unit).max(axis=1, initial=0.0)
+            return np.where(improves[:, None], q + step, q), closed
         q = q + step
     residual = loops.residual(q, drive)
     return q, (np.abs(residual) < 10 * tolerance * unit).all(axis=1)
 
 
-def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_the_end: bool = False) -> Branch:
+def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> Branch:
     """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
 
-    Where the drive locks it raises `AssemblyError`, or stops there when it is told to go `to_the_end`. A linkage with
+    Where the drive locks it raises `AssemblyError`, or stops there where it goes `to_the_end`. A linkage with
     fewer drives than freedoms is a `SceneError`.
     """
-    start = assemble(scene, loops, law)
-    _refuse_free(scene, loops, start)
+    start = assemble(loops)
+    _refuse_free(loops, start)
     refuse_singular(loops, np.zeros(1), start[None])
-    points = [(0.0, start, *_derivatives_at(loops, law, start, 0.0))]
+    points = [(0.0, start, *_derivatives_at(loops, start, 0.0))]
     ours = float(side(loops, start[None])[0])
     for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
         here, q, rate, curvature = points[0]
-        step, tried = LARGEST_STEP, 0
+        step, tried = LIMITS.largest_step, 0
         while sign * here < end:
             ahead, tried = sign * step, tried + 1
-            if tried > MOST_STEPS * max(1.0, end / (2 * math.pi)):
+            if tried > LIMITS.most_steps * max(1.0, end / (2 * math.pi)):
                 raise _too_rough(loops, here, rate, tried - 1)
-            found = _stepped(loops, law, (here, q, rate, curvature), ahead)
+            found = _stepped(loops, (here, q, rate, curvature), ahead)
             if found is not None and side(loops, found[0][None])[0] == ours:
                 here, (q, rate, curvature) = here + ahead, found
                 points.append((here, q, rate, curvature))
-                step = min(1.5 * step, LARGEST_STEP)
+                step = min(1.5 * step, LIMITS.largest_step)
                 stuck = sign * here < end and smallest_value(loops, q) < SINGULAR
             else:
                 step /= 2
-                stuck = step < SMALLEST_STEP
+                stuck = step < LIMITS.smallest_step
             if stuck:
                 if to_the_end:
                     break
@@ -210,18 +201,18 @@ def follow_branch(scene: Scene, loops: Loops, law: DriveLaw, theta: Array, to_th
     return Branch(knots, poses, rates, curvatures, ours)
 
 
-def _stepped(
-    loops: Loops, law: DriveLaw, point: tuple[float, Array, Array, Array], ahead: float
-) -> tuple[Array, Array, Array] | None:
+def _stepped(loops: Loops, point: tuple[float, Array, Array, Array], ahead: float) -> tuple[Array, Array, Array] | None:
     """Give coordinates and their derivatives a step ahead, or None where the step may have left the branch."""
     here, q, rate, curvature = point
     guess = q + rate * ahead + curvature * ahead**2 / 2
-    found, closed = newton(loops, guess[None], law(np.array([here + ahead])).value, tolerance=COARSE_TOLERANCE)
-    if not closed[0] or np.abs((found[0] - guess)[2::3]).max() > LARGEST_CORRECTION:
+    found, closed = newton(
+        loops, guess[None], loops.drive(np.array([here + ahead])).value, tolerance=LIMITS.closed_coarsely
+    )
+    if not closed[0] or np.abs((found[0] - guess)[2::3]).max() > LIMITS.largest_correction:
         return None
-    new_rate, new_curvature = _derivatives_at(loops, law, found[0], here + ahead)
+    new_rate, new_curvature = _derivatives_at(loops, found[0], here + ahead)
     turn = np.abs((new_rate - rate - curvature * ahead)[2::3]).max()
-    if turn > LARGEST_TURN * max(AT_REST, *(np.abs(part[2::3]).max() for part in (rate, new_rate))):
+    if turn > LIMITS.largest_turn * max(LIMITS.at_rest, *(np.abs(part[2::3]).max() for part in (rate, new_rate))):
         return None
     return found[0], new_rate, new_curvature
 
@@ -248,11 +239,11 @@ def _stuck(loops: Loops, here: float, q: Array, rate: Array) -> AssemblyError:
     )
 
 
-def _refuse_free(scene: Scene, loops: Loops, q: Array) -> None:
+def _refuse_free(loops: Loops, q: Array) -> None:
     """Raise where there are fewer equations than coordinates, and name what can move while the drives stand still."""
     if len(loops.names) >= len(q):
         return
-    left = describe(scene, q, free_motions(scene, loops, q))
+    left = describe(loops.scene, q, free_motions(loops, q))
     drives, freedoms = ("1 drive" if loops.drives == 1 else f"{loops.drives} drives"), "freedom" + "s" * (len(left) > 1)
     raise SceneError(
         f"the linkage is under-driven: with its {drives} held it has {len(left)} {freedoms} left: {'; '.join(left)}",
@@ -261,10 +252,10 @@ def _refuse_free(scene: Scene, loops: Loops, q: Array) -> None:
     )
 
 
-def derivatives(loops: Loops, law: DriveLaw, q: Array, theta: Array) -> tuple[Array, Array]:
+def derivatives(loops: Loops, q: Array, theta: Array) -> tuple[Array, Array]:
     """First and second derivative of the coordinates by the drive coordinate, each ``(positions, 3 links)``."""
     jacobian = loops.jacobian(q)
-    jet = law(theta)
+    jet = loops.drive(theta)
     try:
         rate = np.linalg.solve(jacobian, loops.driven(jet.first)[..., None])[..., 0]  # (6.2) for all loops
         forced = loops.driven(jet.second) - loops.convective(q, rate)
@@ -276,23 +267,23 @@ def derivatives(loops: Loops, law: DriveLaw, q: Array, theta: Array) -> tuple[Ar
         ) from error
 
 
-def _derivatives_at(loops: Loops, law: DriveLaw, q: Array, theta: float) -> tuple[Array, Array]:
+def _derivatives_at(loops: Loops, q: Array, theta: float) -> tuple[Array, Array]:
     """Both derivatives at one position, ``(3 links,)`` each."""
-    rate, curvature = derivatives(loops, law, q[None], np.array([theta]))
+    rate, curvature = derivatives(loops, q[None], np.array([theta]))
     return rate[0], curvature[0]
 
 
-def _place_links(scene: Scene, loops: Loops, drive: Array) -> Array:
+def _place_links(loops: Loops, drive: Array) -> Array:
     """Rough coordinates: rough angles, and each link put where its first joint with a placed body lies."""
     q = np.zeros((len(loops.links) + 1, 3))
-    q[:-1, 2] = [link.angle for link in scene.links.values()]
+    q[:-1, 2] = [link.angle for link in loops.scene.links.values()]
     for (first, second), i in zip(loops.driven_angles.body, loops.drive_order):
         if second != GROUND:
             q[second, 2] = q[first, 2] + drive[i]
         else:
             q[first, 2] = -drive[i]
     placed = {GROUND}
-    for i, link in enumerate(scene.links.values()):
+    for i, link in enumerate(loops.scene.links.values()):
         if link.position is not None:
             q[i, :2] = link.position
             placed.add(i)
@@ -305,7 +296,7 @@ def _place_links(scene: Scene, loops: Loops, drive: Array) -> Array:
                 placed.add(int(new))
                 break
         else:
-            if not (afloat := set(range(len(scene.links))) - placed):
+            if not (afloat := set(range(len(loops.links))) - placed):
                 return q[:-1].reshape(-1)
             placed.add(min(afloat))  # nothing leads from the ground to it
 

@@ -16,15 +16,13 @@ SEEN = 1e-6  # of the largest motion, above which a link moves
 MOST_NAMED = 4  # links that one freedom names
 
 
-def free_motions(scene: Scene, loops: Loops, q: Array) -> Array:
+def free_motions(loops: Loops, q: Array) -> Array:
     """Small motions of the links at one position that no joint and no drive prevents.
 
     Parameters
     ----------
-    scene
-        The linkage.
     loops
-        Its equations.
+        Equations of the linkage.
     q
         Coordinates, ``(3 links,)``.
 
@@ -34,7 +32,7 @@ def free_motions(scene: Scene, loops: Loops, q: Array) -> Array:
         x, y of the links' origins (m) and their rotations (rad), ``(motions, links, 3)``. Each motion has a link of its
         own that it turns, or where none turns shifts, and that the other motions leave.
     """
-    size = _size(scene)
+    size = _size(loops.scene)
     unit = np.tile([size, size, 1.0], len(loops.links))
     lengths = 2 * len(loops.points) + len(loops.lines)
     rows = np.ones(len(loops.names))
@@ -44,11 +42,11 @@ def free_motions(scene: Scene, loops: Loops, q: Array) -> Array:
     jacobian = loops.jacobian(q[None])[0] * unit / rows[:, None]
     _, values, right = np.linalg.svd(jacobian)
     null = right[int((values > NULL).sum()) :]
-    return (apart(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
+    return (separated(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
 
 
-def apart(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
-    """Combine vectors, one a row, so that each alone has one coordinate, rather a preferred one (Gauss and Jordan)."""
+def separated(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
+    """Combine vectors, one a row, until each alone has one coordinate, by Gauss and Jordan; preferred ones go first."""
     left = vectors.copy()
     for k in range(len(left)):
         size = np.abs(left[k:])

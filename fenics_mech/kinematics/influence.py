@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import Motion
+from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.scene import Scene
 
 
@@ -34,7 +34,7 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
     loops = Loops.of(scene)
     unit = np.broadcast_to(np.eye(loops.drives), (len(motion.theta), loops.drives, loops.drives))
     sides = np.stack([loops.driven(unit[:, i]) for i in range(loops.drives)], axis=-1)
-    found = np.linalg.solve(loops.jacobian(_coordinates(motion.position, motion.angle)), sides)
+    found = np.linalg.solve(loops.jacobian(coordinates(motion.position, motion.angle)), sides)
     rates = found.reshape(len(found), -1, 3, loops.drives)
     still = motion.held()
     return [replace(still, velocity=rates[:, :, :2, i], omega=rates[:, :, 2, i]) for i in range(loops.drives)]
@@ -43,13 +43,8 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
 def drive_rates(scene: Scene, motion: Motion) -> Array:
     """Give the rate of each drive in a motion (rad/s or m/s), ``(angles, drives)``."""
     loops = Loops.of(scene)
-    driven = loops.jacobian(_coordinates(motion.position, motion.angle))[:, len(loops.names) - loops.drives :]
-    found = np.einsum("tdi,ti->td", driven, _coordinates(motion.velocity, motion.omega))
+    driven = loops.jacobian(coordinates(motion.position, motion.angle))[:, len(loops.names) - loops.drives :]
+    found = np.einsum("tdi,ti->td", driven, coordinates(motion.velocity, motion.omega))
     ordered = np.empty_like(found)
     ordered[:, list(loops.drive_order)] = found
     return ordered
-
-
-def _coordinates(vectors: Array, angles: Array) -> Array:
-    """Coordinates of the loops, or their rates, ``(angles, 3 links)``."""
-    return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)

@@ -16,6 +16,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.formulas.expression import Jet
 
 Row = tuple[str, int, int, tuple[float, float], tuple[float, float], float]
 GROUND = -1
@@ -60,8 +61,8 @@ class Loops:
 
     Parameters
     ----------
-    links
-        Names of the moving links, in the order of their coordinates.
+    scene
+        The linkage; its links give the order of the coordinates.
     points, lines, angles
         Equations of the joints.
     driven_angles, driven_strokes
@@ -70,7 +71,7 @@ class Loops:
         Which drive of the scene each driven equation is of.
     """
 
-    links: tuple[str, ...]
+    scene: Scene
     points: Pairs
     lines: Pairs
     angles: Pairs
@@ -81,8 +82,7 @@ class Loops:
     @classmethod
     def of(cls, scene: Scene) -> Loops:
         """Collect the equations of a scene's joints and drives."""
-        links = tuple(scene.links)
-        index = {"ground": GROUND} | {name: i for i, name in enumerate(links)}
+        index = {"ground": GROUND} | {name: i for i, name in enumerate(scene.links)}
         points: list[Row] = []
         lines: list[Row] = []
         angles: list[Row] = []
@@ -111,12 +111,24 @@ class Loops:
                 turning.append((drive.joint, first, second, at, pin, 0.0))
                 order.insert(len(turning) - 1, i)
         joined = Pairs.of(points), Pairs.of(lines), Pairs.of(angles)
-        return cls(links, *joined, Pairs.of(turning), Pairs.of(sliding), tuple(order))
+        return cls(scene, *joined, Pairs.of(turning), Pairs.of(sliding), tuple(order))
+
+    @cached_property
+    def links(self) -> tuple[str, ...]:
+        """Names of the moving links, in the order of their coordinates."""
+        return tuple(self.scene.links)
 
     @property
     def drives(self) -> int:
         """Number of drives."""
         return len(self.drive_order)
+
+    def drive(self, theta: Array) -> Jet:
+        """Angles (rad) and strokes (m) of the drives and two derivatives by theta, ``(positions, drives)`` each."""
+        if not self.drives:
+            return Jet(*(np.zeros((len(theta), 0)),) * 3)
+        jets = [drive.jet(theta, self.scene.cycle_rate) for drive in self.scene.drives]
+        return Jet(*(np.stack(parts, axis=-1) for parts in zip(*((j.value, j.first, j.second) for j in jets))))
 
     @property
     def size(self) -> float:
@@ -241,7 +253,7 @@ class Loops:
         return _direction(_with_ground(q), pairs)[0]
 
     def gaps(self, q: Array) -> dict[str, float]:
-        """How far each joint's points are apart at one position (m)."""
+        """Distance between each joint's points at one position (m)."""
         poses = _with_ground(q[None])
         found: dict[str, float] = {}
         for name, gap in zip(self.points.name, np.linalg.norm(_gap(poses, self.points)[0], axis=-1)):

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, derivatives, follow, follow_branch, side
+from fenics_mech.kinematics.assembly import Branch, assemble, derivatives, follow, follow_branch, side
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Loops
@@ -99,12 +99,11 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     theta = np.asarray(theta, dtype=float)
     loops = Loops.of(scene)
     if not scene.drives:
-        return _at_rest(scene, loops, theta)
+        return _at_rest(loops, theta)
     rate = scene.cycle_rate
-    law = DriveLaw(scene)
-    q = follow(loops, law, theta, _branch(loops, near, rate) if near else follow_branch(scene, loops, law, theta))
+    q = follow(loops, theta, _branch(loops, near, rate) if near else follow_branch(loops, theta))
     refuse_singular(loops, theta, q)
-    slope, curvature = derivatives(loops, law, q, theta)
+    slope, curvature = derivatives(loops, q, theta)
     return as_motion(loops, theta, theta / rate, q, rate * slope, rate**2 * curvature)
 
 
@@ -141,14 +140,14 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
     motion
         Its motion at all angles of the cycle.
     """
-    loops, law = Loops.of(scene), DriveLaw(scene)
-    branch = follow_branch(scene, loops, law, motion.theta)
+    loops = Loops.of(scene)
+    branch = follow_branch(loops, motion.theta)
     ends = motion.theta.min(), motion.theta.max()
     inside = np.clip(branch.theta, *ends)
     highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
     first, last = max(highest - 1, 0), min(highest + 1, len(inside) - 1)
     theta = np.linspace(float(inside[first]), float(inside[last]), AROUND)
-    rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, law, follow(loops, law, theta, branch), theta))
+    rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, follow(loops, theta, branch), theta))
     place, link = np.unravel_index(int(turns.argmax()), turns.shape)
     peak, rate = float(turns[place, link]), max(float(rates[:, link].max()), 1.0)
     if peak < SHARP * rate:
@@ -196,28 +195,28 @@ def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array
     )
 
 
-def _at_rest(scene: Scene, loops: Loops, theta: Array) -> Motion:
+def _at_rest(loops: Loops, theta: Array) -> Motion:
     """Give the motion of a linkage that nothing drives; it may be held more often than it needs, or less."""
-    law = DriveLaw(scene)
-    q = assemble(scene, loops, law)
+    q = assemble(loops)
     pose = np.broadcast_to(q, (len(theta), len(q)))
     still = np.zeros_like(pose)
     motion = as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
-    return replace(motion, free=free_motions(scene, loops, q))
+    return replace(motion, free=free_motions(loops, q))
+
+
+def coordinates(vectors: Array, angles: Array) -> Array:
+    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``."""
+    return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)
 
 
 def _branch(loops: Loops, motion: Motion, rate: float) -> Branch:
     """Points of the assembly branch that a motion went through."""
     order = np.argsort(motion.theta)
-
-    def coordinates(place: Array, angle: Array) -> Array:
-        return np.concatenate([place, angle[..., None]], axis=-1).reshape(len(angle), -1)[order]
-
-    q = coordinates(motion.position, motion.angle)
+    q = coordinates(motion.position, motion.angle)[order]
     return Branch(
         theta=motion.theta[order],
         q=q,
-        rate=coordinates(motion.velocity, motion.omega) / rate,
-        curvature=coordinates(motion.acceleration, motion.alpha) / rate**2,
+        rate=coordinates(motion.velocity, motion.omega)[order] / rate,
+        curvature=coordinates(motion.acceleration, motion.alpha)[order] / rate**2,
         side=float(side(loops, q[:1])[0]),
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics.assembly import Branch, DriveLaw, derivatives, follow, follow_branch
+from fenics_mech.kinematics.assembly import Branch, derivatives, follow, follow_branch
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, solve_motion
@@ -52,17 +52,17 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     _check(time)
     if not scene.drives:
         return replace(solve_motion(scene, np.zeros_like(time)), time=time)
-    loops, law = Loops.of(scene), DriveLaw(scene)
+    loops = Loops.of(scene)
     theta = scene.coordinate(time)
-    branch, turns, step = _over_cycle(scene, loops, law, theta.value)
+    branch, turns, step = _over_cycle(loops, theta.value)
     inside = theta.value - CYCLE * turns
     size = max(1, BLOCK // (3 * len(loops.links)) ** 2)
     parts = []
     for start in range(0, len(time), size):
         angles = inside[start : start + size]
-        q = follow(loops, law, angles, branch)
+        q = follow(loops, angles, branch)
         refuse_singular(loops, angles, q)
-        parts.append((q, *derivatives(loops, law, q, angles)))
+        parts.append((q, *derivatives(loops, q, angles)))
     q, slope, curvature = (np.concatenate(part) for part in zip(*parts))
     rate, change = theta.first[:, None], theta.second[:, None]
     acceleration = slope * change + curvature * rate**2  # chain rule
@@ -78,7 +78,7 @@ def _check(time: Array) -> None:
         raise SceneError("the times must ascend", place="time")
 
 
-def _over_cycle(scene: Scene, loops: Loops, law: DriveLaw, theta: Array) -> tuple[Branch, Array, Array]:
+def _over_cycle(loops: Loops, theta: Array) -> tuple[Branch, Array, Array]:
     """Find the branch over as much of theta as is needed, the whole cycles to take off each angle, and what one adds.
 
     A linkage whose links come back only after several cycles, or never, is followed all the way.
@@ -86,11 +86,11 @@ def _over_cycle(scene: Scene, loops: Loops, law: DriveLaw, theta: Array) -> tupl
     none = np.zeros_like(theta), np.zeros(3 * len(loops.links))
     if np.ptp(np.append(theta, 0.0)) > CYCLE:
         ends = np.array([0.0, CYCLE])
-        branch = follow_branch(scene, loops, law, ends)
-        first, last = follow(loops, law, ends, branch)
+        branch = follow_branch(loops, ends)
+        first, last = follow(loops, ends, branch)
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
         whole[:, 2] = CYCLE * np.round(step[:, 2] / CYCLE)
         if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < SAME:
             return branch, np.floor(theta / CYCLE), whole.reshape(-1)
-    return follow_branch(scene, loops, law, theta), *none
+    return follow_branch(loops, theta), *none

@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar, root
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech.kinematics.assembly import Branch, DriveLaw, assemble, follow, follow_branch
+from fenics_mech.kinematics.assembly import Branch, assemble, follow, follow_branch
 from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
@@ -84,25 +84,25 @@ def reachable_range(scene: Scene) -> Range:
     SceneError
         When there are fewer drives than freedoms, but at least one.
     """
-    loops, law = Loops.of(scene), DriveLaw(scene)
+    loops = Loops.of(scene)
     if not scene.drives:
-        q = assemble(scene, loops, law)
-        return Range(0.0, 0.0, False, (), tuple(describe(scene, q, free_motions(scene, loops, q))))
+        q = assemble(loops)
+        return Range(0.0, 0.0, False, (), tuple(describe(scene, q, free_motions(loops, q))))
     whole = np.array([-2 * np.pi, 2 * np.pi])
-    branch = follow_branch(scene, loops, law, whole, to_the_end=True)
+    branch = follow_branch(loops, whole, to_the_end=True)
     limits = [
-        _limit(loops, law, branch, end) if abs(end) < 2 * np.pi else None
+        _limit(loops, branch, end) if abs(end) < 2 * np.pi else None
         for end in (float(branch.theta[0]), float(branch.theta[-1]))
     ]
     low, high = (limit.theta if limit else target for limit, target in zip(limits, whole))
     turns = high - low >= 2 * np.pi * (1 - 1e-12)
-    minima = _minima(loops, law, branch, 0.0 if turns else low, 2 * np.pi if turns else high, turns)
+    minima = _minima(loops, branch, 0.0 if turns else low, 2 * np.pi if turns else high, turns)
     found = [limit for limit in limits if limit] + minima
-    told = worst_transmission(loops, law, branch) if turns else ()
-    return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)), transmission=told)
+    pairs = worst_transmission(loops, branch) if turns else ()
+    return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)), transmission=pairs)
 
 
-def _limit(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
+def _limit(loops: Loops, branch: Branch, end: float) -> Critical:
     """Where the branch ends: at a dead centre the loops close, and the Jacobian has a null vector of length 1."""
     last = int(np.argmin(np.abs(branch.theta - end)))
     q = branch.q[last]
@@ -113,7 +113,7 @@ def _limit(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
 
     def equations(x: Array) -> Array:
         place, vector, theta = x[:n] * loops.unit, x[n : 2 * n], x[-1:]
-        closed = loops.residual(place[None], law(theta).value)[0] / loops.scale
+        closed = loops.residual(place[None], loops.drive(theta).value)[0] / loops.scale
         moved = loops.without_units(place[None])[0] @ vector
         return np.concatenate([closed, moved, [vector @ vector - 1]])
 
@@ -123,16 +123,16 @@ def _limit(loops: Loops, law: DriveLaw, branch: Branch, end: float) -> Critical:
     return Critical(theta, "dead centre", 0.0, links_moved(loops, vector))
 
 
-def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float, closed: bool) -> list[Critical]:
+def _minima(loops: Loops, branch: Branch, low: float, high: float, closed: bool) -> list[Critical]:
     """Minima of the smallest singular value inside the range, which is a closed cycle or ends at dead centres."""
     inside = 0.0 if closed else 1e-9 * (high - low)
 
     def smallest(theta: float) -> float:
-        q = follow(loops, law, np.array([theta]), branch)
+        q = follow(loops, np.array([theta]), branch)
         return float(singular_values(loops, q)[0][0, -1])
 
     thetas = np.linspace(low + inside, high - inside, SAMPLES)
-    values = singular_values(loops, follow(loops, law, thetas, branch))[0][:, -1]
+    values = singular_values(loops, follow(loops, thetas, branch))[0][:, -1]
     if closed:  # the first sample again is the last
         values = values[:-1]
     if np.ptp(values) < FLAT * values.max():  # drives that move every link of a chain: the minima are rounding
@@ -143,7 +143,7 @@ def _minima(loops: Loops, law: DriveLaw, branch: Branch, low: float, high: float
         around = (thetas[i] - step, thetas[i] + step)
         best = minimize_scalar(smallest, bounds=around, method="bounded", options={"xatol": 1e-9})
         theta, value = float(best.x % (2 * np.pi)) if closed else float(best.x), float(best.fun)
-        _, right = singular_values(loops, follow(loops, law, np.array([theta]), branch))
+        _, right = singular_values(loops, follow(loops, np.array([theta]), branch))
         kind = "change point" if value < SINGULAR else "worst transmission"
         found.append(Critical(theta, kind, value, links_moved(loops, right[0, -1])))
     return found

@@ -3,7 +3,7 @@
 Two links that meet at a pin, each held by links whose motion is known, are put together there. Each alone lets the pin
 move in one direction: across the line to the link's other pin, or along its guide. The acute angle between these two
 directions is the transmission angle: 90 degrees are best, and at 0 the linkage locks or is free. A link on a pin and in
-a slot is such a pair with its guide. Linkages are made of such pairs one after another, or are not told.
+a slot is such a pair with its guide. Only a linkage that is made of such pairs, one after another, has these angles.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics.assembly import Branch, DriveLaw, follow
+from fenics_mech.kinematics.assembly import Branch, follow
 from fenics_mech.kinematics.loops import GROUND, Loops
 
 SAMPLES = 361  # of the range of the drive
@@ -46,16 +46,16 @@ class Transmission:
 class _Joint:
     name: str
     bodies: tuple[int, int]
-    kind: str  # "rigid", "pin", "slide" (without turning), "slot", "driven" (a slot at a given stroke: not told)
+    kind: str  # "rigid", "pin", "slide" (without turning), "slot", "driven" (a slot at a given stroke: in no pair)
     place: Array  # in the fixed frame (m), (positions, 2)
     along: Array  # of the guide, (positions, 2); of a pin nothing, (positions, 0, 2)
 
 
-def worst_transmission(loops: Loops, law: DriveLaw, branch: Branch) -> tuple[Transmission, ...]:
-    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not told."""
+def worst_transmission(loops: Loops, branch: Branch) -> tuple[Transmission, ...]:
+    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not known."""
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
-        return transmission_angles(loops, follow(loops, law, theta, branch)) or {}
+        return transmission_angles(loops, follow(loops, theta, branch)) or {}
 
     thetas = np.linspace(0.0, 2 * np.pi, SAMPLES)
     step, found = thetas[1] - thetas[0], []
@@ -72,7 +72,7 @@ def worst_transmission(loops: Loops, law: DriveLaw, branch: Branch) -> tuple[Tra
 
 
 def transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
-    """Give the transmission angle (rad) by joint and links, ``(positions,)``; None where some are not told."""
+    """Give the transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known."""
     joints, known = _joints(loops, q), {GROUND}
     found: dict[tuple[str, tuple[str, ...]], Array] = {}
 

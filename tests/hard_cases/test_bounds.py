@@ -6,7 +6,6 @@ import weakref
 
 import numpy as np
 import pytest
-from hard import DEMOS
 from petsc4py import PETSc
 from scipy.linalg import eigvalsh
 
@@ -18,6 +17,7 @@ from fenics_mech.response.static import quasi_static
 from fenics_mech.response.static.quasi_static import SMALLER
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
+from tests.common import DEMOS
 
 
 class Raising:
@@ -111,7 +111,7 @@ def test_a_tension_is_lowered_to_the_first_power_below_buckling(pressure):
 
 
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):
-    monkeypatch.setattr(assembly, "MOST_STEPS", 200)  # of 10,000, which take a minute
+    monkeypatch.setattr(assembly, "LIMITS", assembly.BranchLimits(most_steps=200))  # of 10,000, which take a minute
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["drive"][0]["law"] = {"kind": "expression", "formula": "0.5*sin(100*theta)"}
     with pytest.raises(AssemblyError, match=r"after 200 steps the drive is at .* link upper_arm turns fastest"):
