@@ -100,8 +100,8 @@ def _check_loads(scene: Scene) -> None:
             hint="Write analysis.method = 'periodic' or 'transient', or leave the impulses out",
         )
     for label, places in scene.loaded_places().items():
-        apart = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)
-        if apart < CLOSEST:
+        closest = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)
+        if closest < CLOSEST:
             raise SceneError(
                 f"two of {', '.join(f'{label}@{s:g}' for s in places)} and the member's ends are nearer to each other "
                 f"than {CLOSEST:g} of its length",
@@ -139,7 +139,7 @@ def _check_line(scene: Scene, line: Line, part: str) -> None:
         raise SceneError(
             f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction",
             place=place,
-            hint="Name points that lie apart, or give the `joint` of a torsional one",
+            hint="Name two different points, or give the `joint` of a torsional one",
         )
     if body == other and (body == "ground" or scene.links[body].rigid):
         raise SceneError(f"the two points are of one rigid body, {body}: it would do nothing", place=place)
@@ -182,11 +182,13 @@ def _check_members(scene: Scene) -> None:
                 _check_name(member.material, scene.materials, "material", f"{place}.material")
             first, second = (link.points[end] for end in member.ends)
             if math.dist(first, second) == 0:
-                raise SceneError("the member has length 0", place=f"{place}.ends", hint="Its two ends must lie apart")
-        loose = set(link.points) - {end for member in link.members.values() for end in member.ends}
-        if loose and link.members:
+                raise SceneError(
+                    "the member has length 0", place=f"{place}.ends", hint="Its two ends must be different places"
+                )
+        unused = set(link.points) - {end for member in link.members.values() for end in member.ends}
+        if unused and link.members:
             raise SceneError(
-                f"point {min(loose)!r} is on no member",
+                f"point {min(unused)!r} is on no member",
                 place=f"links.{label}.points",
                 hint="Every point of a link must be an end of one of its members",
             )
@@ -195,13 +197,13 @@ def _check_members(scene: Scene) -> None:
 
 
 def _check_welded(label: str, groups: list[set[str]]) -> None:
-    """Raise where the members of a link fall apart into pieces that share no point."""
+    """Raise where the members of a link make several pieces that share no point."""
     reached = groups[0]
     while any(grown := [group for group in groups if group & reached and not group <= reached]):
         reached = reached.union(*grown)
-    if apart := [point for group in groups for point in group if point not in reached]:
+    if separate := [point for group in groups for point in group if point not in reached]:
         raise SceneError(
-            f"point {apart[0]!r} is not connected with the rest of the link",
+            f"point {separate[0]!r} is not connected with the rest of the link",
             place=f"links.{label}.members",
             hint="The members of one link must hang together",
         )

@@ -178,7 +178,7 @@ def _accelerations(law: Law) -> Cycle:
     return Cycle.equally(_acceleration(law, SAMPLES))
 
 
-SLACK = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
+JOIN = 1e-6  # of its speed or its length, by which a run-up's law may miss what it has to join
 
 
 class TimeTable(Part):
@@ -343,7 +343,7 @@ class Drive(Part):
         if self.speed is None:
             raise ValueError("a run-up leads to a constant speed: a drive with a periodic law has none")
         law = self.run_up_law
-        if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > SLACK * self.run_up:
+        if isinstance(law, TimeTable) and abs(law.times[-1] - self.run_up) > JOIN * self.run_up:
             raise ValueError(f"the run-up's table ends at {law.times[-1]:.6g} s, and the run-up at {self.run_up:.6g} s")
         values = _values(self.coordinate, np.linspace(0, self.run_up, 101))
         formula = Formula(law.formula, ("t",)) if isinstance(law, TimeExpression) else None
@@ -351,9 +351,9 @@ class Drive(Part):
         if pole or not np.isfinite(values).all():
             raise ValueError("the run-up's law is not finite over the run-up")
         first, last_rate = values[0, 0], values[1, -1]
-        if abs(first) > SLACK:
+        if abs(first) > JOIN:
             raise ValueError(f"the run-up's law must start with an angle of 0, and starts with {first:.6g} rad")
-        if abs(last_rate - self.speed) > SLACK * abs(self.speed):
+        if abs(last_rate - self.speed) > JOIN * abs(self.speed):
             raise ValueError(
                 f"the run-up's law ends with {last_rate:.6g} rad/s, and the drive goes on with {self.speed:.6g} rad/s"
             )

@@ -35,9 +35,9 @@ def member_nodes(scene: Scene, label: str) -> Array:
     """
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
-    apart = np.abs(nodes[:, None] - places)
-    needed = (apart.min(axis=0, initial=1.0) < CLOSEST) | np.isin(places, _in_need_of_nodes(scene, label))
-    found = np.sort(np.concatenate([nodes[apart.min(axis=1, initial=1.0) >= CLOSEST], places[needed]]))
+    distance = np.abs(nodes[:, None] - places)
+    needed = (distance.min(axis=0, initial=1.0) < CLOSEST) | np.isin(places, _in_need_of_nodes(scene, label))
+    found = np.sort(np.concatenate([nodes[distance.min(axis=1, initial=1.0) >= CLOSEST], places[needed]]))
     for place in places[~needed]:
         before, after = found[found <= place].max(initial=0.0), found[found > place].min(initial=1.0)
         if min(place - before, after - place) >= SHORT * (after - before):
@@ -49,7 +49,7 @@ def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
     """Places of a member at which what acts cannot be carried inside elements.
 
     They carry forces exactly in linear statics where they are uniform, rigid in shear and have their neutral line on
-    the member's axis. What follows the rotation there, and blows, need a node; and a vibration is the better for one.
+    the member's axis. What follows the rotation there, and blows, need a node. So do vibrations.
     """
     section = scene.sections[scene.members()[label][1].section]
     linear = section.constant and not CARRIED_BY_NODES & set(scene.named_effects)

@@ -21,7 +21,7 @@ from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
-from fenics_mech.scene.sections import AnySection, Rigidity, check_sections
+from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solvers import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.tolerance import Tolerance
@@ -500,9 +500,7 @@ class Scene(Part):
 
     def rigidity(self, label: str, s: Array) -> Rigidity:
         """Stiffness, mass and fibres of a member, by label, at places `s` (0..1) along it."""
-        _, member = self.members()[label]
-        material = None if member.material is None else self.materials[member.material]
-        return self.sections[member.section].rigidity(s, material, self.materials, self.sections)
+        return self.sections[self.members()[label][1].section].rigidity(s, self._stock(label))
 
     def shear_stiffness(self, label: str, s: Array) -> Array:
         """G A_s of a member, by label, at places `s` (0..1) along it (N).
@@ -512,7 +510,10 @@ class Scene(Part):
         SceneError
             When its material or its section does not say enough for it.
         """
-        _, member = self.members()[label]
-        material = None if member.material is None else self.materials[member.material]
-        place = f"sections.{member.section}"
-        return self.sections[member.section].shear_stiffness(s, material, self.materials, self.sections, place)
+        section = self.members()[label][1].section
+        return self.sections[section].shear_stiffness(s, self._stock(label), f"sections.{section}")
+
+    def _stock(self, label: str) -> Stock:
+        """What the section of a member draws on."""
+        name = self.members()[label][1].material
+        return Stock(None if name is None else self.materials[name], self.materials, self.sections)

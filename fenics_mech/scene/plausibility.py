@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,32 +19,50 @@ from fenics_mech.scene.sections import CustomSection, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
 TURN = 2 * math.pi
-LIGHTEST, HEAVIEST = 10.0, 23_000.0  # kg/m^3: from foam to osmium, 22,600
-SOFTEST, STIFFEST = 1e5, 1.5e12  # Pa: from soft rubber to diamond, 1.2e12
-SLOWEST, FASTEST = 300.0, 20_000.0  # m/s, sqrt(E/rho): rubber is below, diamond has 18,000
-LEAST_SHEAR, LARGEST_SHEAR = 1e-3, 1.0  # of the modulus: fibre composites have 0.02, isotropic materials at most 0.5
-WEAKEST, STRONGEST = 1e-5, 1e11  # strength over the modulus: concrete has 1e-4; and in Pa: carbon nanotubes 6e10
-THINNEST, HIGHEST = (
-    1e-4,
-    1.0,
-)  # height of a section over the member's length: foil of 0.1 mm in 1 m; a beam is longer
-NARROWEST, WIDEST = 1e-5, 5.0  # width over the length: a wire; a flap is wide
-FARTHEST_FIBRE = 10.0  # radii of gyration: a T has 3
-LONGEST = 100.0  # m; jibs of tower cranes have 80
-LEAST_ALIKE, MOST_ALIKE = 1 / 200, 50.0  # shortest member over the next, which may be a stub; longest over the next
-HEAVIEST_POINT = 300.0  # mass at a point over that of all members
-LARGEST_INERTIA = 10.0  # over mass times length^2: beyond 1 the mass is farther away than the linkage reaches
-WEAK_GRAVITY, STRONG_GRAVITY = 0.1, 100.0  # m/s^2
-LARGEST_ANGLE, LARGEST_WHOLE = 2 * TURN, TURN  # rad; of a whole number, which degrees with their unit never become
-LONGEST_STROKE = 10.0  # over the longest member
-FASTEST_TIP = 340.0  # m/s: the speed of sound in air
-LARGEST_STRAIN = 0.01  # metals yield at 0.001 to 0.01
-LARGEST_RATIO = 0.2  # structures have 0.001 to 0.1
-LONGEST_RETARDATION = 0.5  # times the drive's rate: half of it is the damping ratio at that rate
-LARGEST_DRAG = 20.0  # over the drive's rate: then it stops vibrations that are ten times as fast
-LARGEST_TOLERANCE = 0.1
-LONGEST_RUN_UP = 1000.0  # cycles
-LONGEST_SPRING = 10.0  # free length over the size of the linkage
+
+
+@dataclass(frozen=True)
+class Plausible:
+    """Limits of what machines have."""
+
+    lightest: float = 10.0  # density (kg/m^3): foam
+    heaviest: float = 23_000.0  # kg/m^3: osmium has 22,600
+    softest: float = 1e5  # modulus (Pa): soft rubber
+    stiffest: float = 1.5e12  # Pa: diamond has 1.2e12
+    slowest: float = 300.0  # sqrt(E/rho) (m/s): rubber is below
+    fastest: float = 20_000.0  # m/s: diamond has 18,000
+    least_shear: float = 1e-3  # shear modulus over Young's: fibre composites have 0.02
+    largest_shear: float = 1.0  # the same: isotropic materials have at most 0.5
+    weakest: float = 1e-5  # strength over the modulus: concrete has 1e-4
+    strongest: float = 1e11  # strength (Pa): carbon nanotubes have 6e10
+    thinnest: float = 1e-4  # height of a section over the member's length: foil of 0.1 mm in 1 m
+    highest: float = 1.0  # the same: a beam is longer than high
+    narrowest: float = 1e-5  # width over the length: a wire
+    widest: float = 5.0  # the same: a flap is wide
+    farthest_fibre: float = 10.0  # radii of gyration: a T has 3
+    longest: float = 100.0  # length of a member (m): jibs of tower cranes have 80
+    least_alike: float = 1 / 200  # shortest member over the next, which may be a stub
+    most_alike: float = 50.0  # longest member over the next
+    heaviest_point: float = 300.0  # mass at a point over that of all members
+    largest_inertia: float = 10.0  # over mass times length^2: beyond 1 the mass is beyond the linkage's reach
+    weak_gravity: float = 0.1  # m/s^2
+    strong_gravity: float = 100.0  # m/s^2
+    largest_angle: float = 2 * TURN  # rad
+    largest_whole: float = TURN  # rad, of a whole number, which degrees with their unit never become
+    longest_stroke: float = 10.0  # over the longest member
+    fastest_tip: float = 340.0  # m/s: the speed of sound in air
+    largest_strain: float = 0.01  # metals yield at 0.001 to 0.01
+    largest_ratio: float = 0.2  # structures have 0.001 to 0.1
+    longest_retardation: float = 0.5  # times the drive's rate: half of it is the damping ratio at that rate
+    largest_drag: float = 20.0  # over the drive's rate: then it stops vibrations that are ten times as fast
+    largest_tolerance: float = 0.1  # of any quantity
+    longest_run_up: float = 1000.0  # cycles
+    longest_spring: float = 10.0  # free length over the size of the linkage
+
+
+LIMITS = Plausible()
+
+
 Unit = tuple[str, float]
 
 
@@ -83,33 +102,33 @@ def _likely(value: float, si: str, units: Sequence[Unit], low: float, high: floa
 def _materials(scene: Scene) -> Found:
     for name, material in scene.materials.items():
         place, e, rho = f"materials.{name}", material.modulus, material.density
-        heavy, stiff = LIGHTEST <= rho <= HEAVIEST, SOFTEST <= e <= STIFFEST
+        heavy, stiff = LIMITS.lightest <= rho <= LIMITS.heaviest, LIMITS.softest <= e <= LIMITS.stiffest
         if not heavy:
             units = (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", 1e12), ("g/m^3", 1e-3))
-            meant = _likely(rho, "kg/m^3", units, 500, HEAVIEST)
+            meant = _likely(rho, "kg/m^3", units, 500, LIMITS.heaviest)
             yield f"{place}.density", f"{rho:.6g} kg/m^3 is the density of no engineering material{meant}"
         if not stiff:
             units = (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("", 1e-6))
-            meant = _likely(e, "Pa", units, 1e9, STIFFEST)
+            meant = _likely(e, "Pa", units, 1e9, LIMITS.stiffest)
             yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
         speed = math.sqrt(e / rho)
-        if heavy and stiff and not SLOWEST <= speed <= FASTEST:
-            fitting = [e * f for f in (1e6, 1e3, 1e-3) if SLOWEST < math.sqrt(e * f / rho) < FASTEST]
+        if heavy and stiff and not LIMITS.slowest <= speed <= LIMITS.fastest:
+            fitting = [e * f for f in (1e6, 1e3, 1e-3) if LIMITS.slowest < math.sqrt(e * f / rho) < LIMITS.fastest]
             meant = f": {fitting[0]:.4g} Pa may be meant, or a density in another unit" if fitting else ""
             yield (
                 f"{place}.modulus",
                 f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "
-                f"machines have {SLOWEST:g} to {FASTEST:g}{meant}",
+                f"machines have {LIMITS.slowest:g} to {LIMITS.fastest:g}{meant}",
             )
         yield from _of_shear_and_strength(place, material)
 
 
 def _of_shear_and_strength(place: str, material: Material) -> Found:
     e, g, strength = material.modulus, material.shear_modulus, material.strength
-    if g is not None and not LEAST_SHEAR <= g / e <= LARGEST_SHEAR:
+    if g is not None and not LIMITS.least_shear <= g / e <= LIMITS.largest_shear:
         meant = _likely(g, "Pa", (("MPa", 1e6), ("GPa", 1e9), ("", 1e3), ("", 1e-3)), e / 50, e / 2)
         yield f"{place}.shear_modulus", f"{g:.6g} Pa is {g / e:.2g} times Young's modulus{meant}"
-    if strength is not None and not WEAKEST * e <= strength <= STRONGEST:
+    if strength is not None and not LIMITS.weakest * e <= strength <= LIMITS.strongest:
         meant = _likely(strength, "Pa", (("MPa", 1e6), ("kPa", 1e3), ("", 1e-6)), 1e-4 * e, 0.1 * e)
         yield f"{place}.strength", f"{strength:.6g} Pa beside a modulus of {e:.6g} Pa is no strength{meant}"
 
@@ -128,21 +147,22 @@ def _sections(scene: Scene) -> Found:
         key = _key(section, "height", "diameter", "inertia")
         custom = isinstance(section, CustomSection)
         what = "area and inertia make a section" if custom else "the section is"
-        if height < THINNEST * length:
+        if height < LIMITS.thinnest * length:
             yield place + key, f"{what} {height:.3g} m high, as good as nothing, and {beside}"
-        elif height > HIGHEST * length:
+        elif height > LIMITS.highest * length:
             meant = "" if custom else _likely(height, "m", (("mm", 1e-3),), 1e-3 * length, 0.5 * length)
             yield place + key, f"{what} {height:.4g} m high, and {beside}: it is no beam{meant}"
         width = section.area / height if isinstance(section, CustomSection) else getattr(section, "width", None)
-        if width is not None and not NARROWEST <= width / length <= WIDEST:
+        if width is not None and not LIMITS.narrowest <= width / length <= LIMITS.widest:
             meant = "" if custom else _likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
             yield place + _key(section, "width", "area"), f"{what} {width:.4g} m wide, and {beside}{meant}"
         outer = float(np.abs(rigid.fibre[0]).max())
-        if custom and not radius * (1 - 1e-3) <= outer <= FARTHEST_FIBRE * radius:
+        if custom and not radius * (1 - 1e-3) <= outer <= LIMITS.farthest_fibre * radius:
             yield (
                 f"{place}.fibre",
                 f"the outer fibre is {outer:.4g} m from the neutral line, and the radius of gyration "
-                f"sqrt(inertia/area) is {radius:.4g} m: the outer fibre is 1 to {FARTHEST_FIBRE:g} times as far away",
+                f"sqrt(inertia/area) is {radius:.4g} m: the outer fibre is 1 to {LIMITS.farthest_fibre:g} times as far "
+                "away",
             )
 
 
@@ -160,19 +180,19 @@ def _proportions(scene: Scene) -> Found:
         return f"links.{link}.points"
 
     label, longest = lengths[-1]
-    if longest > LONGEST:
-        meant = _likely(longest, "m", (("mm", 1e-3),), 0, LONGEST)
+    if longest > LIMITS.longest:
+        meant = _likely(longest, "m", (("mm", 1e-3),), 0, LIMITS.longest)
         yield place(label), f"member {label} is {longest:.6g} m long{meant}"
     if len(lengths) > 1:
         second, third = lengths[-2][1], lengths[1][1]
-        if longest > MOST_ALIKE * second:
+        if longest > LIMITS.most_alike * second:
             meant = _likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
             yield (
                 place(label),
                 f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}",
             )
         label, shortest = lengths[0]
-        if shortest < LEAST_ALIKE * third:
+        if shortest < LIMITS.least_alike * third:
             meant = _likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
             yield (
                 place(label),
@@ -186,8 +206,8 @@ def _masses(scene: Scene) -> Found:
     along = np.linspace(0, 1, 11)
     whole = sum(float(scene.rigidity(label, along).line_density.mean()) * lengths[label] for label in lengths)
     for name, point in scene.masses.items():
-        if point.mass > HEAVIEST_POINT * whole:
-            meant = _likely(point.mass, "kg", (("g", 1e-3),), 0, HEAVIEST_POINT * whole)
+        if point.mass > LIMITS.heaviest_point * whole:
+            meant = _likely(point.mass, "kg", (("g", 1e-3),), 0, LIMITS.heaviest_point * whole)
             yield f"masses.{name}.mass", f"{point.mass:.6g} kg, and all members together have {whole:.3g} kg{meant}"
         yield from _of_inertia(f"masses.{name}.inertia", point.inertia, max(point.mass, whole), reach)
     for name, link in scene.links.items():
@@ -196,13 +216,13 @@ def _masses(scene: Scene) -> Found:
             heavy = max(link.rigid.mass, whole)
             yield from _of_inertia(f"links.{name}.rigid.inertia", link.rigid.inertia, heavy, max(size, reach))
     g = math.hypot(*scene.gravity)
-    if g and not WEAK_GRAVITY <= g <= STRONG_GRAVITY:
+    if g and not LIMITS.weak_gravity <= g <= LIMITS.strong_gravity:
         meant = _likely(g, "m/s^2", (("mm/s^2", 1e-3), ("km/s^2", 1e3)), 1, 30)
         yield "gravity", f"{g:.6g} m/s^2, and the earth's is 9.81{meant}"
 
 
 def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
-    largest = LARGEST_INERTIA * mass * reach**2
+    largest = LIMITS.largest_inertia * mass * reach**2
     if inertia > largest:
         units = (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9))
         meant = _likely(inertia, "kg m^2", units, 0, largest / 100)
@@ -212,8 +232,8 @@ def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
 def _angles(scene: Scene) -> Found:
     """Look for degrees without their unit, which are read as radians."""
     for place, angle in _stated_angles(scene):
-        whole = angle == round(angle) and abs(angle) > LARGEST_WHOLE
-        if whole or abs(angle) > LARGEST_ANGLE * (1 + 1e-9):
+        whole = angle == round(angle) and abs(angle) > LIMITS.largest_whole
+        if whole or abs(angle) > LIMITS.largest_angle * (1 + 1e-9):
             text = f"{angle:.6g} rad are {angle / TURN:.3g} turns"
             yield place, f'{text}: "{angle:.6g} deg" is likely meant, as a number without a unit is in rad'
 
@@ -291,13 +311,13 @@ def _motion(scene: Scene) -> Found:
         acceleration = arm * (sharpest + (fastest**2 if _turns(scene, drive) else 0.0))
         strain, label = max((_bent_by(scene, name, acceleration), name) for name in lengths)
         rpm = f": {fastest:.6g} rpm = {fastest * TURN / 60:.4g} rad/s may be meant" * (drive.speed is not None)
-        if strain > LARGEST_STRAIN:
+        if strain > LIMITS.largest_strain:
             yield (
                 f"{place}.{key}",
                 f"{what} accelerates links by about {acceleration:.3g} m/s^2, which strains member {label} by about "
                 f"{strain:.2g} (metals yield at 0.001 to 0.01){rpm}",
             )
-        elif arm * fastest > FASTEST_TIP:
+        elif arm * fastest > LIMITS.fastest_tip:
             yield f"{place}.{key}", f"{what} moves the driven link's end at {arm * fastest:.4g} m/s{rpm}"
 
 
@@ -310,7 +330,7 @@ def _bent_by(scene: Scene, label: str, acceleration: float) -> float:
 
 def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
     mean, swing = float(angle.mean()), float(np.ptp(angle))
-    if drive.law is not None and max(abs(mean), swing) > LARGEST_ANGLE:
+    if drive.law is not None and max(abs(mean), swing) > LIMITS.largest_angle:
         yield (
             place,
             f"the law swings by {swing:.4g} rad about {mean:.4g} rad, or {swing / TURN:.3g} turns: degrees are likely "
@@ -319,7 +339,7 @@ def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
 
 
 def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
-    if (size := float(np.ptp(stroke))) > LONGEST_STROKE * longest:
+    if (size := float(np.ptp(stroke))) > LIMITS.longest_stroke * longest:
         meant = _likely(size, "m", (("mm", 1e-3),), 0, longest)
         yield place, f"the stroke is {size:.4g} m, and no member is longer than {longest:.4g} m{meant}"
 
@@ -339,7 +359,7 @@ def _loads(scene: Scene) -> Found:
             size = math.hypot(*load.force)
             key, unit, moment = "force", "N", size * length * float(s) * (1 - float(s))
         strain = largest * moment * float(np.abs(rigid.fibre).max()) / float(rigid.bending[0])
-        if strain > LARGEST_STRAIN:
+        if strain > LIMITS.largest_strain:
             yield (
                 f"loads.{name}.{key}",
                 f"{largest * size:.6g} {unit} across member {label} strains it by about {strain:.2g} (metals yield at "
@@ -350,38 +370,38 @@ def _loads(scene: Scene) -> Found:
 def _damping(scene: Scene) -> Found:
     damping = scene.damping
     ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
-    if (ratio := max(ratios)) >= LARGEST_RATIO:
+    if (ratio := max(ratios)) >= LIMITS.largest_ratio:
         what = f"{ratio:.6g} is {100 * ratio:.4g} % of critical damping, and structures have 0.1 to 10 %"
         yield "damping.ratio", f'{what}: "{ratio:.6g} %" may be meant'
     if not scene.drives:
         return
     rate = abs(scene.cycle_rate)
-    if damping.material * rate > LONGEST_RETARDATION:
-        meant = _likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, LONGEST_RETARDATION / rate / 10)
+    if damping.material * rate > LIMITS.longest_retardation:
+        meant = _likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, LIMITS.longest_retardation / rate / 10)
         yield (
             "damping.material",
             f"{damping.material:.6g} s is long beside a cycle of {scene.period:.4g} s: the material would creep rather "
             f"than vibrate{meant}",
         )
     for name, drag in (("external", damping.external), ("relative", damping.relative)):
-        if drag > LARGEST_DRAG * rate:
+        if drag > LIMITS.largest_drag * rate:
             what = f"{drag:.6g} 1/s stops the links' vibration within {1 / drag:.2g} s, "
             yield f"damping.{name}", what + f"and a cycle takes {scene.period:.4g} s"
 
 
 def _numerics(scene: Scene) -> Found:
     for quantity, share in scene.tolerances.items():
-        if share >= LARGEST_TOLERANCE:
+        if share >= LIMITS.largest_tolerance:
             place = "tolerance" if isinstance(scene.tolerance, float) else f"tolerance.{quantity}"
             yield place, f'{share:.6g} is {100 * share:.4g} % of the {quantity}: "{share:.6g} %" may be meant'
     size = sum(_lengths(scene).values())
     for name, spring in scene.springs.items():
-        if isinstance(spring, LineSpring) and (spring.length or 0.0) > LONGEST_SPRING * size:
+        if isinstance(spring, LineSpring) and (spring.length or 0.0) > LIMITS.longest_spring * size:
             meant = _likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
             yield f"springs.{name}.length", f"{spring.length:.6g} m, and all members together have {size:.4g} m{meant}"
     for place, drive in _drives(scene):
-        if (drive.run_up or 0.0) > LONGEST_RUN_UP * scene.period:
-            meant = _likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, LONGEST_RUN_UP * scene.period)
+        if (drive.run_up or 0.0) > LIMITS.longest_run_up * scene.period:
+            meant = _likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, LIMITS.longest_run_up * scene.period)
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
 
 

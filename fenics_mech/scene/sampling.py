@@ -1,4 +1,4 @@
-"""Positions of a cycle, and whether a function of the drive angle does something between them that they miss."""
+"""Positions of a cycle, and whether a function of the drive angle changes between them in a way that they miss."""
 
 from __future__ import annotations
 
@@ -14,13 +14,25 @@ from fenics_mech.scene.formulas.expression import Formula
 from fenics_mech.scene.formulas.interval import bounds_over
 
 CYCLE = 2 * math.pi
-SAMPLES, SEEN = 2**17, 0.1  # of a function in a cycle; share of its variance that fewer of them may miss
-ROUNDING = 1e-12  # of a function's square, below which it has no variance
+SAMPLES = 2**17  # of a function in a cycle: one for each 48 microrad
 PIECES = 4096  # equal parts of a cycle that are looked at, at least
+
+
 POINTS, WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
-LARGEST_CELL = 1e-6  # of a formula's integral over the cycle that one of its pieces may hide
-NOTHING_SEEN = 1e-3  # of the largest hidden integral, which counts as the whole one where nothing is known of that
-NARROWEST = 1e-14  # rad, of pieces
+
+
+@dataclass(frozen=True)
+class SamplingLimits:
+    """Limits of how finely a function of the drive angle is looked at."""
+
+    missed: float = 0.1  # share of a function's variance that fewer of them may miss
+    rounding: float = 1e-12  # of a function's square, below which it has no variance
+    largest_cell: float = 1e-6  # of a formula's integral over the cycle that one of its pieces may hide
+    nothing_known: float = 1e-3  # of the largest hidden integral: counts as the whole one where that is not known
+    narrowest: float = 1e-14  # rad, of pieces: rounding of angles is 1e-15
+
+
+LIMITS = SamplingLimits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +100,11 @@ def enough_angles(values_at: Callable[[int], Array], whole: Cycle, least: int, j
         Whether the function jumps.
     """
     variance, count = whole.variance, least
-    slack = SEEN * max(variance, ROUNDING * whole.mean(whole.values**2))
+    allowed = LIMITS.missed * max(variance, LIMITS.rounding * whole.mean(whole.values**2))
     while count < SAMPLES:
         seen = values_at(2 * count)
-        same = np.abs(seen.reshape(count, 2).var(axis=0) - variance) <= slack
-        if np.all(same) and (jumps or whole.mean((whole.values - _lines(seen, whole.angles)) ** 2) <= slack):
+        same = np.abs(seen.reshape(count, 2).var(axis=0) - variance) <= allowed
+        if np.all(same) and (jumps or whole.mean((whole.values - _lines(seen, whole.angles)) ** 2) <= allowed):
             break
         count *= 2
     return count
@@ -113,7 +125,7 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
     """Give edges from 0 to 2 pi of pieces of a cycle, in none of which a formula of theta hides a peak.
 
     Or its second derivative, where that is asked for. Interval arithmetic gives bounds in every piece. Pieces are
-    halved until bounds and width leave open no more than `LARGEST_CELL` of the integral, or until there are as many as
+    halved until bounds and width leave open no more than `largest_cell` of the integral, or until there are as many as
     `SAMPLES`.
     """
     formula, edges = Formula(text, ("theta",)), np.linspace(0.0, CYCLE, PIECES + 1)
@@ -123,7 +135,7 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
         hidden = (high - low) * width
         least = float(np.abs(np.clip(0.0, low, high)) @ width)  # that the integral of the magnitude is
         largest = float(hidden[np.isfinite(hidden)].max(initial=0.0))
-        wide = (hidden > LARGEST_CELL * max(least, NOTHING_SEEN * largest)) & (width > NARROWEST)
+        wide = (hidden > LIMITS.largest_cell * max(least, LIMITS.nothing_known * largest)) & (width > LIMITS.narrowest)
         if not wide.any():
             break
         edges = np.sort(np.concatenate([edges, (edges[:-1] + edges[1:])[wide] / 2]))

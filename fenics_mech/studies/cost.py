@@ -24,7 +24,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
-from fenics_mech.studies.cost_grid import KNOBS, QUASI_STATIC, TRUNCATED, Trial, equations_of, grid, reference_meshes
+from fenics_mech.studies.cost_grid import QUASI_STATIC, SETTINGS, TRUNCATED, Trial, equations_of, grid, reference_meshes
 from fenics_mech.studies.run_table import RunTable
 from fenics_mech.studies.timing import Clock, Timing, bare_seconds, machine, timed
 
@@ -46,7 +46,7 @@ TEXTS = {
     "failure": "kind of error that the run ended with",
     "message": "what it said",
 }
-TEXT_KNOBS = ("join",)
+TEXT_SETTINGS = ("join",)
 TINY = float(np.finfo(float).tiny)
 Progress = Callable[[str], None]
 
@@ -57,7 +57,7 @@ class Line:
 
     Parameters
     ----------
-    method, equation, knobs
+    method, equation, settings
         Which run it is.
     numbers
         Of `NUMBERS`, as far as they are known.
@@ -67,7 +67,7 @@ class Line:
 
     method: str
     equation: str
-    knobs: dict[str, Any]
+    settings: dict[str, Any]
     numbers: dict[str, float] = field(default_factory=dict)
     failure: str = ""
     message: str = ""
@@ -80,8 +80,8 @@ class Cost(RunTable):
     Parameters
     ----------
     data
-        Dimension "run"; variables as in `NUMBERS`, `TEXTS` and `cost_grid.KNOBS`, NaN or an empty text where a run has
-        none. Attributes: scene, machine, threads, versions, times of imports and compiling, overhead, and
+        Dimension "run"; variables as in `NUMBERS`, `TEXTS` and `cost_grid.SETTINGS`, NaN or an empty text where a run
+        has none. Attributes: scene, machine, threads, versions, times of imports and compiling, overhead, and
         "references": how the converged answers were found and how sure they are.
     """
 
@@ -168,7 +168,7 @@ def _compiling(trials: Sequence[Trial], clock: Clock) -> float:
     for scene in {each.equation: each.scene for each in reversed(trials)}.values():
         times = [clock()]
         for _ in range(2):
-            with suppress(MechanismError):  # what fails is told when it is measured
+            with suppress(MechanismError):  # what fails is reported when it is measured
                 analyse(scene)
             times.append(clock())
         found += max(0.0, 2 * times[1] - times[0] - times[2])
@@ -194,7 +194,7 @@ def _references(
 
 def _run(trial: Trial, own: Converged | None, whole: Converged, slow: bool, clock: Clock) -> Line:
     """Make one run, whatever it ends with."""
-    identity = (trial.method, trial.equation, trial.knobs)
+    identity = (trial.method, trial.equation, trial.settings)
     if slow:
         return Line(*identity, {}, "not run", f"a coarser run took more than {LONGEST:g} s")
     try:
@@ -232,9 +232,9 @@ def dataset(lines: Sequence[Line]) -> xr.Dataset:
     data = xr.Dataset()
     for name, meaning in TEXTS.items():
         data[name] = ("run", np.array([getattr(line, name) for line in lines], dtype=object), {"long_name": meaning})
-    for name, meaning in KNOBS.items():
-        values = [line.knobs.get(name) for line in lines]
-        if name in TEXT_KNOBS:
+    for name, meaning in SETTINGS.items():
+        values = [line.settings.get(name) for line in lines]
+        if name in TEXT_SETTINGS:
             column: Any = np.array(["" if value is None else value for value in values], dtype=object)
         else:
             column = np.array([np.nan if value is None else 0 if value == "all" else value for value in values], float)

@@ -13,7 +13,7 @@ from fenics_mech.scene.meshing import with_meshes
 from fenics_mech.scene.models import Mesh
 
 QUASI_STATIC, TRUNCATED = "quasi-static", "(5.1)"
-KNOBS = {  # of the table, and their meaning
+SETTINGS = {  # of the table, and their meaning
     "elements": "elements per member",
     "sub_intervals": "sub-intervals of the cycle",
     "modes": "modes kept, 0: all",
@@ -43,14 +43,14 @@ class Trial:
         Name of the equation that it solves.
     scene
         What is analysed.
-    knobs
-        Its settings, of `KNOBS`.
+    settings
+        Its settings, of `SETTINGS`.
     """
 
     method: str
     equation: str
     scene: Scene
-    knobs: dict[str, Any] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def equations_of(scene: Scene) -> dict[str, Scene]:
@@ -114,11 +114,11 @@ def grid(equations: dict[str, Scene], quick: bool = False) -> list[Trial]:
     return trials
 
 
-def trial(method: str, equation: str, scene: Scene, /, **knobs: Any) -> Trial:
-    """Make a run from its knobs; other keywords are of the analysis, and not of the table."""
-    named = {name: knobs[name] for name in knobs if name in KNOBS}
-    analysis = {f"analysis__{name}": value for name, value in knobs.items() if name != "elements"}
-    return Trial(method, equation, meshed(scene.changed(**analysis), knobs["elements"]), named)
+def trial(method: str, equation: str, scene: Scene, /, **settings: Any) -> Trial:
+    """Make a run from its settings; other keywords are of the analysis, and not of the table."""
+    named = {name: settings[name] for name in settings if name in SETTINGS}
+    analysis = {f"analysis__{name}": value for name, value in settings.items() if name != "elements"}
+    return Trial(method, equation, meshed(scene.changed(**analysis), settings["elements"]), named)
 
 
 def _quasi_static(scene: Scene, quick: bool) -> Iterator[Trial]:

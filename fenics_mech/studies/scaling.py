@@ -34,7 +34,7 @@ NUMBERS = {  # by variable: unit, meaning
     "memory": ("MB", "largest memory of the process"),
     "memory_before": ("MB", "the same before the run: libraries, forms and a small run"),
 }
-KNOBS = {
+SETTINGS = {
     "series": "what varies",
     "solver": "solver of the periodic response",
     "reduction": "reduction of the links",
@@ -92,7 +92,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Scaling(RunTable):
-    """What runs of many sizes cost: variables as in `NUMBERS` and `KNOBS`, NaN or an empty text where there is none."""
+    """What runs of many sizes cost: variables as in `NUMBERS` and `SETTINGS`, NaN or an empty text for none."""
 
     KIND = "table of sizes"
     NEEDED = ("fenics_mech", "machine", "sizes")
@@ -227,7 +227,7 @@ def peak_memory() -> float:
 def dataset(rows: Sequence[dict[str, Any]]) -> xr.Dataset:
     """Label the numbers of some runs."""
     data = xr.Dataset()
-    for name, meaning in KNOBS.items():
+    for name, meaning in SETTINGS.items():
         values = [row[name] for row in rows]
         text = isinstance(values[0], str)
         data[name] = ("run", np.array(values, dtype=object if text else np.int32), {"long_name": meaning})

@@ -291,8 +291,8 @@ class _Run:
         texts = {name: np.array([record[name] for record in records], dtype=object).reshape(shape) for name in TEXTS}
         data = xr.Dataset({name: (paths, text, {"long_name": TEXTS[name]}) for name, text in texts.items()})
         for axis, along in zip(self.axes, values):
-            told = {"units": axis.unit, "written_units": axis.written[0], "written_factor": axis.written[1]}
-            data = data.assign_coords({axis.path: (axis.path, list(along), told)})
+            units = {"units": axis.unit, "written_units": axis.written[0], "written_factor": axis.written[1]}
+            data = data.assign_coords({axis.path: (axis.path, list(along), units)})
         labels: Record = next((record["labels"] for record in records if "labels" in record), {})
         first = build(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
         for name, (dims, _, meaning) in KEPT.items():

@@ -53,7 +53,7 @@ TEXTS = {
     "error": "kind of error that the point ended with",
     "message": "what it said",
     "effects": "effects that acted",
-    "not_estimated": "what its error estimate lacks",
+    "not_estimated": "what its error estimate leaves out",
     "warnings": "numbers that can hardly be meant, one a line",
 }
 
@@ -117,7 +117,7 @@ def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
     ResultError
         When the file cannot be written.
     MechanismError
-        When the computer lacks something, such as memory.
+        When the computer has too little of something, such as memory.
     """
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}

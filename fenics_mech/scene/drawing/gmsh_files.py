@@ -17,18 +17,27 @@ from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.drawing.script import check_script
 
-FLAT = 1e-9  # largest z, of the drawing's size
 FORMATS = {".geo": "gmsh", ".msh": "gmsh", ".inp": "meshio"}  # by ending: who reads it
 READER = Path(__file__).with_name("reader.py")
-LARGEST_FILE = 20_000_000  # bytes; a drawing of 100,000 lines has 10 MB
-MOST_LINES = 50_000  # measured: members are traced at 2,500 lines a second
-LARGEST_ANSWER = 100_000_000  # bytes, of nodes and groups
-PATIENCE = 30  # seconds for the reader
-MEMORY = 1_500_000_000  # bytes of addresses for the reader
 THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"  # each of which takes memory
 NAME_GROUPS = (
     'Name the lines of each link, as in Physical Curve("crank") = {1}, and the joints: Physical Point("joint A")'
 )
+
+
+@dataclass(frozen=True)
+class ReaderLimits:
+    """Limits of what a drawing, which may come from a stranger, may be and take."""
+
+    flat: float = 1e-9  # largest z, of the drawing's size
+    largest_file: int = 20_000_000  # bytes; a drawing of 100,000 lines has 10 MB
+    most_lines: int = 50_000  # measured: members are traced at 2,500 lines a second
+    largest_answer: int = 100_000_000  # bytes, of nodes and groups
+    patience: int = 30  # seconds for the reader
+    memory: int = 1_500_000_000  # bytes of addresses for the reader
+
+
+LIMITS = ReaderLimits()
 
 
 @dataclass(frozen=True)
@@ -115,8 +124,8 @@ def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
     if not any(len(cells) for cells in groups.lines.values()):
         raise SceneError(f"{path.name} has no lines in a named physical group", place="drawing", hint=NAME_GROUPS)
     lines = np.concatenate(list(groups.lines.values()))
-    if len(lines) > MOST_LINES:
-        message = f"{path.name} has {len(lines)} lines in named groups, and at most {MOST_LINES} are taken"
+    if len(lines) > LIMITS.most_lines:
+        message = f"{path.name} has {len(lines)} lines in named groups, and at most {LIMITS.most_lines} are taken"
         raise SceneError(message, place="drawing", hint="Mesh the curves with fewer elements")
     names = tuple(name for name, cells in groups.lines.items() for _ in cells)
     points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in groups.points.items()}
@@ -133,7 +142,7 @@ def _check_lines(drawing: Drawing, z: Array) -> None:
     if used[0] < 0 or used[-1] >= len(nodes) or not np.isfinite(nodes[used]).all():
         raise drawing.error("a line or point has no place", "The mesh file is damaged")
     size = float(np.ptp(nodes[lines.ravel()], axis=0).max())
-    if (away := used[np.abs(z[used]) > FLAT * size]).size:
+    if (away := used[np.abs(z[used]) > LIMITS.flat * size]).size:
         raise drawing.error(
             f"the point {drawing.at(away[0])} has z = {z[away[0]]:.6g} m",
             "A planar linkage is drawn in the plane z = 0",
@@ -157,7 +166,7 @@ def _check_lines(drawing: Drawing, z: Array) -> None:
 def _read(path: Path) -> Groups:
     """Read a file's groups in a process of its own; the file is one of a known format."""
     try:
-        content = read_bounded(path, LARGEST_FILE)
+        content = read_bounded(path, LIMITS.largest_file)
     except (OSError, ValueError) as error:
         hint = "The path is relative to the scene file's folder"
         raise SceneError(f"cannot read {path.name}: {reason_of(error)}", place="drawing", hint=hint) from error
@@ -171,12 +180,12 @@ def _read(path: Path) -> Groups:
         except UnicodeDecodeError as error:
             raise SceneError(f"{path.name} is not a gmsh script: it is not a UTF-8 text", place="drawing") from error
     try:
-        return _read_apart(content, ending)
+        return _read_in_own_process(content, ending)
     except ValueError as error:
         raise SceneError(f"{FORMATS[ending]} cannot read {path.name}: {error}", place="drawing", hint=hint) from error
 
 
-def _read_apart(content: bytes, ending: str) -> Groups:
+def _read_in_own_process(content: bytes, ending: str) -> Groups:
     """Let `fenics_mech.scene.drawing.reader` read a copy: gmsh runs a script NAME.opt that lies beside a file NAME.
 
     Raises
@@ -187,7 +196,7 @@ def _read_apart(content: bytes, ending: str) -> Groups:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / f"drawing{ending}"
         copy.write_bytes(content)
-        command = [sys.executable, "-P", str(READER), str(copy), str(MEMORY), str(LARGEST_ANSWER)]
+        command = [sys.executable, "-P", str(READER), str(copy), str(LIMITS.memory), str(LIMITS.largest_answer)]
         alone = os.environ | {name: "1" for name in THREADS}
         try:
             done = subprocess.run(
@@ -195,12 +204,12 @@ def _read_apart(content: bytes, ending: str) -> Groups:
                 capture_output=True,
                 cwd=folder,
                 env=alone,
-                timeout=PATIENCE,
+                timeout=LIMITS.patience,
                 check=False,
                 stdin=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired as error:
-            raise ValueError(f"it takes longer than {PATIENCE} s") from error
+            raise ValueError(f"it takes longer than {LIMITS.patience} s") from error
         if done.returncode:
             said = done.stderr.decode(errors="replace").strip().splitlines()
             raise ValueError(

@@ -12,7 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene.drawing.gmsh_files import Drawing
 
 CORNER = 1e-6  # smallest angle between two lines that are two members (rad)
-APART = 1e-9  # largest distance between the points of one pin, of the drawing's size
+COINCIDENT = 1e-9  # largest distance between the points of one pin, of the drawing's size
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 
 
@@ -48,7 +48,7 @@ def trace(drawing: Drawing) -> tuple[dict[str, DrawnLink], dict[str, Pin]]:
     Raises
     ------
     SceneError
-        When a group's name says nothing, the lines of a link fall apart, or a pin joins nothing.
+        When a group's name says nothing, the lines of a link make several pieces, or a pin joins nothing.
     """
     cells: dict[str, list[int]] = {}
     for group in drawing.line_groups:
@@ -95,7 +95,7 @@ def _points(drawing: Drawing, ends: dict[str, set[int]]) -> tuple[dict[str, dict
 def _check_pin(drawing: Drawing, group: str, nodes: tuple[int, ...], links: list[str], kind: str, size: float) -> None:
     """Raise unless a pin's points lie together and it joins two bodies."""
     for node in nodes:
-        if np.linalg.norm(drawing.nodes[node] - drawing.nodes[nodes[0]]) > APART * size:
+        if np.linalg.norm(drawing.nodes[node] - drawing.nodes[nodes[0]]) > COINCIDENT * size:
             where = f"{drawing.at(nodes[0])} and {drawing.at(node)}"
             raise drawing.error(f"the points of {group!r} lie apart, at {where}", "Draw the mechanism assembled")
     if kind == "joint" and len(links) < 2:
@@ -144,17 +144,17 @@ def _trace_link(drawing: Drawing, link: str, cells: list[int], named: dict[str, 
 def _check_connected(
     drawing: Drawing, link: str, lines: dict[int, tuple[int, int]], meeting: dict[int, list[int]]
 ) -> None:
-    """Raise when the lines of a link fall apart."""
+    """Raise when the lines of a link make several pieces."""
     start = next(iter(meeting))
     reached, edge = {start}, [start]
     while edge:
         new = {node for i in meeting[edge.pop()] for node in lines[i]} - reached
         reached |= new
         edge += new
-    if apart := [node for node in meeting if node not in reached]:
+    if separate := [node for node in meeting if node not in reached]:
         raise drawing.error(
             f"the lines of link {link!r} are not connected: "
-            f"none leads from {drawing.at(start)} to {drawing.at(apart[0])}",
+            f"none leads from {drawing.at(start)} to {drawing.at(separate[0])}",
             "Lines that are welded share a point; two points in one place are not enough",
         )
 

@@ -65,14 +65,14 @@ def quick_return(
     """
     lengths = [in_unit("m")(value) for value in (crank, rocker, coupler)]
     r, long, link = lengths
-    apart, height = in_unit("m")(centres), in_unit("m")(guide)
-    if not (r < apart and apart + r <= long):
+    bearing, height = in_unit("m")(centres), in_unit("m")(guide)
+    if not (r < bearing and bearing + r <= long):
         raise SceneError(
-            f"the crank pin must stay between 0 and {long:g} m of the rocker, and moves from {apart - r:g} to "
-            f"{apart + r:g} m",
+            f"the crank pin must stay between 0 and {long:g} m of the rocker, and moves from {bearing - r:g} to "
+            f"{bearing + r:g} m",
             hint="Change crank, centres or rocker",
         )
-    swing = math.atan2(apart, r)
+    swing = math.atan2(bearing, r)
     rise = (height - long * math.sin(swing)) / link  # sine of the coupler's angle at drive angle 0
     if abs(rise) > 1:
         raise SceneError(f"the coupler of {link:g} m does not reach the guide at {height:g} m", hint="Make it longer")
@@ -81,7 +81,7 @@ def quick_return(
         "name": "quick return",
         "materials": {"material": material},
         "sections": dict(zip(names, sections, strict=True)),
-        "ground": {"points": {"C": (0.0, 0.0), "O": (0.0, apart), "G": (0.0, height)}},
+        "ground": {"points": {"C": (0.0, 0.0), "O": (0.0, bearing), "G": (0.0, height)}},
         "links": {
             name: {
                 "points": {first: (0.0, 0.0), second: (length, 0.0)},

@@ -14,10 +14,18 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.scene.formulas.expression import Formula, Jet
 
-CELLS = 256  # that a range is first cut into
-DEEPEST = 40  # times that a cell is halved where the formula has no bounds in it
-MOST_CELLS = 4096  # without bounds
-SLACK = 1e-9  # by which a square root's argument may seem to be negative where it is 0
+
+@dataclass(frozen=True)
+class IntervalLimits:
+    """Limits of the search for places where a formula has no bounds."""
+
+    cells: int = 256  # that a range is first cut into
+    deepest: int = 40  # times that a cell is halved: 1e-12 of it is left
+    most_cells: int = 4096  # without bounds: beyond it the formula is not finite on a whole range
+    rounding: float = 1e-9  # by which a square root's argument may seem to be negative where it is 0
+
+
+LIMITS = IntervalLimits()
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,7 @@ class Interval:
 
     def from_zero(self, f: Callable[[Array], Array]) -> Interval:
         """Values of an increasing function of positive numbers; no bounds where some are negative."""
-        negative = self.low < -SLACK * (1 + np.abs(self.high))
+        negative = self.low < -LIMITS.rounding * (1 + np.abs(self.high))
         low, high = f(np.maximum(self.low, 0)), f(np.maximum(self.high, 0))
         return Interval(np.where(negative, -np.inf, low), np.where(negative, np.inf, high))
 
@@ -139,16 +147,16 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
     are halved until it does. At a pole it never does.
     """
     (name,) = formula.variables
-    edges = np.linspace(low, high, CELLS + 1)
+    edges = np.linspace(low, high, LIMITS.cells + 1)
     left, right = edges[:-1], edges[1:]
     with np.errstate(all="ignore"):
-        for _ in range(DEEPEST):
+        for _ in range(LIMITS.deepest):
             found = formula(FUNCTIONS, **{name: Interval(left, right)})
             if not isinstance(found, Interval):
                 return None if np.isfinite(found) and found > above else low
             unknown = ~(found.bounded & np.asarray(found.low > above))
             left, right = left[unknown], right[unknown]
-            if len(left) > MOST_CELLS:
+            if len(left) > LIMITS.most_cells:
                 break
             if not len(left):
                 return None

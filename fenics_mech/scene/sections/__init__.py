@@ -17,7 +17,7 @@ from fenics_mech.scene.sections.plain import (
     TubeSection,
 )
 from fenics_mech.scene.sections.polygon import PolygonPart, PolygonSection
-from fenics_mech.scene.sections.rigidity import Rigidity, Section
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock
 from fenics_mech.scene.sections.variable import TaperSection, VariableSection
 
 if TYPE_CHECKING:
@@ -49,9 +49,10 @@ AnySection = Annotated[
 
 
 def check_sections(scene: Scene) -> None:
-    """Raise `SceneError` where a section names what the scene does not have, or a member lacks a material."""
+    """Raise `SceneError` where a section names what the scene does not have, or a member has no material."""
+    stock = Stock(None, scene.materials, scene.sections)
     for name, section in scene.sections.items():
-        section.check(f"sections.{name}", scene.materials, scene.sections)
+        section.check(f"sections.{name}", stock)
     for link, body in scene.links.items():
         for name, member in body.members.items():
             unnamed = member.material is None and member.section in scene.sections
@@ -76,6 +77,7 @@ __all__ = [
     "Rigidity",
     "RoundSection",
     "Section",
+    "Stock",
     "TaperSection",
     "TubeSection",
     "VariableSection",

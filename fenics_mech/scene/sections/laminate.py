@@ -10,7 +10,7 @@ from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, known, lines_from, shear_modulus
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, known, lines_from, shear_modulus
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
@@ -67,12 +67,10 @@ class LaminateSection(Section):
     plies: Annotated[tuple[Ply, ...], Field(min_length=1)]
     axis: Literal["neutral", "middle"] = "neutral"
 
-    def rigidity(
-        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
-    ) -> Rigidity:
+    def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """Sum over the plies by the rule of beams with plane sections, as `Section.rigidity` says."""
-        t, e, middle = self._plies(materials)
-        rho = np.array([materials[ply.material].density for ply in self.plies])
+        t, e, middle = self._plies(stock.materials)
+        rho = np.array([stock.materials[ply.material].density for ply in self.plies])
         second = self.width * (t**3 / 12 + t * middle**2)
         outer = (float(middle[-1] + t[-1] / 2), float(middle[0] - t[0] / 2))
         ea, rho_a = self.width * np.sum(e * t), self.width * np.sum(rho * t)
@@ -80,17 +78,10 @@ class LaminateSection(Section):
         lines = lines_from(axis, 0.0, float(np.sum(rho * t * middle) / np.sum(rho * t)), outer[0] - outer[1])
         return Rigidity.at(s, ea, np.sum(e * second), rho_a, np.sum(rho * second), (e[-1], e[0]), outer, *lines)
 
-    def shear_stiffness(
-        self,
-        s: Array,
-        material: Material | None,
-        materials: Mapping[str, Material],
-        sections: Mapping[str, Section],
-        place: str,
-    ) -> Array:
+    def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give ``EI^2/int S^2/(G b) dy``, S the stiffness-weighted first moment beyond y, as `Section` says."""
-        t, e, middle = self._plies(materials)
-        modulus = np.array([shear_modulus(materials[ply.material], place) for ply in self.plies])
+        t, e, middle = self._plies(stock.materials)
+        modulus = np.array([shear_modulus(stock.materials[ply.material], place) for ply in self.plies])
         points, weights = np.polynomial.legendre.leggauss(3)  # exact for S^2, of degree 4 in a ply
         y = middle[:, None] + t[:, None] / 2 * points
         bottom = middle - t / 2
@@ -106,7 +97,7 @@ class LaminateSection(Section):
         middle = np.cumsum(t) - t / 2  # from the outer face of the first
         return t, e, middle - np.sum(e * t * middle) / np.sum(e * t)
 
-    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+    def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError` where a ply's material is not there."""
         for i, ply in enumerate(self.plies):
-            known(ply.material, materials, "material", f"{place}.plies.{i}.material")
+            known(ply.material, stock.materials, "material", f"{place}.plies.{i}.material")

@@ -6,14 +6,13 @@ Their formulas hold for numbers and, in a taper, for arrays of dimensions.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, shear_modulus, stated_factor
 from fenics_mech.scene.units import Area, Length, SecondMoment
 
 if TYPE_CHECKING:
@@ -60,22 +59,13 @@ class PlainSection(Section):
         def fibre(self) -> float:
             """Distance from the neutral line to the outer fibres (m)."""
 
-    def rigidity(
-        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
-    ) -> Rigidity:
+    def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """EA, EI, rho A, rho I and fibres of the one material, as `Section.rigidity` says."""
-        return of_one_material(s, material, self.area, self.inertia, self.fibre)
+        return of_one_material(s, stock.material, self.area, self.inertia, self.fibre)
 
-    def shear_stiffness(
-        self,
-        s: Array,
-        material: Material | None,
-        materials: Mapping[str, Material],
-        sections: Mapping[str, Section],
-        place: str,
-    ) -> Array:
+    def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """G times the shear factor times A, as `Section.shear_stiffness` says."""
-        modulus, poisson = shear_modulus(material, place), (material and material.poisson) or 0.0
+        modulus, poisson = shear_modulus(stock.material, place), (stock.material and stock.material.poisson) or 0.0
         factor = self.shear_factor
         if factor is None:
             factor = stated_factor(self.cowper(poisson), place)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
@@ -11,7 +10,15 @@ from pydantic import Field, model_validator
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import Rigidity, Section, known, lines_from, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import (
+    Rigidity,
+    Section,
+    Stock,
+    known,
+    lines_from,
+    shear_modulus,
+    stated_factor,
+)
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
@@ -101,13 +108,11 @@ class PolygonSection(Section):
         """Whether all materials are named."""
         return bool(self.parts)
 
-    def rigidity(
-        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
-    ) -> Rigidity:
+    def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """Let sectionproperties integrate over the polygons, as `Section.rigidity` says."""
         polygons = [
-            (outline, holes, materials[of] if isinstance(of, str) else of)
-            for outline, holes, of in self._polygons(material)
+            (outline, holes, stock.materials[of] if isinstance(of, str) else of)
+            for outline, holes, of in self._polygons(stock.material)
         ]
         corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
@@ -118,25 +123,19 @@ class PolygonSection(Section):
         lines = lines_from(axis, neutral, neutral + first / rho_a, top - bottom)
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
 
-    def shear_stiffness(
-        self,
-        s: Array,
-        material: Material | None,
-        materials: Mapping[str, Material],
-        sections: Mapping[str, Section],
-        place: str,
-    ) -> Array:
+    def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
         factor = stated_factor(self.shear_factor, place)
         whole = 0.0
-        for outline, holes, of in self._polygons(material):
-            whole += shear_modulus(materials[of] if isinstance(of, str) else of, place) * _polygon(outline, holes).area
+        for outline, holes, of in self._polygons(stock.material):
+            stuff = stock.materials[of] if isinstance(of, str) else of
+            whole += shear_modulus(stuff, place) * _polygon(outline, holes).area
         return np.full_like(s, factor * whole)
 
-    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+    def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError` where a part's material is not there."""
         for i, part in enumerate(self.parts):
-            known(part.material, materials, "material", f"{place}.parts.{i}.material")
+            known(part.material, stock.materials, "material", f"{place}.parts.{i}.material")
 
 
 def _integrals(

@@ -66,6 +66,23 @@ class Rigidity:
         return cls(*along, *outer, *lines)
 
 
+@dataclass(frozen=True)
+class Stock:
+    """What a member's section draws on.
+
+    Parameters
+    ----------
+    material
+        The member's own material, if it names one.
+    materials, sections
+        All of the scene's, by name.
+    """
+
+    material: Material | None
+    materials: Mapping[str, Material]
+    sections: Mapping[str, Section]
+
+
 class Section(Part, ABC):
     """A cross-section."""
 
@@ -73,30 +90,19 @@ class Section(Part, ABC):
     complete: ClassVar[bool] = False  # it names its own materials, so the member need not
 
     @abstractmethod
-    def rigidity(
-        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
-    ) -> Rigidity:
+    def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """Give the rigidity of a member with this section.
 
         Parameters
         ----------
         s
             Places along the member, 0..1, shape ``(places,)``.
-        material
-            The member's material.
-        materials, sections
-            All of the scene's, by name.
+        stock
+            What the section may name.
         """
 
     @abstractmethod
-    def shear_stiffness(
-        self,
-        s: Array,
-        material: Material | None,
-        materials: Mapping[str, Material],
-        sections: Mapping[str, Section],
-        place: str,
-    ) -> Array:
+    def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give G A_s of a member with this section (N), ``(places,)``: shear force over mean shear angle.
 
         Parameters are those of `rigidity`, and the section's place in the scene, for errors.
@@ -107,7 +113,7 @@ class Section(Part, ABC):
             When the shear modulus or the shear factor is not stated and does not follow from the shape.
         """
 
-    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+    def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
 
 

@@ -15,11 +15,11 @@ from fenics_mech.scene.base import Name
 from fenics_mech.scene.formulas.expression import FUNCTIONS, Formula
 from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
-from fenics_mech.scene.sections.rigidity import Rigidity, Section, known, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, known, shear_modulus, stated_factor
 from fenics_mech.scene.units import in_unit
 
 if TYPE_CHECKING:
-    from fenics_mech.scene.models import Material
+    pass
 
 CHECKED = np.linspace(0, 1, 1001)  # places at which values must be positive
 
@@ -111,23 +111,14 @@ class VariableSection(Section):
     fibre: _profile("m")  # type: ignore[valid-type]
     shear_factor: ShearFactor | None = None
 
-    def rigidity(
-        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
-    ) -> Rigidity:
+    def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says."""
         area, inertia, fibre = (values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
-        return of_one_material(s, material, area, inertia, fibre)
+        return of_one_material(s, stock.material, area, inertia, fibre)
 
-    def shear_stiffness(
-        self,
-        s: Array,
-        material: Material | None,
-        materials: Mapping[str, Material],
-        sections: Mapping[str, Section],
-        place: str,
-    ) -> Array:
+    def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says."""
-        modulus, factor = shear_modulus(material, place), stated_factor(self.shear_factor, place)
+        modulus, factor = shear_modulus(stock.material, place), stated_factor(self.shear_factor, place)
         return modulus * factor * values_along(self.area, s)
 
 
@@ -151,22 +142,13 @@ class TaperSection(Section):
     from_: Annotated[Name, Field(alias="from")]
     to: Name
 
-    def rigidity(
-        self, s: Array, material: Material | None, materials: Mapping[str, Material], sections: Mapping[str, Section]
-    ) -> Rigidity:
+    def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
-        return self._at(s, sections).rigidity(s, material, materials, sections)
+        return self._at(s, stock.sections).rigidity(s, stock)
 
-    def shear_stiffness(
-        self,
-        s: Array,
-        material: Material | None,
-        materials: Mapping[str, Material],
-        sections: Mapping[str, Section],
-        place: str,
-    ) -> Array:
+    def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """G A_s of the shape with the dimensions at every place, as `Section.shear_stiffness` says."""
-        return self._at(s, sections).shear_stiffness(s, material, materials, sections, f"sections.{self.from_}")
+        return self._at(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")
 
     def _at(self, s: Array, sections: Mapping[str, Section]) -> Section:
         """The section with its dimensions as arrays over the places."""
@@ -174,11 +156,11 @@ class TaperSection(Section):
         here = {name: value + (second[name] - value) * s for name, value in first.items() if value is not None}
         return sections[self.from_].model_copy(update=here)
 
-    def check(self, place: str, materials: Mapping[str, Material], sections: Mapping[str, Section]) -> None:
+    def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError` unless the two sections are there and of one plain shape."""
         for key, name in (("from", self.from_), ("to", self.to)):
-            known(name, sections, "section", f"{place}.{key}")
-        first, second = sections[self.from_], sections[self.to]
+            known(name, stock.sections, "section", f"{place}.{key}")
+        first, second = stock.sections[self.from_], stock.sections[self.to]
         if not isinstance(first, PlainSection) or type(first) is not type(second):
             raise SceneError(
                 f"it goes from {self.from_!r} to {self.to!r}, which are no two sections of one shape with dimensions",

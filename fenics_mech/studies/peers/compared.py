@@ -56,14 +56,14 @@ class Entry:
         Who solves what.
     work
         Gives the mid-span strains, ``(angles, 2, 1, 1)``.
-    knobs
-        Its settings, of `cost_grid.KNOBS`.
+    settings
+        Its settings, of `cost_grid.SETTINGS`.
     """
 
     program: str
     equation: str
     work: Callable[[], Array]
-    knobs: dict[str, Any] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def require_seed(scene: Scene) -> None:
@@ -187,13 +187,13 @@ def _run(entry: Entry, known: dict[tuple[bool, str], Converged], clock: Clock) -
     try:
         strain, timing = timed(entry.work, clock)
     except (MechanismError, ArithmeticError) as error:
-        return Line(entry.program, entry.equation, entry.knobs, {}, type(error).__name__, str(error))
+        return Line(entry.program, entry.equation, entry.settings, {}, type(error).__name__, str(error))
     numbers = {"seconds": timing.seconds, "wall_seconds": timing.wall, "repeats": timing.repeats}
     own, other = (known.get((ours, entry.equation)) for ours in (entry.program.startswith(OURS), False))
     for name, reference in {"error_mid_span": own, "error_all_mid_span": other}.items():
         if reference is not None:
             numbers[name] = reference.error(strain).mid_span
-    return Line(entry.program, entry.equation, entry.knobs, numbers)
+    return Line(entry.program, entry.equation, entry.settings, numbers)
 
 
 def _scene(equation: str) -> Scene:
@@ -230,20 +230,20 @@ def _converged(ours: bool, equation: str, quick: bool) -> Converged:
 def _by_hand(quick: bool) -> Iterator[Entry]:
     """Chapter 5, Gauss-Legendre collocation and matrix exponentials on hand-coded matrices."""
     for count, modes, elements in CHAPTER_5[:1] if quick else CHAPTER_5:
-        knobs = {"elements": elements, "sub_intervals": count, "modes": modes}
-        yield Entry("chapter 5 by hand", TRUNCATED, partial(_chapter_5, elements, count, modes), knobs)
+        settings = {"elements": elements, "sub_intervals": count, "modes": modes}
+        yield Entry("chapter 5 by hand", TRUNCATED, partial(_chapter_5, elements, count, modes), settings)
     for count, elements in GAUSS_LEGENDRE[:1] if quick else GAUSS_LEGENDRE:
-        knobs = {"elements": elements, "sub_intervals": count}
-        yield Entry("Gauss-Legendre by hand", COUPLED, partial(_gauss_legendre, elements, count, COUPLED), knobs)
+        settings = {"elements": elements, "sub_intervals": count}
+        yield Entry("Gauss-Legendre by hand", COUPLED, partial(_gauss_legendre, elements, count, COUPLED), settings)
     for count, elements in ((60, 1),) if quick else EXPONENTIALS:
-        knobs = {"elements": elements, "sub_intervals": count}
-        yield Entry("exponentials by hand", COUPLED, partial(_exponentials, elements, count), knobs)
+        settings = {"elements": elements, "sub_intervals": count}
+        yield Entry("exponentials by hand", COUPLED, partial(_exponentials, elements, count), settings)
 
 
 def _by_scipy() -> Iterator[Entry]:
     for tolerance, elements in SOLVE_IVP:
-        knobs = {"elements": elements, "tolerance": tolerance}
-        yield Entry("solve_ivp by hand", COUPLED, partial(_solve_ivp, elements, tolerance), knobs)
+        settings = {"elements": elements, "tolerance": tolerance}
+        yield Entry("solve_ivp by hand", COUPLED, partial(_solve_ivp, elements, tolerance), settings)
 
 
 def _by_exudyn() -> Iterator[Entry]:
@@ -254,21 +254,23 @@ def _by_exudyn() -> Iterator[Entry]:
 def _ours(quick: bool) -> Iterator[Entry]:
     """Runs of this program: chapter 5, collocation by Radau points, and harmonic balance."""
     for count, modes, elements in () if quick else CHAPTER_5:
-        knobs = {"elements": elements, "sub_intervals": count, "modes": modes}
-        yield Entry(f"{OURS}, sub-intervals", TRUNCATED, _analysis(TRUNCATED, solver="sub-intervals", **knobs), knobs)
+        settings = {"elements": elements, "sub_intervals": count, "modes": modes}
+        yield Entry(
+            f"{OURS}, sub-intervals", TRUNCATED, _analysis(TRUNCATED, solver="sub-intervals", **settings), settings
+        )
     for equation in (COUPLED,) if quick else (COUPLED, EXACT):
         for count, elements in COLLOCATION[:1] if quick else COLLOCATION:
-            knobs = {"elements": elements, "sub_intervals": count, "stages": 3}
-            work = _analysis(equation, solver="collocation", **knobs)
-            yield Entry(f"{OURS}, collocation", equation, work, knobs)
+            settings = {"elements": elements, "sub_intervals": count, "stages": 3}
+            work = _analysis(equation, solver="collocation", **settings)
+            yield Entry(f"{OURS}, collocation", equation, work, settings)
         for count, stages, elements, cutoff in () if quick else REDUCED:
-            knobs = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
-            work = _analysis(equation, solver="collocation", reduction="craig-bampton", **knobs)
-            yield Entry(f"{OURS}, reduced", equation, work, knobs)
+            settings = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
+            work = _analysis(equation, solver="collocation", reduction="craig-bampton", **settings)
+            yield Entry(f"{OURS}, reduced", equation, work, settings)
         for harmonics, elements in () if quick else SERIES:
-            knobs = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
-            work = _analysis(equation, solver="harmonic-balance", **knobs)
-            yield Entry(f"{OURS}, harmonic balance", equation, work, knobs)
+            settings = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
+            work = _analysis(equation, solver="harmonic-balance", **settings)
+            yield Entry(f"{OURS}, harmonic balance", equation, work, settings)
 
 
 def _analysis(equation: str, elements: int, **analysis: Any) -> Callable[[], Array]:
