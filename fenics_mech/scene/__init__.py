@@ -10,13 +10,15 @@ from fenics_mech.scene.applied_loads import (
     Load,
     Pulse,
 )
+from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, PointMass, RigidBody
 from fenics_mech.scene.damping_options import AirDrag, Damping
-from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table, TimeExpression, TimeTable
+from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
-from fenics_mech.scene.models import Ground, Link, Material, Measurement, Member, Mesh, PointMass, RigidBody, Scene
+from fenics_mech.scene.models import Measurement, Scene
+from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
     ISection,

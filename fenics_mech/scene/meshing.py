@@ -10,8 +10,9 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
+from fenics_mech.scene.bodies import Mesh
 from fenics_mech.scene.consistency import CLOSEST
-from fenics_mech.scene.models import Mesh, Scene
+from fenics_mech.scene.models import Scene
 
 SHORT = 0.35  # of an element, between its end and a load, up to which it carries the load inside
 CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "moderate-rotations"}  # loads, with these effects

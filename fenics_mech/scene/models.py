@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -15,245 +14,22 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
-from fenics_mech.scene.base import Name, Part, PointName, check_texts
+from fenics_mech.scene.base import Name, Part, check_texts
+from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, Point, PointMass
 from fenics_mech.scene.consistency import check_references
 from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
-from fenics_mech.scene.solvers import SolverOptions
+from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.tolerance import Tolerance
-from fenics_mech.scene.units import (
-    Acceleration,
-    Angle,
-    Density,
-    Inertia,
-    Length,
-    Mass,
-    Modulus,
-)
-
-Point = tuple[Length, Length]
-
-
-class Material(Part):
-    """Young's modulus E (Pa) and density rho (kg/m^3); for the effect `shear` one of the other two.
-
-    Parameters
-    ----------
-    modulus, density
-        E (Pa), rho (kg/m^3).
-    shear_modulus
-        G (Pa); without it E/(2 (1 + poisson)).
-    poisson
-        Poisson's ratio. It also enters the shear factors of the sections.
-    strength
-        Stress (Pa) that the result warns of where an outer fibre exceeds it; nothing else is done with it.
-
-    Examples
-    --------
-    >>> fm.Material(modulus="71 GPa", density=2714, strength="250 MPa").modulus
-    71000000000.0
-    """
-
-    modulus: Annotated[Modulus, Field(gt=0)]
-    density: Annotated[Density, Field(gt=0)]
-    shear_modulus: Annotated[Modulus, Field(gt=0)] | None = None
-    poisson: Annotated[float, Field(gt=-1, le=0.5)] | None = None
-    strength: Annotated[Modulus, Field(gt=0)] | None = None
-
-    @property
-    def rigidity(self) -> float | None:
-        """Shear modulus G (Pa), stated or of an isotropic material; None where neither number is stated."""
-        if self.shear_modulus is not None or self.poisson is None:
-            return self.shear_modulus
-        return self.modulus / (2 * (1 + self.poisson))
-
+from fenics_mech.scene.units import Acceleration
 
 DEFAULT_NEGLECTED = 0.01  # of the strains, by effects that are left out
 LONGEST_NAME = 200  # characters
 MOST_LINKS = 500  # the loops are solved with dense matrices
-MOST_ELEMENTS = 20_000  # in a member
-
-LARGEST_RATIO = 1e10  # of a member's elements, where it is reduced: measured, quasi-static strains to 1e-13
-
-
-class Mesh(Part):
-    """How a member is cut into elements.
-
-    Parameters
-    ----------
-    elements
-        Number of elements per member.
-    grading
-        Length of each element over that of the element before it.
-    stations
-        Instead of the two above: the nodes, as increasing numbers from 0 to 1 along the member.
-
-    Examples
-    --------
-    >>> round(fm.Mesh(elements=4, grading=2).ratio, 6)
-    8.0
-    """
-
-    elements: Annotated[int, Field(ge=1)] = 3
-    grading: Annotated[float, Field(gt=0)] = 1.0
-    stations: tuple[float, ...] | None = None
-
-    @model_validator(mode="after")
-    def _stations_increase(self) -> Self:
-        nodes = self.stations
-        count = self.elements if nodes is None else len(nodes) - 1
-        if count > MOST_ELEMENTS:
-            raise ValueError(f"{count} elements in one member, and at most {MOST_ELEMENTS} are taken")
-        if nodes is not None:
-            if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in pairwise(nodes)):
-                raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")
-            if self.elements != 3 or self.grading != 1:
-                raise ValueError("give either stations, or elements and grading")
-        if self.ratio > LARGEST_RATIO * (1 + 1e-9):
-            raise ValueError(
-                f"the longest element of a member is {self.ratio:.3g} times as long as the shortest: beyond "
-                f"{LARGEST_RATIO:g} the strains would be lost to rounding"
-            )
-        return self
-
-    @property
-    def ratio(self) -> float:
-        """Length of the longest element over that of the shortest."""
-        if self.stations is None:
-            return math.exp(min(abs(math.log(self.grading)) * (self.elements - 1), 700.0))
-        lengths = [b - a for a, b in pairwise(self.stations)]
-        return max(lengths) / min(lengths)
-
-
-class Member(Part):
-    """A straight beam between two points of its link.
-
-    The member's axis runs from its first to its second point; its normal is 90 degrees counter-clockwise of it.
-
-    Parameters
-    ----------
-    ends
-        Names of the two points of the link.
-    section
-        Name of its section, in the scene's `sections`.
-    material
-        Name of its material; a section that names the materials of its parts needs none.
-    mesh
-        Its own mesh, instead of the scene's.
-
-    Examples
-    --------
-    >>> fm.Member(ends=("A", "B"), section="strip", material="steel").ends
-    ('A', 'B')
-    """
-
-    ends: tuple[Name, Name]
-    section: Name
-    material: Name | None = None
-    mesh: Mesh | None = None
-
-
-class Ground(Part):
-    """The fixed frame.
-
-    Parameters
-    ----------
-    points
-        Coordinates X, Y (m) of its points, by name.
-
-    Examples
-    --------
-    >>> fm.Ground(points={"O": (0, 0), "C": ("10 in", 0)}).points["C"]
-    (0.254, 0.0)
-    """
-
-    points: dict[Name, Point]
-
-
-class RigidBody(Part):
-    """Inertia of a rigid link.
-
-    Parameters
-    ----------
-    mass
-        Mass (kg).
-    inertia
-        Moment of inertia about the centre of mass (kg m^2).
-    centre
-        Centre of mass in the link's frame (m).
-
-    Examples
-    --------
-    >>> fm.RigidBody(mass="0.4 kg", inertia=1e-4).centre
-    (0.0, 0.0)
-    """
-
-    mass: Annotated[Mass, Field(ge=0)] = 0.0
-    inertia: Annotated[Inertia, Field(ge=0)] = 0.0
-    centre: Point = (0.0, 0.0)
-
-
-class Link(Part):
-    """A moving link: named points in its own frame (m), and the beams between them.
-
-    Parameters
-    ----------
-    points
-        Points in the link's frame, whose origin moves with the link.
-    members
-        Beams, by name. They are welded where they share a point.
-    rigid
-        Inertia of a link that does not bend, instead of members.
-    angle
-        Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch.
-    position
-        Rough place of the link's origin at the start (m); without it, the joints and angles give one.
-
-    Examples
-    --------
-    >>> bar = fm.Member(ends=("A", "B"), section="strip", material="steel")
-    >>> list(fm.Link(points={"A": (0, 0), "B": ("0.3 m", 0)}, members={"AB": bar}).members)
-    ['AB']
-    """
-
-    points: Annotated[dict[Name, Point], Field(min_length=1)]
-    members: dict[Name, Member] = Field(default_factory=dict)
-    rigid: RigidBody | None = None
-    angle: Angle = 0.0
-    position: Point | None = None
-
-    @model_validator(mode="after")
-    def _bends_or_is_rigid(self) -> Self:
-        if bool(self.members) == (self.rigid is not None):
-            raise ValueError("a link has either members or `rigid`")
-        return self
-
-
-class PointMass(Part):
-    """A mass fixed to a point of a link; it turns with the link.
-
-    Parameters
-    ----------
-    at
-        The point, as "link.point".
-    mass
-        Mass (kg).
-    inertia
-        Moment of inertia about the point (kg m^2).
-
-    Examples
-    --------
-    >>> fm.PointMass(at="crank.A", mass="45 g").mass
-    0.045
-    """
-
-    at: PointName
-    mass: Annotated[Mass, Field(ge=0)] = 0.0
-    inertia: Annotated[Inertia, Field(ge=0)] = 0.0
 
 
 class Measurement(Part):

@@ -1,67 +1,23 @@
 """Numbers of a scene that can be computed with and are hardly meant: a wrong unit, or a decimal point in a wrong place.
 
-Nothing is refused here. Each check compares one kind of number with what machines have, and says what is likely meant.
-The limits are wide: what lies beyond them is off by a factor that units explain.
+Each check compares one kind of number with what machines have, and says what is likely meant; it refuses nothing. The
+limits are wide: what lies beyond them is off by a factor that units explain.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech.scene.applied_loads import FactorTable, LineLoad, Pulse
+from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.drives import Drive
-from fenics_mech.scene.models import Material, Scene
-from fenics_mech.scene.sections import CustomSection, Section
+from fenics_mech.scene.models import Scene
+from fenics_mech.scene.plausible_limits import LIMITS, TURN
+from fenics_mech.scene.sections import CustomSection, Rigidity, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
-
-TURN = 2 * math.pi
-
-
-@dataclass(frozen=True)
-class Plausible:
-    """Limits of what machines have."""
-
-    lightest: float = 10.0  # density (kg/m^3): foam
-    heaviest: float = 23_000.0  # kg/m^3: osmium has 22,600
-    softest: float = 1e5  # modulus (Pa): soft rubber
-    stiffest: float = 1.5e12  # Pa: diamond has 1.2e12
-    slowest: float = 300.0  # sqrt(E/rho) (m/s): rubber is below
-    fastest: float = 20_000.0  # m/s: diamond has 18,000
-    least_shear: float = 1e-3  # shear modulus over Young's: fibre composites have 0.02
-    largest_shear: float = 1.0  # the same: isotropic materials have at most 0.5
-    weakest: float = 1e-5  # strength over the modulus: concrete has 1e-4
-    strongest: float = 1e11  # strength (Pa): carbon nanotubes have 6e10
-    thinnest: float = 1e-4  # height of a section over the member's length: foil of 0.1 mm in 1 m
-    highest: float = 1.0  # the same: a beam is longer than high
-    narrowest: float = 1e-5  # width over the length: a wire
-    widest: float = 5.0  # the same: a flap is wide
-    farthest_fibre: float = 10.0  # radii of gyration: a T has 3
-    longest: float = 100.0  # length of a member (m): jibs of tower cranes have 80
-    least_alike: float = 1 / 200  # shortest member over the next, which may be a stub
-    most_alike: float = 50.0  # longest member over the next
-    heaviest_point: float = 300.0  # mass at a point over that of all members
-    largest_inertia: float = 10.0  # over mass times length^2: beyond 1 the mass is beyond the linkage's reach
-    weak_gravity: float = 0.1  # m/s^2
-    strong_gravity: float = 100.0  # m/s^2
-    largest_angle: float = 2 * TURN  # rad
-    largest_whole: float = TURN  # rad, of a whole number, which degrees with their unit never become
-    longest_stroke: float = 10.0  # over the longest member
-    fastest_tip: float = 340.0  # m/s: the speed of sound in air
-    largest_strain: float = 0.01  # metals yield at 0.001 to 0.01
-    largest_ratio: float = 0.2  # structures have 0.001 to 0.1
-    longest_retardation: float = 0.5  # times the drive's rate: half of it is the damping ratio at that rate
-    largest_drag: float = 20.0  # over the drive's rate: then it stops vibrations that are ten times as fast
-    largest_tolerance: float = 0.1  # of any quantity
-    longest_run_up: float = 1000.0  # cycles
-    longest_spring: float = 10.0  # free length over the size of the linkage
-
-
-LIMITS = Plausible()
-
 
 Unit = tuple[str, float]
 
@@ -176,8 +132,7 @@ def _proportions(scene: Scene) -> Found:
     lengths = sorted(_lengths(scene).items(), key=lambda item: item[1])
 
     def place(label: str) -> str:
-        link, _ = scene.members()[label]
-        return f"links.{link}.points"
+        return f"links.{scene.members()[label][0]}.points"
 
     label, longest = lengths[-1]
     if longest > LIMITS.longest:
@@ -187,17 +142,11 @@ def _proportions(scene: Scene) -> Found:
         second, third = lengths[-2][1], lengths[1][1]
         if longest > LIMITS.most_alike * second:
             meant = _likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
-            yield (
-                place(label),
-                f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}",
-            )
+            yield (place(label), f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}")
         label, shortest = lengths[0]
         if shortest < LIMITS.least_alike * third:
             meant = _likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
-            yield (
-                place(label),
-                f"member {label} is {shortest:.4g} m long, and the next {third:.4g} m{meant}",
-            )
+            yield (place(label), f"member {label} is {shortest:.4g} m long, and the next {third:.4g} m{meant}")
 
 
 def _masses(scene: Scene) -> Found:
@@ -224,8 +173,7 @@ def _masses(scene: Scene) -> Found:
 def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
     largest = LIMITS.largest_inertia * mass * reach**2
     if inertia > largest:
-        units = (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9))
-        meant = _likely(inertia, "kg m^2", units, 0, largest / 100)
+        meant = _likely(inertia, "kg m^2", (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9)), 0, largest / 100)
         yield place, f"{inertia:.6g} kg m^2 is that of {mass:.3g} kg at {math.sqrt(inertia / mass):.3g} m{meant}"
 
 
@@ -324,8 +272,12 @@ def _motion(scene: Scene) -> Found:
 def _bent_by(scene: Scene, label: str, acceleration: float) -> float:
     """Strain ``rho A a L^2 c/(8 EI)`` of a member on two pins that is accelerated across, at mid-span."""
     rigid, length = scene.rigidity(label, np.array([0.5])), math.dist(*scene.member_ends(label))
-    fibre = float(np.abs(rigid.fibre).max())
-    return float(rigid.line_density[0] * acceleration * length**2 * fibre / (8 * rigid.bending[0]))
+    return _strain(rigid, float(rigid.line_density[0]) * acceleration * length**2 / 8)
+
+
+def _strain(rigid: Rigidity, moment: float) -> float:
+    """Strain of the outer fibres by a bending moment (N m)."""
+    return moment * float(np.abs(rigid.fibre).max()) / float(rigid.bending[0])
 
 
 def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
@@ -358,7 +310,7 @@ def _loads(scene: Scene) -> Found:
         else:
             size = math.hypot(*load.force)
             key, unit, moment = "force", "N", size * length * float(s) * (1 - float(s))
-        strain = largest * moment * float(np.abs(rigid.fibre).max()) / float(rigid.bending[0])
+        strain = _strain(rigid, largest * moment)
         if strain > LIMITS.largest_strain:
             yield (
                 f"loads.{name}.{key}",

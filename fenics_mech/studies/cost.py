@@ -95,11 +95,7 @@ class Cost(RunTable):
 
 
 def measure_costs(
-    scene: Scene,
-    *,
-    quick: bool = False,
-    progress: Progress = lambda step: None,
-    clock: Clock = time.process_time,
+    scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None, clock: Clock = time.process_time
 ) -> Cost:
     """Run the grid of a scene.
 

@@ -9,8 +9,8 @@ from typing import Any
 from fenics_mech.errors import SceneError
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.scene import Scene
+from fenics_mech.scene.bodies import Mesh
 from fenics_mech.scene.meshing import with_meshes
-from fenics_mech.scene.models import Mesh
 
 QUASI_STATIC, TRUNCATED = "quasi-static", "(5.1)"
 SETTINGS = {  # of the table, and their meaning

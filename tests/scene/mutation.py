@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any
 
-from fenics_mech.scene.solvers import OPTIONS, Number, OneOf
+from fenics_mech.scene.solver_options import OPTIONS, Number, OneOf
 from tests.common import ROOT
 
 TOKEN = re.compile(r'"[^"]*"|\b[\d.]+(e-?\d+)?\b|\b[A-Za-z_]\w*\b')

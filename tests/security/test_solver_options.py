@@ -6,7 +6,7 @@ from slepc4py import SLEPc
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import parse, schema
-from fenics_mech.scene.solvers import OPTIONS, OneOf
+from fenics_mech.scene.solver_options import OPTIONS, OneOf
 
 FORBIDDEN = {
     "a preconditioner in Python": (

@@ -97,10 +97,7 @@ def quick_return(
             "D": {"connect": ("rocker.D", "coupler.D")},
             "E": {"kind": "slot", "connect": ("ground.G", "coupler.E")},
         },
-        "masses": {
-            "block": {"at": "crank.A", "mass": masses[0]},
-            "ram": {"at": "coupler.E", "mass": masses[1]},
-        },
+        "masses": {"block": {"at": "crank.A", "mass": masses[0]}, "ram": {"at": "coupler.E", "mass": masses[1]}},
         "drive": {"joint": "O", "speed": speed},
     }
     return build(data | rest)

@@ -89,9 +89,7 @@ def slider_crank(
         "name": "slider-crank",
         "materials": {"material": material},
         "sections": dict(zip(names, sections, strict=True)),
-        "ground": {
-            "points": {"O": (0.0, 0.0), "G": (-aside * math.sin(direction), aside * math.cos(direction))},
-        },
+        "ground": {"points": {"O": (0.0, 0.0), "G": (-aside * math.sin(direction), aside * math.cos(direction))}},
         "links": links,
         "joints": {
             "O": {"connect": ("ground.O", "crank.O")},

@@ -14,7 +14,7 @@ from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Sto
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
-    from fenics_mech.scene.models import Material
+    from fenics_mech.scene.bodies import Material
 
 
 class Ply(Part):

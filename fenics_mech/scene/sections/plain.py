@@ -16,7 +16,7 @@ from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Sto
 from fenics_mech.scene.units import Area, Length, SecondMoment
 
 if TYPE_CHECKING:
-    from fenics_mech.scene.models import Material
+    from fenics_mech.scene.bodies import Material
 
 
 def of_one_material(

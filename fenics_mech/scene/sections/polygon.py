@@ -22,7 +22,7 @@ from fenics_mech.scene.sections.rigidity import (
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
-    from fenics_mech.scene.models import Material
+    from fenics_mech.scene.bodies import Material
 
 Outline = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
 ELEMENTS = 20  # about; a polygon's properties are exact on any triangles

@@ -15,7 +15,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import Part
 
 if TYPE_CHECKING:
-    from fenics_mech.scene.models import Material
+    from fenics_mech.scene.bodies import Material
 
 Positive = Field(gt=0)
 ROUNDING = 1e-9  # of a section's height, up to which two lines in it are one

@@ -102,11 +102,7 @@ def _machine(scene: Scene) -> Any:
 
 
 def compare_peers(
-    scene: Scene,
-    *,
-    quick: bool = False,
-    progress: Progress = lambda step: None,
-    clock: Clock = time.process_time,
+    scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None, clock: Clock = time.process_time
 ) -> Cost:
     """Run all programs on the seed four-bar.
 

@@ -81,13 +81,7 @@ class MidSpan:
 
 
 def strain_curves(
-    scene: Scene,
-    retardation: float,
-    *,
-    elements: int = 16,
-    steps: int = 2880,
-    cycles: int = 16,
-    angles: int = 360,
+    scene: Scene, retardation: float, *, elements: int = 16, steps: int = 2880, cycles: int = 16, angles: int = 360
 ) -> MidSpan:
     """Integrate a four-bar until it is periodic, and give the strains at the middles of its members.
 

@@ -1,0 +1,100 @@
+"""How a drive at constant speed starts: the angle turned over time, until it has its speed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+from scipy.interpolate import make_interp_spline
+
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.units import Angle, Time
+
+Array = NDArray[np.float64]
+
+
+class TimeTable(Part):
+    """A run-up by angles at given times, joined by a quintic spline that starts from rest.
+
+    It goes over into the steady motion with its speed and without acceleration.
+
+    Parameters
+    ----------
+    times
+        Times (s), from 0 to the end of the run-up.
+    angles
+        Angles turned (rad).
+
+    Examples
+    --------
+    >>> law = fm.TimeTable(times=(0.0, 0.5, 1.0), angles=(0.0, 1.0, 5.0))
+    >>> fm.Drive(joint="O", speed=10.0, run_up=1.0, run_up_law=law).run_up
+    1.0
+    """
+
+    kind: Literal["table"] = "table"
+    times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
+    angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
+
+    @model_validator(mode="after")
+    def _has_pairs(self) -> Self:
+        if len(self.times) != len(self.angles):
+            raise ValueError(f"{len(self.times)} times and {len(self.angles)} angles: a table needs as many of both")
+        if self.times[0] != 0 or any(b <= a for a, b in pairwise(self.times)):
+            raise ValueError("the times must increase from 0 to the end of the run-up")
+        return self
+
+    def jet(self, time: Array, speed: float) -> Jet:
+        """Angle turned and two derivatives by time; speed is that of the steady motion."""
+        ends = [(1, 0.0), (2, 0.0)], [(1, speed), (2, 0.0)]
+        spline = make_interp_spline(self.times, self.angles, k=5, bc_type=ends)
+        return Jet(spline(time), spline(time, 1), spline(time, 2))
+
+
+class TimeExpression(Part):
+    """A run-up by a formula.
+
+    Parameters
+    ----------
+    formula
+        Angle turned (rad) as a formula of the time t (s).
+
+    Examples
+    --------
+    >>> fm.Drive(joint="O", speed=10.0, run_up=1.0, run_up_law=fm.TimeExpression(formula="5 * t ** 2")).run_up
+    1.0
+    """
+
+    kind: Literal["expression"] = "expression"
+    formula: str
+
+    @field_validator("formula")
+    @classmethod
+    def _can_be_read(cls, text: str) -> str:
+        Formula(text, ("t",))
+        return text
+
+    def jet(self, time: Array, speed: float) -> Jet:
+        """Angle turned and two derivatives by time; the formula has its own speed at its end."""
+        return Formula(self.formula, ("t",)).jet(Jet.variable(time))
+
+
+RunUpLaw = Annotated[TimeTable | TimeExpression, Field(discriminator="kind")]
+
+
+def smooth_start(duration: float, time: Array, speed: float) -> Jet:
+    """Angle turned from rest to `speed` (rad/s) and two derivatives by time; the jerk is continuous at both ends.
+
+    The speed is ``speed (10 x^3 - 15 x^4 + 6 x^5)`` with ``x = time / duration``, the lowest polynomial whose first two
+    derivatives vanish at both ends; half of ``speed * duration`` is turned.
+    """
+    x = time / duration
+    return Jet(
+        speed * duration * x**4 * (2.5 - 3 * x + x**2),
+        speed * x**3 * (10 - 15 * x + 6 * x**2),
+        speed / duration * 30 * x**2 * (1 - x) ** 2,
+    )
