@@ -108,6 +108,7 @@ def test_chapter_5_hardly_depends_on_the_coordinates():
     assert furthest(slow, **ALL) < 1e-2
 
 
+@pytest.mark.slow
 def test_modes_left_out_cost_less_the_higher_they_are():
     quick = {"analysis__sub_intervals": 120, "analysis__stability": False}
     scene = seed_four_bar(effects=("coupling",), mesh__elements=6, **quick)
@@ -125,6 +126,7 @@ def test_what_is_left_out_answers_statically():
     assert furthest(scene, **REDUCED, analysis__cutoff="1 Hz") < 1e-10
 
 
+@pytest.mark.slow
 def test_moderate_rotations_of_members_as_strings():
     still = seed_four_bar(effects=("moderate-rotations",), analysis__method="quasi-static", mesh__elements=6)
     assert furthest(still, **ALL) < 1e-9
@@ -132,6 +134,7 @@ def test_moderate_rotations_of_members_as_strings():
     assert 1e-4 < furthest(moving, **REDUCED) < 6e-3  # vibration spreads the axial force inside members too
 
 
+@pytest.mark.slow
 def test_motor_knows_reduced_members():
     motor = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
     damping = {"damping__ratio": 0.0, "damping__material": 1e-4}

@@ -45,6 +45,7 @@ def call(monkeypatch, capsys):
     return run
 
 
+@pytest.mark.slow
 def test_run_writes_result_plots_and_summary(call, tmp_path):
     code, out, _ = call("run", DEMO, "-o", tmp_path / "out", "--csv")
     assert code == 0

@@ -47,6 +47,7 @@ def scenes():
     yield "thick", load("demos/four_bar.toml").changed(**THICK, **QUICK)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "scene"), list(scenes()), ids=lambda value: value if isinstance(value, str) else "")
 def test_what_is_left_out_is_below_the_tolerance(name, scene):
     chosen, whole = analyse(scene.changed(effects="auto")), analyse(with_all_effects(scene))

@@ -73,6 +73,7 @@ def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
     assert balance[240] < balance[120] / 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "largest"),
     [  # what 120 time steps leave; on the undeformed shape it is 8e-3 (slider-crank) to 6 (manipulator)

@@ -118,6 +118,7 @@ def test_beam_with_mass_of_its_own_against_the_series_of_its_modes():
     assert np.abs(tip_normal(data) - exact)[later].max() < 5e-4 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effects", [(), ("coupling", "moderate-rotations")])
 def test_blow_on_a_four_bar_is_the_limit_of_a_short_pulse(effects):
     # a smooth pulse of width b, with flanks of width b, changes mode n by about (omega_n b)^2/16: at 20 rad/s and

@@ -73,6 +73,7 @@ def test_multiplier_in_an_unstable_region_is_mathieus(column, speed, factor):
     assert leading(column, speed, factor)[0] == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_borders_of_the_principal_region_are_bolotins(column):
     for sign in (-1, 1):
         first = 2 * OMEGA * np.sqrt(1 + sign * MU)
@@ -90,6 +91,7 @@ def test_damping_cuts_the_tip_of_the_region(column):
     assert leading(column, 2 * OMEGA, 0.98 * least)[1] < 0 < leading(column, 2 * OMEGA, 1.02 * least)[1]
 
 
+@pytest.mark.slow
 def test_a_motion_in_time_grows_at_the_rate_of_the_multiplier(column):
     few = column.changed(mesh__elements=2, analysis__allow_coarse=True, analysis__allow_large=True)
     scene = few.changed(drive__speed=195.0, analysis__method="transient", analysis__start="static")
@@ -105,6 +107,7 @@ def test_a_motion_in_time_grows_at_the_rate_of_the_multiplier(column):
     assert np.log(peaks[1] / peaks[0]) / 8 == pytest.approx(np.log(abs(multiplier)), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_map_shows_the_regions(column, tmp_path):
     axes = parse_axes(column, ["drive.speed=160:230:8", "loads.pulse.factor.cosine.0=0:2:3"])
     sweep = run_sweep(column.changed(analysis__sub_intervals=40, mesh__elements=2), axes, tmp_path)

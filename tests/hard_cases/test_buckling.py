@@ -58,6 +58,7 @@ def pressed(column, share, way, effects):
     return column.changed(effects=effects, **forces, **rest | WAYS[way])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("way", "effects"), CASES)
 def test_amplification_up_to_the_euler_load(column, way, effects):
     """Timoshenko and Gere, Theory of Elastic Stability, section 1.3: a uniform load on a beam-column."""
@@ -89,6 +90,7 @@ def test_a_straight_strut_that_goes_off_in_time_is_refused(column, share):
         analyse(pressed(column, share, "in time", LINEAR).changed(**coarse))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("options", "largest"), [({}, 1e-3), ({"transient_ts_type": "alpha2"}, 0.03)])
 def test_a_tap_on_a_strut_that_stands_straight_beyond_its_load(column, options, largest):
     """Pressed to 3 times its Euler load until 67 ms after a tap that is lost beside the pressure: closed form.
@@ -211,6 +213,7 @@ def found_at(scene):
     return real + 1j * abs(imaginary)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
 @pytest.mark.parametrize(("which", "inside"), [(mathieu_b, -1), (mathieu_a, 1)])
 def test_tongue_at_its_border(column, which, inside, reduction):
@@ -227,6 +230,7 @@ def test_tongue_at_its_border(column, which, inside, reduction):
         assert found_at(pulsating(column, beyond, reduction)) == pytest.approx(multiplier(beyond), abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
 def test_multipliers_inside_the_tongue_and_far_outside(column, reduction):
     low, high = border(mathieu_a), border(mathieu_b)

@@ -181,6 +181,7 @@ main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "command", "whole"),
     [
@@ -203,6 +204,7 @@ def test_full_disk_leaves_whole_files_only(tmp_path, quick, size, command, whole
         assert np.isfinite(Result.load(folder / name).data["strain"]).all()
 
 
+@pytest.mark.slow
 def test_film_on_a_full_disk_is_an_error(tmp_path, saved):
     """Ffmpeg is a process of its own, and its writer does not ask how it ended."""
     (tmp_path / "result.nc").write_bytes(saved)
@@ -316,6 +318,7 @@ main()
 PLACES = ("typer", "numpy", "pydantic", "petsc4py", "dolfinx", "matplotlib", "write", "dropped")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_interrupt_at_any_point_is_one_line(tmp_path, quick, place):
     """While modules are imported, where C code drops it, and while a file is written."""

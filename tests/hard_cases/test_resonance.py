@@ -119,6 +119,7 @@ def test_condition_of_a_damped_machine_is_small():
         assert 1 < analyse(seed_four_bar(analysis=analysis)).data.attrs["condition"] < 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("met", [1.0, 0.96])
 @pytest.mark.parametrize("kept", [1, 2])
 @pytest.mark.parametrize("damping", [0.05, 0.002])
@@ -138,6 +139,7 @@ def test_a_mode_left_out_that_a_load_meets_is_in_the_estimate(damping, kept, met
         analyse(scene.changed(analysis__allow_coarse=False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize(("elements", "mode"), [(2, 1), (2, 2), (4, 2)])
 def test_a_resonance_that_only_a_finer_mesh_meets_is_in_the_estimate(solver, elements, mode):

@@ -55,6 +55,7 @@ def strains(scene):
     return analyse(scene).data["strain"].sel(member=["coupler", "follower"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["quasi-static", "sub-intervals", "modal damping", "material damping", "in time"])
 def test_a_crank_as_good_as_rigid(way):
     """The strains elsewhere go to a limit as 1/stiffness. Damped by ratio, collocation was 1e-3 off at 1e8."""
@@ -134,6 +135,7 @@ UNITS = {
 SLOW = ("modal damping", "harmonics", "in time", "nonlinear")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 def test_similar_machines_have_the_same_strains(way):
     """Joint forces, frequencies and multipliers follow. A machine of 1e-6 m was refused, or lost its multipliers."""

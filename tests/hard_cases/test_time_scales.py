@@ -40,6 +40,7 @@ def test_collocation_with_few_steps_and_many(count, largest):
     assert estimate > error / 2 or error < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "largest"), [(24, 3.5e-3), (96, 2.3e-4), (1000, 2e-6), (10000, 2e-6)])
 def test_sub_intervals_few_and_many(count, largest):
     """The load is linear in each: order 2, down to what the two modes kept leave out."""
@@ -55,6 +56,7 @@ def test_steps_in_which_a_mode_swings_more_than_once_are_refused(count):
 STEPS = {"solver": "sub-intervals", "sub_intervals": 6, "stations": 3, "stability": False, "allow_coarse": True}
 
 
+@pytest.mark.slow
 def test_hundreds_of_modes_at_once():
     """All modes of two members of 125 elements, the fastest with 180,000 swings in a sub-interval, beside two modes.
 

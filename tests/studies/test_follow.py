@@ -76,6 +76,7 @@ def at_folds(branch):
     return branch.data.isel(point=np.flatnonzero(branch.data["fold"] == 1))
 
 
+@pytest.mark.slow
 def test_folds_of_a_beam_between_pins_are_duffings(branch):
     found, expected = at_folds(branch), folds(2 * RATIO, CUBIC, FORCE)
     # the uniform load moves the third half-wave by 1/81 of its 1/3, and its shortening the tension: 2e-4 measured

@@ -22,6 +22,7 @@ def on_two(folder, script):
     return finished(folder / "script.py", ranks=2)
 
 
+@pytest.mark.slow
 def test_two_processes_find_the_same_to_the_last_bit(tmp_path):
     # 31 positions: the parts differ in size
     script = f"""
@@ -77,6 +78,7 @@ print("done")
     assert ended.stdout.count("done") == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["modes_at_rank", "recovery"])
 def test_an_error_of_one_process_ends_all_with_one_message(where, tmp_path):
     # in the shared work, while the other works too; and outside of it, while the other waits for numbers

@@ -46,6 +46,7 @@ def scene_of(name):
     return seed if name == "seed" else load(DEMOS / f"{name}.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @pytest.mark.parametrize("name", ["seed", "tapered", "slider_crank", "manipulator", "pulsating_column"])
 def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
