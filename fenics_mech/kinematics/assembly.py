@@ -109,7 +109,27 @@ class Branch:
 
 
 def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
-    """Coordinates at all drive angles by Newton's method from between the points of a branch, ``(angles, 3 links)``."""
+    """Solve for the coordinates at drive angles by Newton's method, from between the points of a branch.
+
+    Parameters
+    ----------
+    loops
+        Equations of the linkage.
+    theta
+        Drive angles (rad), ``(angles,)``.
+    branch
+        Points of the branch, over the range of the angles.
+
+    Returns
+    -------
+    array
+        Coordinates (m, m, rad), ``(angles, 3 links)``.
+
+    Raises
+    ------
+    AssemblyError
+        Where the loops cannot be closed, or the motion leaves the branch.
+    """
     ahead = (theta - branch.theta[0])[:, None]
     guess = branch.q[0] + branch.rate[0] * ahead + branch.curvature[0] * ahead**2 / 2
     if len(branch.theta) > 1:
@@ -140,7 +160,28 @@ def newton(
     damped: bool = False,
     tolerance: float = LIMITS.closed,
 ) -> tuple[Array, np.ndarray]:
-    """Newton's method on the loop equations of all positions at once; gives coordinates and whether they close."""
+    """Newton's method on the loop equations of all positions at once.
+
+    Parameters
+    ----------
+    loops
+        Equations of the linkage.
+    guess
+        Coordinates to start from, ``(positions, 3 links)``.
+    drive
+        Angles (rad) and strokes (m) of the drives, ``(positions, drives)``.
+    iterations
+        Largest number of steps.
+    damped
+        Take least-squares steps of at most 0.5 rad, for a guess that is far away.
+    tolerance
+        What may stay open, relative to the linkage's size.
+
+    Returns
+    -------
+    tuple
+        Coordinates, ``(positions, 3 links)``, and whether each position closes, ``(positions,)``.
+    """
     q = guess.copy()
     turns = 1 + np.abs(drive).max(axis=1, initial=0.0)[:, None]  # angles of many turns have fewer digits
     unit = loops.scale * turns
@@ -168,8 +209,21 @@ def newton(
 def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> Branch:
     """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
 
-    Where the drive locks it raises `AssemblyError`, or stops there where it goes `to_the_end`. A linkage with
-    fewer drives than freedoms is a `SceneError`.
+    Parameters
+    ----------
+    loops
+        Equations of the linkage.
+    theta
+        Drive angles (rad) that the branch is to span.
+    to_the_end
+        Stop where the drive locks, instead of raising.
+
+    Raises
+    ------
+    AssemblyError
+        Where the drive locks, the motion is not unique, or it changes too fast.
+    SceneError
+        When there are fewer drives than freedoms.
     """
     start = assemble(loops)
     _refuse_free(loops, start)

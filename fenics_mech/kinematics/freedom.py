@@ -70,6 +70,11 @@ def describe(scene: Scene, q: Array, motions: Array) -> list[str]:
         Coordinates, ``(3 links,)``.
     motions
         From `free_motions`, ``(motions, links, 3)``.
+
+    Returns
+    -------
+    list of str
+        A sentence for each motion.
     """
     return [_described(scene, q.reshape(-1, 3), motion) for motion in motions]
 

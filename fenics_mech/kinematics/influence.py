@@ -41,7 +41,20 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
 
 
 def drive_rates(scene: Scene, motion: Motion) -> Array:
-    """Give the rate of each drive in a motion (rad/s or m/s), ``(angles, drives)``."""
+    """Give the rates of the drives in a motion.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+    motion
+        Its positions and velocities.
+
+    Returns
+    -------
+    array
+        Angular velocity (rad/s), or speed along the guide (m/s), of each drive, ``(angles, drives)``.
+    """
     loops = Loops.of(scene)
     driven = loops.jacobian(coordinates(motion.position, motion.angle))[:, len(loops.names) - loops.drives :]
     found = np.einsum("tdi,ti->td", driven, coordinates(motion.velocity, motion.omega))

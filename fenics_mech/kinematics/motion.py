@@ -91,6 +91,12 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     near
         A motion of the same scene with angles close to these, which spares following the branch from the start.
 
+    Returns
+    -------
+    Motion
+        Positions by the loop equations, velocities by (6.2), accelerations by (6.3). Without a drive, the linkage at
+        rest and the small motions that its joints leave.
+
     Raises
     ------
     AssemblyError
@@ -139,6 +145,11 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
         The linkage and its drives.
     motion
         Its motion at all angles of the cycle.
+
+    Returns
+    -------
+    Corner or None
+        The sharpest turn, where the angles miss it.
     """
     loops = Loops.of(scene)
     branch = follow_branch(loops, motion.theta)
@@ -160,14 +171,33 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
 
 
 def positions_for_corners(scene: Scene, count: int, most: int = MOST_SUB_INTERVALS) -> int:
-    """Give the number of equal steps of a cycle, from `count` to `most`, that miss no corner of the motion."""
+    """Give a number of equal steps of a cycle that miss no corner of the motion; see `missed_corner`.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+    count, most
+        Steps to begin with, and the largest number of them.
+    """
     while count < most and (corner := missed_corner(scene, solve_motion(scene, scene.drive_angles(count)))):
         count = int(min(max(2 * count, corner.enough), most))
     return count
 
 
 def refuse_unresolved(scene: Scene, motion: Motion) -> None:
-    """Raise `SceneError` where the angles of a cycle miss a corner; see `missed_corner`."""
+    """Refuse a motion whose angles miss a corner.
+
+    Parameters
+    ----------
+    scene, motion
+        As of `missed_corner`.
+
+    Raises
+    ------
+    SceneError
+        With the link, the place of the corner and the number of positions that it takes.
+    """
     if (corner := missed_corner(scene, motion)) is not None:
         raise SceneError(
             f"link {corner.link} has a corner of its motion near drive angle "

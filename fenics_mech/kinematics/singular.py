@@ -77,6 +77,16 @@ def reachable_range(scene: Scene) -> Range:
 
     Dead centres are located to 1e-9 rad, minima to 1e-6 rad, change points that end the range to about 1e-5 rad.
 
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+
+    Returns
+    -------
+    Range
+        Limits of the drive (rad), singular positions and worst transmission angles.
+
     Raises
     ------
     AssemblyError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Iterable
 from functools import cache
 from typing import Annotated, Any, Self
 
@@ -71,3 +72,9 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
     elif isinstance(part, list | tuple):
         for i, value in enumerate(part):
             check_texts(value, (*place, str(i)))
+
+
+def check_known(name: str, things: Iterable[str], kind: str, place: str) -> None:
+    """Raise `SceneError` unless there is a thing of that name."""
+    if name not in things:
+        raise SceneError(f"there is no {kind} {name!r}", place=place, hint=f"Known: {', '.join(things) or 'none'}")

@@ -77,9 +77,8 @@ class Mesh(Part):
     @model_validator(mode="after")
     def _stations_increase(self) -> Self:
         nodes = self.stations
-        count = self.elements if nodes is None else len(nodes) - 1
-        if count > MOST_ELEMENTS:
-            raise ValueError(f"{count} elements in one member, and at most {MOST_ELEMENTS} are taken")
+        if self.count > MOST_ELEMENTS:
+            raise ValueError(f"{self.count} elements in one member, and at most {MOST_ELEMENTS} are taken")
         if nodes is not None:
             if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in pairwise(nodes)):
                 raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")
@@ -91,6 +90,11 @@ class Mesh(Part):
                 f"{LARGEST_RATIO:g} the strains would be lost to rounding"
             )
         return self
+
+    @property
+    def count(self) -> int:
+        """Number of elements."""
+        return self.elements if self.stations is None else len(self.stations) - 1
 
     @property
     def ratio(self) -> float:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
+from fenics_mech.scene.base import check_known
 from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
@@ -36,7 +36,7 @@ def check_references(scene: Scene) -> None:
         if mass.at.startswith("ground."):
             raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
     for i, measurement in enumerate(scene.measurements):
-        _check_name(measurement.member, scene.members(), "member", f"measurements.{i}.member")
+        check_known(measurement.member, scene.members(), "member", f"measurements.{i}.member")
     _check_mesh(scene)
     _check_loads(scene)
     _check_drives(scene)
@@ -48,16 +48,11 @@ def check_references(scene: Scene) -> None:
     _check_mobility(scene)
 
 
-def _check_name(name: str, known: Iterable[str], kind: str, place: str) -> None:
-    if name not in known:
-        raise SceneError(f"there is no {kind} {name!r}", place=place, hint=f"Known: {', '.join(known) or 'none'}")
-
-
 def _check_point(scene: Scene, name: str, place: str) -> None:
     body, point = name.split(".")
-    _check_name(body, ("ground", *scene.links), "link", place)
+    check_known(body, ("ground", *scene.links), "link", place)
     points = scene.ground.points if body == "ground" else scene.links[body].points
-    _check_name(point, points, f"point of {body}", place)
+    check_known(point, points, f"point of {body}", place)
 
 
 def _check_mesh(scene: Scene) -> None:
@@ -66,7 +61,6 @@ def _check_mesh(scene: Scene) -> None:
         return
     for label, (_, member) in scene.members().items():
         mesh = member.mesh or scene.mesh
-        count = mesh.elements if mesh.stations is None else len(mesh.stations) - 1
         place = "mesh" if member.mesh is None else f"member {label}"
         if mesh.ratio > MOST_GRADED * (1 + 1e-9):
             raise SceneError(
@@ -75,9 +69,9 @@ def _check_mesh(scene: Scene) -> None:
                 place=place,
                 hint="Take a milder grading, or write analysis.reduction = 'craig-bampton', which does not mind",
             )
-        if count > MOST_WHOLE:
+        if mesh.count > MOST_WHOLE:
             raise SceneError(
-                f"{count} elements in one member: rounding grows with the 4th power of their number, and beyond "
+                f"{mesh.count} elements in one member: rounding grows with the 4th power of their number, and beyond "
                 f"{MOST_WHOLE} the strains would lose more than 4 digits",
                 place=place,
                 hint="Take fewer, or write analysis.reduction = 'craig-bampton', which does not mind",
@@ -88,7 +82,7 @@ def _check_loads(scene: Scene) -> None:
     """Raise where a load or an impulse has no place of its own, or does not say what its moment turns."""
     for name, load in scene.loads.items():
         if isinstance(load, LineLoad):
-            _check_name(load.member, scene.members(), "member", f"loads.{name}.member")
+            check_known(load.member, scene.members(), "member", f"loads.{name}.member")
         else:
             _check_place(scene, load.at, f"loads.{name}.at", turns=bool(load.moment or load.follows))
     for name, impulse in scene.impulses.items():
@@ -113,13 +107,13 @@ def _check_loads(scene: Scene) -> None:
 def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
     """Raise unless `at` is a point of a link, a pin, or a place along a member."""
     if "@" in at:
-        _check_name(at.partition("@")[0], scene.members(), "member", place)
+        check_known(at.partition("@")[0], scene.members(), "member", place)
     elif "." in at:
         _check_point(scene, at, place)
         if at.startswith("ground."):
             raise SceneError("what acts on the ground moves nothing", place=place, hint="Name a point of a link")
     else:
-        _check_name(at, scene.joints, "joint", place)
+        check_known(at, scene.joints, "joint", place)
         if scene.joints[at].kind in ("slot", "prismatic") or turns:
             raise SceneError(
                 f"joint {at!r} does not say which of its bodies is acted on",
@@ -147,7 +141,7 @@ def _check_line(scene: Scene, line: Line, part: str) -> None:
 
 def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
     """Raise unless two bodies turn against each other at the joint of a torsional spring or damper."""
-    _check_name(hinge.joint, scene.joints, "joint", f"{part}.joint")
+    check_known(hinge.joint, scene.joints, "joint", f"{part}.joint")
     joint = scene.joints[hinge.joint]
     if joint.kind in ("weld", "prismatic"):
         raise SceneError(f"a {joint.kind} joint does not turn", place=f"{part}.joint")
@@ -166,7 +160,7 @@ def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
             )
         return
     for body in hinge.bodies:
-        _check_name(body, bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
+        check_known(body, bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
     if hinge.bodies[0] == hinge.bodies[1]:
         raise SceneError("a body does not turn against itself", place=f"{part}.bodies")
 
@@ -176,10 +170,10 @@ def _check_members(scene: Scene) -> None:
         for name, member in link.members.items():
             place = f"links.{label}.members.{name}"
             for end in member.ends:
-                _check_name(end, link.points, f"point of {label}", f"{place}.ends")
-            _check_name(member.section, scene.sections, "section", f"{place}.section")
+                check_known(end, link.points, f"point of {label}", f"{place}.ends")
+            check_known(member.section, scene.sections, "section", f"{place}.section")
             if member.material is not None:
-                _check_name(member.material, scene.materials, "material", f"{place}.material")
+                check_known(member.material, scene.materials, "material", f"{place}.material")
             first, second = (link.points[end] for end in member.ends)
             if math.dist(first, second) == 0:
                 raise SceneError(
@@ -243,7 +237,7 @@ def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) 
     place = f"joints.{name}.member"
     if body == "ground":
         raise SceneError("the ground has no members", place=place, hint="Give the guide's `angle` instead")
-    _check_name(member, scene.links[body].members, f"member of {body}", place)
+    check_known(member, scene.links[body].members, f"member of {body}", place)
     if point not in scene.links[body].members[member].ends:
         raise SceneError(f"the guide's point {point!r} is no end of {member!r}", place=f"joints.{name}.connect")
 
@@ -253,7 +247,7 @@ def _check_drives(scene: Scene) -> None:
     seen = set()
     for i, drive in enumerate(scene.drives):
         place = f"drive.{i}" if isinstance(scene.drive, tuple) else "drive"
-        _check_name(drive.joint, scene.joints, "joint", f"{place}.joint")
+        check_known(drive.joint, scene.joints, "joint", f"{place}.joint")
         joint = scene.joints[drive.joint]
         if drive.joint in seen:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")

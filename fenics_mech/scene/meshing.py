@@ -103,7 +103,7 @@ def with_elements(scene: Scene, count: int) -> Scene:
     def cut(mesh: Mesh) -> Mesh:
         if mesh.stations is None:
             return Mesh(elements=count, grading=mesh.grading ** (mesh.elements / count))
-        return _halved(mesh, max(0, math.ceil(math.log2(count / (len(mesh.stations) - 1)))))
+        return _halved(mesh, max(0, math.ceil(math.log2(count / mesh.count))))
 
     return with_meshes(scene, cut(scene.mesh), cut)
 

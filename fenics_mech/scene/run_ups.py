@@ -5,16 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 from scipy.interpolate import make_interp_spline
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.units import Angle, Time
-
-Array = NDArray[np.float64]
 
 
 class TimeTable(Part):

@@ -26,7 +26,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
 from fenics_mech.studies.cost_grid import QUASI_STATIC, SETTINGS, TRUNCATED, Trial, equations_of, grid, reference_meshes
 from fenics_mech.studies.run_table import RunTable
-from fenics_mech.studies.timing import Clock, Timing, bare_seconds, machine, timed
+from fenics_mech.studies.timing import Clock, bare_seconds, machine, timed
 
 LONGEST = 12.0  # seconds of a run, after which a method is not made finer
 NUMBERS = {  # by variable: unit, meaning
@@ -197,11 +197,7 @@ def _run(trial: Trial, own: Converged | None, whole: Converged, slow: bool, cloc
         result, timing = timed(lambda: analyse(trial.scene), clock)
     except MechanismError as error:
         return Line(*identity, {}, type(error).__name__, str(error))
-    return Line(*identity, _of_time(timing) | measured(result, own, whole))
-
-
-def _of_time(timing: Timing) -> dict[str, float]:
-    return {"seconds": timing.seconds, "wall_seconds": timing.wall, "repeats": timing.repeats}
+    return Line(*identity, timing.numbers | measured(result, own, whole))
 
 
 def measured(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:

@@ -26,9 +26,8 @@ from fenics_mech.response.continuation.branch import check, family_of, first_mot
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
-from fenics_mech.studies.sweep import stacked
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
-from fenics_mech.studies.sweep_points import KEPT, Gauge, Record, kept_unit, reduced
+from fenics_mech.studies.sweep_points import KEPT, Gauge, Record, reduced, tabulated
 
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
     "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),
@@ -224,14 +223,7 @@ def _dataset(
 ) -> xr.Dataset:
     """Label the points' numbers."""
     data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(scene, path)})})
-    for name, (dims, unit, meaning) in (KEPT | OWN).items():
-        numbers = stacked([record["values"].get(name) for record in records])
-        if np.isnan(numbers).all():  # or there are none at all
-            continue
-        units = kept_unit(name, scene) if name in KEPT else unit
-        data[name] = (("point", *dims), numbers, {"units": units, "long_name": meaning})
-    labels = records[0]["labels"] | {"part": ["real", "imaginary"]}
-    for name in sorted({str(name) for name in data.dims} - {"point"}):
-        data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
+    data = tabulated(data, records, {**KEPT, **OWN}, scene, {"point": len(values)})
+    data = data.assign_coords({"part": ["real", "imaginary"]} if "part" in data.dims else {})
     data.attrs = {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()} | attributes
     return data

@@ -211,8 +211,7 @@ def measured(size: Size) -> dict[str, float]:
         analyse(replace(size, elements=3, links=3, positions=60).scene())
     scene, before = size.scene(), peak_memory()
     _, timing = timed(lambda: analyse(scene))
-    found = {"seconds": timing.seconds, "wall_seconds": timing.wall, "repeats": float(timing.repeats)}
-    return found | {"memory": peak_memory(), "memory_before": before}
+    return timing.numbers | {"memory": peak_memory(), "memory_before": before}
 
 
 def peak_memory() -> float:

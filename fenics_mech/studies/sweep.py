@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -33,9 +32,10 @@ from fenics_mech.studies.sweep_points import (
     Gauge,
     Record,
     compute_point,
-    kept_unit,
     point_file,
     read_point,
+    stacked,
+    tabulated,
 )
 
 Found = TypeVar("Found")
@@ -293,30 +293,11 @@ class _Run:
         for axis, along in zip(self.axes, values):
             units = {"units": axis.unit, "written_units": axis.written[0], "written_factor": axis.written[1]}
             data = data.assign_coords({axis.path: (axis.path, list(along), units)})
-        labels: Record = next((record["labels"] for record in records if "labels" in record), {})
         first = build(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
-        for name, (dims, _, meaning) in KEPT.items():
-            numbers = stacked([record.get("values", {}).get(name) for record in records])
-            if np.isnan(numbers).all():
-                continue
-            attributes = {"units": kept_unit(name, first), "long_name": meaning}
-            data[name] = ((*paths, *dims), numbers.reshape(*shape, *numbers.shape[1:]), attributes)
-        for name in sorted({str(name) for name in data.dims} - set(paths)):
-            data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
+        data = tabulated(data, records, KEPT, first, dict(zip(paths, shape)))
         data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
         return data
-
-
-def stacked(numbers: Sequence[Any]) -> Array:
-    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing."""
-    arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
-    rank = max(array.ndim for array in arrays)
-    arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
-    full = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0).astype(int)), math.nan)
-    for point, array in enumerate(arrays):
-        full[(point, *map(slice, array.shape))] = array
-    return full
 
 
 def refuse_other(before: Record, plan: Record, folder: Path) -> None:

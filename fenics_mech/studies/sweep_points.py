@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._version import __version__
@@ -25,7 +28,9 @@ from fenics_mech.scene.build import build
 
 Record = dict[str, Any]
 
-KEPT: dict[str, tuple[tuple[str, ...], str, str]] = {  # by variable: dimensions, unit, meaning
+Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
+
+KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, also between stations"),
     "peak_doubt": ((), "1", "share by which peaks between few positions are uncertain, of strains or joint forces"),
     "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain at a station"),
@@ -188,3 +193,29 @@ def _length(vectors: Any, along: str = "component") -> Any:
 
 def _peak(sizes: Any, label: str) -> Array:
     return sizes.max([name for name in sizes.dims if name != label]).to_numpy()
+
+
+def stacked(numbers: Sequence[Any]) -> Array:
+    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing."""
+    arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
+    rank = max(array.ndim for array in arrays)
+    arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
+    full = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0).astype(int)), math.nan)
+    for point, array in enumerate(arrays):
+        full[(point, *map(slice, array.shape))] = array
+    return full
+
+
+def tabulated(
+    data: xr.Dataset, records: Sequence[Record], variables: Variables, scene: Scene, shape: Mapping[str, int]
+) -> xr.Dataset:
+    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes."""
+    for name, (dims, unit, meaning) in variables.items():
+        numbers = stacked([record.get("values", {}).get(name) for record in records])
+        if not np.isnan(numbers).all():  # nor are there none at all
+            attributes = {"units": kept_unit(name, scene) if name in KEPT else unit, "long_name": meaning}
+            data[name] = ((*shape, *dims), numbers.reshape(*shape.values(), *numbers.shape[1:]), attributes)
+    labels: Record = next((record["labels"] for record in records if "labels" in record), {})
+    for name in sorted({str(name) for name in data.dims} - set(shape)):
+        data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
+    return data

@@ -49,6 +49,11 @@ class Timing:
     first: float
     repeats: int
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """What a table of runs has of it: processor time (s), time on the wall (s), repeats."""
+        return {"seconds": self.seconds, "wall_seconds": self.wall, "repeats": float(self.repeats)}
+
 
 def timed(
     work: Callable[[], Found], clock: Clock = time.process_time, wall: Clock = time.perf_counter

@@ -14,9 +14,9 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
 from fenics_mech.recovery.peaks import between_positions, doubt
 from fenics_mech.studies import sweep_points
-from fenics_mech.studies.sweep import Sweep, difference, run_sweep, stacked, unresolved
+from fenics_mech.studies.sweep import Sweep, difference, run_sweep, unresolved
 from fenics_mech.studies.sweep_axes import parse_axes, unit_of
-from fenics_mech.studies.sweep_points import Gauge
+from fenics_mech.studies.sweep_points import Gauge, stacked
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
 from tests.studies.processes import ENVIRONMENT, MPIRUN, command, finished

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, known, lines_from, shear_modulus
+from fenics_mech.scene.base import Name, Part, check_known
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, lines_from, shear_modulus
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
@@ -100,4 +100,4 @@ class LaminateSection(Section):
     def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError` where a ply's material is not there."""
         for i, ply in enumerate(self.plies):
-            known(ply.material, stock.materials, "material", f"{place}.plies.{i}.material")
+            check_known(ply.material, stock.materials, "material", f"{place}.plies.{i}.material")

@@ -8,13 +8,12 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.base import Name, Part, check_known
 from fenics_mech.scene.sections.plain import ShearFactor
 from fenics_mech.scene.sections.rigidity import (
     Rigidity,
     Section,
     Stock,
-    known,
     lines_from,
     shear_modulus,
     stated_factor,
@@ -135,7 +134,7 @@ class PolygonSection(Section):
     def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError` where a part's material is not there."""
         for i, part in enumerate(self.parts):
-            known(part.material, stock.materials, "material", f"{place}.parts.{i}.material")
+            check_known(part.material, stock.materials, "material", f"{place}.parts.{i}.material")
 
 
 def _integrals(

@@ -147,9 +147,3 @@ def stated_factor(factor: float | None, place: str) -> float:
             hint="Give the share of the area that carries shear, as in 5/6 for a rectangle",
         )
     return factor
-
-
-def known(name: str, things: Mapping[str, object], kind: str, place: str) -> None:
-    """Raise `SceneError` unless there is a thing of that name."""
-    if name not in things:
-        raise SceneError(f"there is no {kind} {name!r}", place=place, hint=f"Known: {', '.join(things) or 'none'}")

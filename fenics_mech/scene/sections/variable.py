@@ -11,11 +11,11 @@ from scipy.interpolate import PchipInterpolator
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.scene.base import Name
+from fenics_mech.scene.base import Name, check_known
 from fenics_mech.scene.formulas.expression import FUNCTIONS, Formula
 from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
-from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, known, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, shear_modulus, stated_factor
 from fenics_mech.scene.units import in_unit
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ class TaperSection(Section):
     def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError` unless the two sections are there and of one plain shape."""
         for key, name in (("from", self.from_), ("to", self.to)):
-            known(name, stock.sections, "section", f"{place}.{key}")
+            check_known(name, stock.sections, "section", f"{place}.{key}")
         first, second = stock.sections[self.from_], stock.sections[self.to]
         if not isinstance(first, PlainSection) or type(first) is not type(second):
             raise SceneError(

@@ -184,7 +184,7 @@ def _run(entry: Entry, known: dict[tuple[bool, str], Converged], clock: Clock) -
         strain, timing = timed(entry.work, clock)
     except (MechanismError, ArithmeticError) as error:
         return Line(entry.program, entry.equation, entry.settings, {}, type(error).__name__, str(error))
-    numbers = {"seconds": timing.seconds, "wall_seconds": timing.wall, "repeats": timing.repeats}
+    numbers = timing.numbers
     own, other = (known.get((ours, entry.equation)) for ours in (entry.program.startswith(OURS), False))
     for name, reference in {"error_mid_span": own, "error_all_mid_span": other}.items():
         if reference is not None:
