@@ -197,7 +197,7 @@ def newton(
                 step = -np.linalg.solve(jacobian, residual[..., None])[..., 0]
             except np.linalg.LinAlgError:
                 return q, closed
-        if closed.all():  # where it closes it further, a last step takes off what the tolerance leaves
+        if closed.all():  # a last step takes off what the tolerance leaves, where it can
             last = loops.residual(q + step, drive)
             improves = np.abs(last / unit).max(axis=1, initial=0.0) < np.abs(residual / unit).max(axis=1, initial=0.0)
             return np.where(improves[:, None], q + step, q), closed
