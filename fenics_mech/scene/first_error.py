@@ -10,33 +10,11 @@ from pydantic import ValidationError
 
 from fenics_mech.errors import SceneError, shortened
 
-BRANCHES = (
-    "[key]",
-    "custom",
-    "rectangle",
-    "round",
-    "tube",
-    "I",
-    "laminate",
-    "polygon",
-    "variable",
-    "taper",
-    "one",
-    "many",
-    "revolute",
-    "weld",
-    "slot",
-    "prismatic",
-    "harmonics",
-    "table",
-    "expression",
-    "pulse",
-    "load",
-    "line-load",
-    "line",
+BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
+    "[key]", "custom", "rectangle", "round", "tube", "I", "laminate", "polygon", "variable", "taper", "one", "many",
+    "revolute", "weld", "slot", "prismatic", "harmonics", "table", "expression", "pulse", "load", "line-load", "line",
     "hinge",
-)  # of pydantic unions
-
+)  # fmt: skip
 MOST_COMPARED = 1000  # errors; a file may have 400,000 unknown keys
 
 ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself

@@ -114,14 +114,37 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
+class Arithmetic:
+    """Operations that follow from `+`, `-x`, `*` and `**` of a class whose `_other` takes numbers as well."""
+
+    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to this class
+
+    def __sub__(self: Any, other: Any) -> Any:
+        return self + -self._other(other)
+
+    def __truediv__(self: Any, other: Any) -> Any:
+        return self * self._other(other) ** -1
+
+    def __radd__(self: Any, other: float) -> Any:
+        return self + other
+
+    def __rmul__(self: Any, other: float) -> Any:
+        return self * other
+
+    def __rsub__(self: Any, other: float) -> Any:
+        return -self + other
+
+    def __rtruediv__(self: Any, other: float) -> Any:
+        return self._other(other) / self
+
+
 @dataclass(frozen=True)
-class Jet:
+class Jet(Arithmetic):
     """A function's values with its first and second derivative, each an array of one shape."""
 
     value: Array
     first: Array
     second: Array
-    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to this class
 
     @classmethod
     def variable(cls, value: Array) -> Jet:
@@ -148,9 +171,6 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet(-self.value, -self.first, -self.second)
 
-    def __sub__(self, other: Jet | float) -> Jet:
-        return self + -self._other(other)
-
     def __mul__(self, other: Jet | float) -> Jet:
         o = self._other(other)
         second = self.second * o.value + 2 * self.first * o.first + self.value * o.second
@@ -161,21 +181,6 @@ class Jet:
         df = p * x ** (p - 1) if p else np.zeros_like(x)
         ddf = p * (p - 1) * x ** (p - 2) if p * (p - 1) else np.zeros_like(x)
         return self.through(x**p, df, ddf)
-
-    def __truediv__(self, other: Jet | float) -> Jet:
-        return self * self._other(other) ** -1
-
-    def __radd__(self, other: float) -> Jet:
-        return self + other
-
-    def __rmul__(self, other: float) -> Jet:
-        return self * other
-
-    def __rsub__(self, other: float) -> Jet:
-        return -self + other
-
-    def __rtruediv__(self, other: float) -> Jet:
-        return self._other(other) / self
 
     def __rpow__(self, other: float) -> Jet:
         raise ValueError("an exponent is a number")

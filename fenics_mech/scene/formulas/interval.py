@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.formulas.expression import Arithmetic, Formula, Jet
 
 
 @dataclass(frozen=True)
@@ -29,12 +29,11 @@ LIMITS = IntervalLimits()
 
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(Arithmetic):
     """Numbers from `low` to `high`, arrays of one shape; from -inf to inf where nothing is known."""
 
     low: Array
     high: Array
-    __array_ufunc__ = None  # numpy's numbers leave the arithmetic to this class
 
     @classmethod
     def around(cls, *values: Array) -> Interval:
@@ -60,9 +59,6 @@ class Interval:
 
     def __neg__(self) -> Interval:
         return Interval(-self.high, -self.low)
-
-    def __sub__(self, other: Interval | float) -> Interval:
-        return self + -self._other(other)
 
     def __mul__(self, other: Interval | float) -> Interval:
         o = self._other(other)
@@ -106,21 +102,6 @@ class Interval:
     def kept(self, values: Interval) -> Interval:
         """Values of a function of this interval, without bounds where it has none: a wave of a pole is no number."""
         return Interval(np.where(self.bounded, values.low, -np.inf), np.where(self.bounded, values.high, np.inf))
-
-    def __truediv__(self, other: Interval | float) -> Interval:
-        return self * self._other(other) ** -1
-
-    def __radd__(self, other: float) -> Interval:
-        return self + other
-
-    def __rmul__(self, other: float) -> Interval:
-        return self * other
-
-    def __rsub__(self, other: float) -> Interval:
-        return -self + other
-
-    def __rtruediv__(self, other: float) -> Interval:
-        return self._other(other) / self
 
 
 def _function(of_interval: Callable[[Interval], Interval], f: Callable[[Any], Any]) -> Callable[[Any], Any]:
