@@ -10,14 +10,7 @@ from pydantic import Field, model_validator
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, check_known
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import (
-    Rigidity,
-    Section,
-    Stock,
-    lines_from,
-    shear_modulus,
-    stated_factor,
-)
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, lines_from, shear_modulus, stated_factor
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema
@@ -17,9 +17,6 @@ from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
 from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, shear_modulus, stated_factor
 from fenics_mech.scene.units import in_unit
-
-if TYPE_CHECKING:
-    pass
 
 CHECKED = np.linspace(0, 1, 1001)  # places at which values must be positive
 
