@@ -13,7 +13,7 @@ from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS
 
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.load_profile("repeatable")
 
 OF_WORKER = "PYTEST_XDIST_WORKER" in os.environ
