@@ -1,4 +1,8 @@
-"""Fixtures that all tests share."""
+"""Fixtures that all tests share.
+
+Nothing here imports the package before a test asks for it: MPI, once it has begun, marks the environment of the
+processes that pytest-xdist starts, and none of these could start `mpirun`.
+"""
 
 import os
 import shutil
@@ -9,8 +13,6 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from fenics_mech.response.setup import mechanism
-from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
@@ -40,12 +42,16 @@ def pytest_unconfigure():
 @pytest.fixture(scope="session")
 def seed():
     """The seed four-bar with 24 sub-intervals."""
+    from fenics_mech.scene.factories import seed_four_bar
+
     return seed_four_bar(analysis={"sub_intervals": 24})
 
 
 @pytest.fixture(scope="session")
 def seed_system(seed):
     """Its mechanism at 24 angles."""
+    from fenics_mech.response.setup import mechanism
+
     return mechanism(seed)
 
 

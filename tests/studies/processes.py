@@ -14,7 +14,8 @@ def command(*arguments, ranks=0):
     return [*start, sys.executable, *map(str, arguments)]
 
 
-ENVIRONMENT = os.environ | {
+OF_MPI = ("OMPI_", "ORTE_", "PMIX_")  # marks of a process that MPI has begun in, from which no `mpirun` can start
+ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)} | {
     "OMP_NUM_THREADS": "1",
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
