@@ -11,7 +11,7 @@ NONLINEAR = """
 from fenics_mech.scene.factories import seed_four_bar
 SCENE = seed_four_bar(
     effects=("coupling", "moderate-rotations"), mesh__elements=2,
-    analysis={"sub_intervals": 31, "allow_coarse": True, "stages": 2},
+    analysis={"sub_intervals": 61, "allow_coarse": True, "stages": 2},
 )
 """
 
@@ -24,7 +24,7 @@ def on_two(folder, script):
 
 @pytest.mark.slow
 def test_two_processes_find_the_same_to_the_last_bit(tmp_path):
-    # 31 positions: the parts differ in size
+    # 61 positions: the parts differ in size
     script = f"""
 import sys
 import fenics_mech.scene
