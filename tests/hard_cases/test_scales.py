@@ -26,7 +26,7 @@ WAYS = {
         {"damping": {"material": 1e-4}, "effects": ("coupling",)},
     ),
     "harmonics": (
-        {"solver": "harmonic-balance", "sub_intervals": 64, "harmonics": 15, "stability": False},
+        {"solver": "harmonic-balance", "sub_intervals": 124, "harmonics": 30, "stability": False},
         {"damping": {"ratio": 0.5}},
     ),
     "in time": ({"method": "transient", "cycles": 1, "settled": 0.0}, {"damping": {"ratio": 0.02}}),
@@ -40,8 +40,7 @@ WAYS = {
 def options(way, **more):
     """The analysis and the rest of a scene that is solved one way."""
     analysis, rest = WAYS[way]
-    few = {"sub_intervals": 72, "stations": 5, "modes": 3, "allow_coarse": True}
-    return {"mesh": {"elements": 2}, "analysis": few | analysis | more} | rest
+    return {"analysis": {"sub_intervals": 72, "stations": 5, "modes": 3, "allow_coarse": True} | analysis | more} | rest
 
 
 def stiffened(factor, way):
