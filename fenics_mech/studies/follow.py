@@ -55,7 +55,7 @@ class Branch(Saved):
 
     Examples
     --------
-    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 18, "analysis.solver": "collocation"})
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.solver": "collocation", "analysis.sub_intervals": 18})
     >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "101 rpm"), points=1)
     >>> branch.whole, branch.changes()
     (True, [])
@@ -149,7 +149,7 @@ def follow(
 
     Examples
     --------
-    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 18, "analysis.solver": "collocation"})
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.solver": "collocation", "analysis.sub_intervals": 18})
     >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "101 rpm"), points=1)
     >>> bool(branch.data["stable"].all())
     True

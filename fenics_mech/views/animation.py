@@ -67,8 +67,8 @@ def animate(
     Examples
     --------
     >>> result = fm.Result.load("out/result.nc")
-    >>> fm.animate(result, "motion.png").name
-    'motion.png'
+    >>> fm.animate(result, "motion.mp4", magnify=20)  # doctest: +SKIP
+    PosixPath('motion.mp4')
     """
     path = Path(path)
     ending = check_ending(path)
