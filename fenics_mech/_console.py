@@ -16,7 +16,7 @@ from rich.segment import Segment
 
 from fenics_mech.errors import MechanismError, printable
 
-PAUSE = 5  # seconds between two lines that tell how far a command is
+PAUSE = 5  # seconds between two lines of progress
 
 
 class _Console(Console):
@@ -59,14 +59,14 @@ def progress_bar(total: int) -> Iterator:
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
-        started, told = False, time.monotonic()
+        started, spoken = False, time.monotonic()
 
         def step(name: str) -> None:
-            nonlocal started, told
+            nonlocal started, spoken
             progress.update(task, description=name, advance=int(started))
             started = True
-            if not err.is_terminal and time.monotonic() - told >= PAUSE:
-                told = time.monotonic()
+            if not err.is_terminal and time.monotonic() - spoken >= PAUSE:
+                spoken = time.monotonic()
                 err.print(name, highlight=False, markup=False, soft_wrap=True)
 
         yield step
@@ -95,5 +95,4 @@ def warn(warnings: Sequence[str], strict: bool) -> None:
     for text in warnings:
         err.print(f"[bold yellow]warning:[/] {escape(text)}", soft_wrap=True, highlight=False)
     if strict and warnings:
-        many = f"{len(warnings)} warnings are errors" if len(warnings) > 1 else "1 warning is an error"
-        raise MechanismError(f"{many} under --strict: change the numbers, or leave --strict out")
+        raise MechanismError("warnings are errors with --strict: change the numbers above, or leave --strict out")

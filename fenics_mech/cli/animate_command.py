@@ -15,11 +15,11 @@ from fenics_mech.errors import MechanismError
 def animate(
     scene: SceneFile,
     file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
-    magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="chosen")] = None,
-    frames: Annotated[int, typer.Option(min=2, max=10_000, help="Frames in one cycle.")] = 120,
+    magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="selected")] = None,
+    frames: Annotated[int, typer.Option(min=2, max=10_000, help="Pictures in one cycle.")] = 120,
     refine: Refine = 0,
 ) -> None:
-    """Draw the moving mechanism, deflection magnified and coloured by strain. SCENE may also be a result.nc."""
+    """Draw the moving linkage with magnified deflection, coloured by strain. SCENE may also be a result.nc."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
     from fenics_mech.recovery import Result  # noqa: PLC0415
@@ -28,7 +28,7 @@ def animate(
     make_folder(file.parent)
     if scene.suffix == ".nc":
         if refine:
-            raise MechanismError("a result cannot be refined: give --refine with the scene file")
+            raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
         result = Result.load(scene)
     else:
         loaded = refined_scene(scene, refine, strict=False)

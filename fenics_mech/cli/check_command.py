@@ -16,7 +16,7 @@ def check(
     scene: Annotated[Path | None, typer.Argument(help="Scene file to check.", show_default=False)] = None,
     strict: Strict = False,
 ) -> None:
-    """Check a scene file without analysing it; without a file, check the program against the dissertation."""
+    """Check a scene file without analysing it. Without a file, check this installation against the dissertation."""
     from fenics_mech import studies, views  # noqa: PLC0415
     from fenics_mech.effects import active  # noqa: PLC0415
     from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
@@ -33,4 +33,4 @@ def check(
             findings += examine()
     out.print(views.check_table(findings))
     if not all(finding.holds for finding in findings):
-        raise MechanismError("some checks failed: this installation does not give right numbers")
+        raise MechanismError("some checks failed: do not use the numbers of this installation")

@@ -14,15 +14,13 @@ if TYPE_CHECKING:
     from fenics_mech.scene import Scene
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
-Refine = Annotated[int, typer.Option(min=0, max=20, help="Cut every element in two, so many times.")]
-Strict = Annotated[
-    bool, typer.Option("--strict", help="Stop with an error where numbers of the scene are implausible.")
-]
+Refine = Annotated[int, typer.Option(min=0, max=20, help="Halve every element this many times.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")]
 Tolerance = Annotated[
     list[str] | None,
-    typer.Option("--tol", help="Largest error, as 1e-3 (strains) or deflection=1%: it chooses mesh and steps."),
+    typer.Option("--tol", help="Largest error, such as 1e-3 (strain) or deflection=1%. It selects mesh and steps."),
 ]
-OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is made when missing.")]
+OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is created if missing.")]
 
 
 def loaded_scene(path: Path, strict: bool) -> Scene:
@@ -46,6 +44,6 @@ def refined_scene(path: Path, refine: int, strict: bool, tolerance: list[str] | 
     scene = scene.changed(tolerance=stated_tolerance(tolerance)) if tolerance else scene
     if refine and scene.tolerance is not None:
         shares = " and ".join(f"{share:g}" for share in scene.tolerances.values())
-        what = f"--refine asks for a mesh, and the tolerance of {shares} chooses it"
-        raise MechanismError(f"{what}: give one of them")
+        what = f"--refine states the mesh, which the tolerance of {shares} selects"
+        raise MechanismError(f"{what}: leave one of them out")
     return refined(scene, refine)

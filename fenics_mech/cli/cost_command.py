@@ -14,10 +14,10 @@ from fenics_mech.cli.common import OutFolder, SceneFile
 def cost(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
-    peers: Annotated[bool, typer.Option("--peers", help="Run other programs too (the seed four-bar only).")] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Few and coarse runs, to try it out.")] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="Also run other programs (seed four-bar only).")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A few coarse runs, to try it out.")] = False,
 ) -> None:
-    """Measure what accuracy costs: error against time of many settings. Writes cost.csv, cost.nc and a figure."""
+    """Measure what accuracy costs: error and time of many settings. Write cost.csv, cost.nc and a figure."""
     from fenics_mech.studies.timing import one_thread  # noqa: PLC0415
 
     one_thread()  # before the numerical libraries are loaded

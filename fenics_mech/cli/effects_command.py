@@ -13,15 +13,15 @@ from fenics_mech.cli.common import OutFolder, SceneFile, Strict, refined_scene
 
 def effects(
     scene: SceneFile,
-    compare: Annotated[bool, typer.Option("--compare", help="Run the scene with effects added one at a time.")] = False,
+    compare: Annotated[bool, typer.Option("--compare", help="Also run it, effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
         list[str] | None,
-        typer.Option("--tol", help="Largest error, as 1e-3 or deflection=1%: effects above half of it act."),
+        typer.Option("--tol", help="Largest error, such as 1e-3 or deflection=1%. Effects above half of it count."),
     ] = None,
     strict: Strict = False,
 ) -> None:
-    """Estimate how large each effect is in a scene, and tell which ones it calls for, without running it."""
+    """Estimate the influence of each effect without running the scene, and say which effects it needs."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
@@ -33,7 +33,7 @@ def effects(
     out.print(views.effects_table(choices, loaded.neglected))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
-    tell(f"effects = 'auto' means effects = [{names}]{enough}")
+    tell(f"effects = 'auto' selects effects = [{names}]{enough}")
     if compare:
         make_folder(folder)
         runs = added_one_by_one(loaded)

@@ -16,19 +16,20 @@ def follow(
     over: Annotated[
         str,
         typer.Option(
-            help="Field and its range, PATH=START:STOP, such as drive.speed=20:60 or drive.speed='200 rpm:600 rpm'.",
+            help="Number of the scene and its range: PATH=START:STOP, such as drive.speed=20:60 or "
+            "drive.speed='200 rpm:600 rpm'.",
             show_default=False,
         ),
     ],
     folder: OutFolder = Path("out"),
     points: Annotated[int, typer.Option(min=1, max=100_000, help="Smallest number of points over the range.")] = 40,
-    most_points: Annotated[int, typer.Option(min=2, max=1_000_000, help="Points after which it is given up.")] = 2000,
+    most_points: Annotated[int, typer.Option(min=2, max=1_000_000, help="Give up after this many points.")] = 2000,
     refine: Refine = 0,
     strict: Strict = False,
 ) -> None:
-    """Follow the steady state over speed, damping or any number through folds: writes branch.nc and plots.
+    """Follow the steady state along speed, damping or any other number, through folds: write branch.nc and plots.
 
-    Stable and unstable motions are found, several at one value where there are several.
+    It finds stable and unstable motions, also several at one value.
     """
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.follow import follow as follow_branch  # noqa: PLC0415

@@ -9,7 +9,7 @@ from fenics_mech.cli.common import OutFolder, Refine, SceneFile
 
 
 def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) -> None:
-    """Mesh a scene: writes mesh.msh, mesh.vtu and mesh.xdmf at drive angle 0."""
+    """Mesh a scene: write mesh.msh, mesh.vtu and mesh.xdmf at drive angle 0."""
     import numpy as np  # noqa: PLC0415
 
     from fenics_mech.beams import mesh_scene  # noqa: PLC0415

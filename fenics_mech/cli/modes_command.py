@@ -9,7 +9,7 @@ from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, loaded_
 
 
 def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
-    """Solve for natural frequencies over the cycle: writes frequencies.csv and a plot, prints a table."""
+    """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table."""
     from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
@@ -26,5 +26,5 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0,
     assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
     out.print(views.frequency_table(frequency, assurance, error, supported))
     for freedom in found.free:
-        tell(f"Rigid body: {freedom}")
+        tell(f"Rigid-body motion: {freedom}")
     tell_written((table, plot), folder)

@@ -19,12 +19,12 @@ def run(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
-    csv: Annotated[bool, typer.Option(help="Write every variable as a CSV table too.")] = False,
+    csv: Annotated[bool, typer.Option(help="Also write every variable as a CSV table.")] = False,
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
 ) -> None:
-    """Analyse a scene: writes result.nc and plots, prints a summary. Under mpirun the processes share the positions."""
+    """Analyse a scene: write result.nc and plots, print a summary. Under mpirun the processes share the positions."""
     from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
     from fenics_mech._ranks import shared  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
@@ -52,4 +52,4 @@ def run(
     out.print(views.summary(result))
     tell_written(written, folder)
     if strict and result.warnings:
-        raise MechanismError("--strict makes the warnings above errors")
+        raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")

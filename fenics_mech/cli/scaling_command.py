@@ -13,9 +13,9 @@ from fenics_mech.cli.common import OutFolder
 
 def scaling(
     folder: OutFolder = Path("out"),
-    quick: Annotated[bool, typer.Option("--quick", help="Few and small runs, to try it out.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="A few small runs, to try it out.")] = False,
 ) -> None:
-    """Measure how time and memory grow with elements, links and positions. Writes scaling.csv, scaling.nc, a figure."""
+    """Measure how time and memory grow with elements, links and positions. Write scaling.csv, scaling.nc, a figure."""
     from fenics_mech.studies.timing import one_thread  # noqa: PLC0415
 
     one_thread()  # before the numerical libraries are loaded

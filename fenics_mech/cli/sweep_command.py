@@ -18,28 +18,30 @@ def sweep(
     over: Annotated[
         list[str],
         typer.Option(
-            help="Field and its values, PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or "
+            help="Number of the scene and its values: PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or "
             "drive.speed='100 rpm:600 rpm:51'. Several make a grid.",
             show_default=False,
         ),
     ],
     folder: OutFolder = Path("out"),
     refine_peaks: Annotated[
-        int, typer.Option(min=0, max=100_000, help="Most points to add where the curve of strain is not resolved.")
+        int,
+        typer.Option(min=0, max=100_000, help="Most points to add where the strain curve is not resolved."),
     ] = 0,
     member: Annotated[
-        str | None, typer.Option(help="Member of the waterfall and of maps.", show_default="that of the largest strain")
+        str | None,
+        typer.Option(help="Member in the waterfall plot and in maps.", show_default="the one with the largest strain"),
     ] = None,
-    s: Annotated[float, typer.Option(min=0, max=1, help="Place of the strain whose harmonics are kept.")] = 0.5,
-    fibre: Annotated[str, typer.Option(help="Its fibre, + or -.")] = "+",
-    harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics kept.")] = 20,
+    s: Annotated[float, typer.Option(min=0, max=1, help="Place on the members where harmonics are kept.")] = 0.5,
+    fibre: Annotated[str, typer.Option(help="Side of the members for these harmonics, + or -.")] = "+",
+    harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics that are kept.")] = 20,
     refine: Refine = 0,
     strict: Strict = False,
 ) -> None:
-    """Analyse a scene over speed, damping or any number in it: writes sweep.nc and plots.
+    """Analyse a scene at many values of speed, damping or any other number: write sweep.nc and plots.
 
-    Ended before its time, it goes on where it was when it is started again with the same folder. Under mpirun the
-    processes share the points.
+    A sweep that was interrupted goes on when it is started again with the same folder. Under mpirun the processes
+    share the points.
     """
     from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
@@ -65,4 +67,4 @@ def sweep(
         out.print(sweep_summary(found))
         tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)
         if (found.data["error"] != "").all():
-            raise MechanismError("no point of the sweep has an answer; sweep.nc and the lines above tell why")
+            raise MechanismError("every point of the sweep failed; the lines above and sweep.nc say why")

@@ -114,9 +114,7 @@ def _pictures(result: Result, theta: Array, magnify: float, size: tuple[int, int
     scene, shown = result.scene, frames_at(result, theta, magnify)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     title = f"{scene.name}, {driven}"
-    caption = (
-        f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, coloured by the strain of the + fibre; grey: rigid bodies"
-    )
+    caption = f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"
     ground = (ground_points(scene), ground_guides(scene, cycle(result, GUIDE_POSITIONS)))
     stage = Stage(shown, ground, size, strain_limit(result), title, caption)
     try:

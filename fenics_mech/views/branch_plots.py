@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
-from fenics_mech.views.plots import COLOURS, MICRO, MILLI, empty_figure, finish, save, with_unit
+from fenics_mech.views.plots import COLOURS, DEFLECTION, MICRO, MILLI, STRAIN, empty_figure, finish, save, with_unit
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -41,13 +41,8 @@ def branch_figure(branch: Branch) -> Figure:
     figure, panels = empty_figure(rows=2, height=6.8)
     data = branch.data
     kinds = (
-        ("peak_strain", MICRO, "Strain", "strain (\N{MICRO SIGN}m/m)"),
-        (
-            "peak_deflection",
-            MILLI,
-            "Elastic displacement",
-            "deflection (mm)",
-        ),
+        ("peak_strain", MICRO, "Largest strain", STRAIN),
+        ("peak_deflection", MILLI, "Largest elastic displacement", DEFLECTION),
     )
     for axes, (name, scale, title, label) in zip(panels, kinds):
         for i, member in enumerate(data["member"].to_numpy()):
@@ -55,7 +50,7 @@ def branch_figure(branch: Branch) -> Figure:
                 axes, branch, scale * data[name].sel(member=member).to_numpy(), COLOURS[i % len(COLOURS)], str(member)
             )
         axes.set_ylim(bottom=0)
-        _settle(axes, branch, f"{title}: largest over the cycle. Dashed: unstable; circles: folds", label)
+        _settle(axes, branch, f"{title} in a cycle. Dashed: unstable; circles: folds", label)
     panels[-1].set_xlabel(with_unit(branch.data, branch.path))
     return figure
 
@@ -66,24 +61,25 @@ def multiplier_figure(branch: Branch) -> Figure:
     largest = np.hypot(*np.moveaxis(branch.data["multiplier"].transpose(..., "part").to_numpy()[:, 0], -1, 0))
     _draw(axes, branch, largest, COLOURS[0], "")
     axes.axhline(1, color="#777777", linewidth=0.8, linestyle="-", zorder=1.5)
-    _settle(axes, branch, "Stability: disturbances grow above 1. Circles: folds", "largest multiplier")
+    _settle(axes, branch, "Stability: disturbances grow above 1. Circles: folds", "largest Floquet multiplier")
     axes.set_xlabel(with_unit(branch.data, branch.path))
     return figure
 
 
 def branch_summary(branch: Branch) -> Group:
-    """Tell where the branch folds, to which motion the answer jumps there, and where stability changes else."""
+    """Tell where the branch folds, to which motions the machine may jump there, and where else stability changes."""
     data = branch.data
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     low, high = number(float(branch.values.min())), number(float(branch.values.max()))
-    shares = f"{int(data['stable'].sum())} of {data.sizes['point']} points stable"
-    parts.append(Text(f"{branch.path} from {low} to {high} {data[branch.path].attrs['units']}: {shares}"))
+    shares = f"{int(data['stable'].sum())} of {data.sizes['point']} points are stable"
+    unit = data[branch.path].attrs["units"]
+    parts.append(Text(f"{branch.path} from {low} to {high} {unit}: {shares}"))
     if (data["fold"] == 1).any():
         parts.append(_folds(branch))
     for start, end, kind in branch.changes():
         if kind != "fold":
             low, high = (f"{value:.6g}" for value in sorted((start, end)))
-            parts.append(Text(f"stability changes by {kind} between {low} and {high}"))
+            parts.append(Text(f"Stability changes between {low} and {high} {unit} ({kind})"))
     if not branch.whole:
         parts.append(Text(data.attrs["ended"], style="bold red"))
     return Group(*parts)
@@ -94,7 +90,7 @@ def _folds(branch: Branch) -> Table:
     peak = MICRO * branch.data["peak_strain"].max("member").to_numpy()
     points = np.arange(len(peak))
     strain = "largest strain (\N{MICRO SIGN}m/m)"
-    table = table_of("Folds", with_unit(branch.data, branch.path), strain, "other stable motions there")
+    table = table_of("Folds", with_unit(branch.data, branch.path), strain, "of other stable\nmotions there")
     for fold in np.flatnonzero(branch.data["fold"].to_numpy() == 1):
         value = float(branch.values[fold])
         others = [place for place, stable in branch.motions(value) if stable and abs(place - fold) > 1]

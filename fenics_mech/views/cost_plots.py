@@ -20,7 +20,7 @@ from rich.text import Text
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.views.plots import COLOURS, STYLE, save
-from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.tables import number, percent, table_of
 
 if TYPE_CHECKING:
     from fenics_mech.studies.cost import Cost
@@ -34,7 +34,7 @@ NAMED = {"elements": "elements", "sub_intervals": "sub-intervals", "modes": "mod
 
 
 def front(seconds: Array, error: Array) -> Index:
-    """Numbers of the runs than which none is both faster and better, the fastest first; NaN is no run."""
+    """Numbers of the Pareto-optimal runs, the fastest first; NaN is no run."""
     order = [i for i in np.lexsort((error, seconds)) if np.isfinite(seconds[i]) and np.isfinite(error[i])]
     kept: list[int] = []
     for i in order:
@@ -59,17 +59,19 @@ def write_cost(cost: Cost, folder: Path, name: str) -> list[Path]:
 
 
 def cost_figure(cost: Cost) -> Figure:
-    """Draw error against time: against the run's own converged answer on the left, against the other on the right."""
+    """Draw error over time: relative to the run's own converged solution on the left, to another one on the right."""
     data, of_peers = cost.data, "meshes" not in cost.data.attrs
     where = "_mid_span" if of_peers else ""
-    other = "that of hand-coded Gauss-Legendre or Exudyn" if of_peers else f"that of {data.attrs['equation']}"
+    other = "hand-coded Gauss-Legendre or Exudyn" if of_peers else str(data.attrs["equation"])
     panels = {
-        f"error{where}": "Against the program's own converged answer"
+        f"error{where}": "Relative to the program's own converged solution"
         if of_peers
-        else "Against the converged answer of the same equation",
-        f"error_all{where}": f"Against {other}",
+        else "Relative to the converged solution of the same equation",
+        f"error_all{where}": f"Relative to the converged solution of {other}",
     }
-    return _figure(data, panels, f"What accuracy costs: {data.attrs['title']}{', with peers' if of_peers else ''}")
+    return _figure(
+        data, panels, f"What accuracy costs: {data.attrs['title']}{' and of other programs' if of_peers else ''}"
+    )
 
 
 def _figure(data: xr.Dataset, panels: dict[str, str], title: str) -> Figure:
@@ -131,7 +133,7 @@ def _methods(data: xr.Dataset) -> Iterator[tuple[str, Index, dict[str, Any]]]:
 
 
 def cost_summary(cost: Cost) -> Group:
-    """Tell what each accuracy costs, what failed, and how sure the converged answers are."""
+    """Tell what each accuracy costs, what failed, and how well the converged solutions are known."""
     data, of_peers = cost.data, "meshes" not in cost.data.attrs
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     parts.append(levels_table(data, "error_mid_span" if of_peers else "error", _known(cost, of_peers)))
@@ -145,10 +147,10 @@ def cost_summary(cost: Cost) -> Group:
 def levels_table(data: xr.Dataset, variable: str, known: Mapping[str, float]) -> Table:
     """Tabulate the shortest time (ms) in which each method comes within an accuracy.
 
-    An error is told to be no smaller than the answers are `known`, by equation.
+    No error is reported to be smaller than that of the converged solutions, `known` by equation.
     """
-    title = "Shortest time (ms) for an error below, against the method's own converged answer"
-    table = table_of(title, "method", *map(percent, LEVELS), "best")
+    title = "Shortest time (ms) to reach an error relative to the converged solution of the same equation"
+    table = table_of(title, "method", *map(percent, LEVELS), "smallest\nerror")
     named = data["equation"].to_numpy().astype(str)
     for equation in dict.fromkeys(named):
         table.add_section()
@@ -166,7 +168,7 @@ def levels_table(data: xr.Dataset, variable: str, known: Mapping[str, float]) ->
 
 
 def _known(cost: Cost, of_peers: bool) -> dict[str, float]:
-    """How well the converged answers of each equation are known, of two the worse."""
+    """Error of the converged solutions of each equation, of two the larger."""
     place, known = "mid_span" if of_peers else "everywhere", dict[str, float]()
     for name, found in cost.references.items():
         if not isinstance(found, str):
@@ -181,14 +183,14 @@ def _best(error: Array, least: float) -> str:
 
 
 def _as_known(error: float, least: float) -> str:
-    """Give an error in percent, or that it is below the smallest that the converged answer can tell."""
+    """Give an error in percent, or that it is below the error of the converged solution."""
     return percent(error) if error > least else f"< {percent(least)}"
 
 
 def front_table(data: xr.Dataset, variable: str, least: float) -> Table:
-    """Tabulate the runs than which none is faster and better, as far as the converged answer is known."""
-    estimated = "estimate / error of its own equation"
-    table = table_of("Runs than which none is both faster and better", "run", "time (ms)", "error", estimated)
+    """Tabulate the Pareto-optimal runs, as far as the converged solution is known."""
+    columns = "run", "time (ms)", "error", "estimated error\n/ error of its own equation"
+    table = table_of("Pareto-optimal runs: none is both faster and more accurate", *columns)
     for i in front(data["seconds"].to_numpy(), np.maximum(data[variable].to_numpy(), least)):
         run = data.isel(run=i)
         ratio = float(run["estimate_ratio"]) if "estimate_ratio" in data else np.nan
@@ -206,12 +208,13 @@ def advice(data: xr.Dataset, variable: str, least: float = 0.0) -> list[str]:
         good = np.flatnonzero(error <= level)
         if len(good):
             i = good[np.argmin(seconds[good])]
-            lines.append(f"{percent(level)} in {number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}")
+            lines.append(f"Error of {percent(level)} in {number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}")
             continue
         if np.isfinite(error).any():
             i = min(np.flatnonzero(error == np.nanmin(error)), key=lambda run: seconds[run])
             lines.append(
-                f"{percent(level)} with none of these runs: the best has {_as_known(float(error[i]), least)} in "
+                f"Error of {percent(level)} with none of these runs: the best has "
+                f"{_as_known(float(error[i]), least)} in "
                 f"{number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}"
             )
         break
@@ -230,22 +233,17 @@ def said(run: xr.Dataset) -> str:
     return ", ".join(words)
 
 
-def percent(value: float) -> str:
-    """Give a share in percent."""
-    return f"{100 * value:.2g} %"
-
-
 def _references(cost: Cost) -> Iterator[str]:
     ways: dict[str, list[str]] = {}
     for name, found in cost.references.items():
         if isinstance(found, str):
-            yield f"No converged answer of {name}: {found}"
+            yield f"No converged solution of {name}: {found}"
         else:
             ways.setdefault(found["how"], []).append(
                 f"{name} {percent(found['everywhere'])} ({percent(found['mid_span'])} at mid-span)"
             )
     for how, names in ways.items():
-        yield f"Converged answers: {how}. Their difference from the check: {'; '.join(names)}."
+        yield f"Converged solutions: {how}. Their difference from an independent check: {'; '.join(names)}."
 
 
 def _about(data: xr.Dataset) -> Iterator[str]:
@@ -253,13 +251,13 @@ def _about(data: xr.Dataset) -> Iterator[str]:
     yield f"{attributes['machine']}; threads: {attributes['threads']}; {attributes['versions']}."
     if "bare_seconds" in attributes:
         yield (
-            f"Not in the times: imports {attributes['import_seconds']:.2g} s, compiling forms or reading compiled ones "
-            f"{attributes['compile_seconds']:.2g} s."
+            f"The times leave out imports ({attributes['import_seconds']:.2g} s) and compiling the forms, or reading "
+            f"compiled ones ({attributes['compile_seconds']:.2g} s)."
         )
         whole, bare = attributes["analyse_seconds"], attributes["bare_seconds"]
         yield (
-            f"The scene as it stands takes {number(1e3 * whole)} ms, {number(1e3 * bare)} ms of them inside PETSc, "
-            f"SLEPc and LAPACK: {100 * (whole / bare - 1):.0f} % on top of these."
+            f"The scene as stated takes {number(1e3 * whole)} ms, of which PETSc, SLEPc and LAPACK take "
+            f"{number(1e3 * bare)} ms: the rest adds {100 * (whole / bare - 1):.0f} %."
         )
 
 
@@ -267,9 +265,9 @@ def _failures(data: xr.Dataset) -> Iterator[str]:
     """Say which runs gave no answer, and why the first of each method did not."""
     failed = np.flatnonzero(data["failure"].to_numpy().astype(str) != "")
     if len(failed):
-        yield f"{len(failed)} of {data.sizes['run']} runs gave no answer:"
-    told: dict[tuple[str, str], list[int]] = {}
+        yield f"{len(failed)} of {data.sizes['run']} runs failed:"
+    by_kind: dict[tuple[str, str], list[int]] = {}
     for i in failed:
-        told.setdefault((str(data["method"][i].item()), str(data["failure"][i].item())), []).append(int(i))
-    for (method, _), runs in told.items():
+        by_kind.setdefault((str(data["method"][i].item()), str(data["failure"][i].item())), []).append(int(i))
+    for (method, _), runs in by_kind.items():
         yield f"  {method}, {len(runs)} of them: {data['message'][runs[0]].item()}"

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from fenics_mech.views.plots import COLOURS, MICRO, curve, finish, new_figure, save
+from fenics_mech.views.plots import COLOURS, MICRO, STRAIN, curve, finish, new_figure, save
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
     from fenics_mech.studies.effect_costs import Run
+
+
+RUN_COLUMNS = "effect added", "strain differs from\nthe last row by", "time (s)", "compiled\nforms", "PETSc\nmatrices"
 
 
 def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
@@ -39,13 +42,18 @@ def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
                 linestyle="-",
                 linewidth=1.2 + (run is runs[-1]),
             )
-        finish(axes, f"Strain of the {member} at mid-span, effects added", "strain (\N{MICRO SIGN}m/m)", columns=3)
+        finish(
+            axes,
+            f"Strain of {member} at mid-span, + side: effects added in turn",
+            STRAIN,
+            columns=3,
+        )
     return save(figure, path)
 
 
 def runs_table(runs: Sequence[Run]) -> Table:
-    """Tabulate what every run differs from the last one, and what it took."""
-    table = table_of("Effects added one at a time", "added", "strain off by", "time (s)", "forms", "PETSc matrices")
+    """Tabulate by how much the strains of every run differ from those of the last one, and what the run took."""
+    table = table_of("Effects added one at a time", *RUN_COLUMNS)
     for run in runs:
         off = "" if run is runs[-1] else f"{100 * run.difference:.3g} %"
         table.add_row(run.name, off, f"{run.count.seconds:.3f}", str(run.count.forms), str(run.count.matrices))

@@ -69,6 +69,7 @@ LEAST_BAR = 0.01  # of the largest harmonic, up to the last of which harmonics a
 FEWEST_BARS = 12
 MICRO = 1e6
 MILLI = 1e3
+STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
 def plot_strain(
@@ -227,7 +228,7 @@ def strain_figure(
             axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
     place = "mid-span" if s == 0.5 else f"s = {s:g}"
     sign = fibre.replace("-", "\N{MINUS SIGN}")
-    finish(axes, f"Strain of the {member} at {place}, {sign} fibre", "strain (\N{MICRO SIGN}m/m)")
+    finish(axes, f"Strain of {member} at {place}, {sign} side", STRAIN)
     return figure
 
 
@@ -245,7 +246,7 @@ def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, flo
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
     _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
-    finish(axes, "Natural frequencies; dashed: members simply supported", "frequency (Hz)")
+    finish(axes, "Natural frequencies. Dashed: each member simply supported", "frequency (Hz)")
     return figure
 
 
@@ -271,7 +272,7 @@ def deflection_figure(result: Result) -> Figure:
     figure, (axes,) = figure_of(result)
     for member, values in zip(result.scene.members(), transverse_deflection(result).T):
         axes.plot(*_curve(result, MILLI * values), label=member)
-    finish(axes, "Transverse deflection at mid-span, from the rigid position", "deflection (mm)")
+    finish(axes, "Transverse deflection at mid-span, relative to the rigid linkage", DEFLECTION)
     return figure
 
 
@@ -285,11 +286,12 @@ def spectrum_figure(result: Result) -> Figure:
     figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))
     for axes, i in zip(panels, shown):
         axes.bar(np.arange(1, last + 1), amplitude[i, 1 : last + 1], width=0.7, color=COLOURS[0], zorder=2)
-        finish(axes, f"Harmonics of the strain of {result.data['member'].to_numpy()[i]}", "strain (\N{MICRO SIGN}m/m)")
+        member = result.data["member"].to_numpy()[i]
+        finish(axes, f"Harmonics of the strain at mid-span, + side: {member}", STRAIN)
         axes.set_ylim(0, 1.2 * max(amplitude[i, 1 : last + 1].max(initial=0.0), np.finfo(float).tiny))
         _mark_modes(axes, result, last + 0.6)
     panels[-1].set_xlim(0.4, last + 0.6)
-    bands = "; bands: natural frequencies" if "frequency" in result.data else ""
+    bands = "; bands: natural frequencies over the cycle" if "frequency" in result.data else ""
     panels[-1].set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz){bands}")
     return figure
 

@@ -21,11 +21,19 @@ from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
+from fenics_mech.views.tables import drive_of, frequency_table, number, percent, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
-SHOWN = 1e-3  # by which a strain between stations has to be larger to be told
+SHOWN = 1e-3  # by which a strain between stations has to be larger to be reported
 LARGEST_HARMONICS = 4  # that the summary names
+SOURCES = {  # of errors, in words
+    "time": "time steps",
+    "harmonics": "harmonics left out",
+    "modes": "modes left out",
+    "stations": "between stations",
+    "effects": "effects left out",
+}
+PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
 ROUNDING = 1e-9  # of the largest harmonic, below which others are rounding
 MINUS = "\N{MINUS SIGN}"
 
@@ -33,8 +41,9 @@ MINUS = "\N{MINUS SIGN}"
 def summary(result: Result) -> Group:
     """Summarise a result for `rich.console.Console.print`; it needs 80 columns.
 
-    Decisions taken, then peaks with the drive angle (degrees) and the place (s, 0..1) where they occur: strain, stress
-    and deflection per member, force per joint, input torque, and the range of each mode's frequency. Last its warnings.
+    First how it was computed, then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
+    strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
+    frequency, stability, the balance of power, the limits of the theory, and warnings.
 
     Parameters
     ----------
@@ -57,7 +66,7 @@ def summary(result: Result) -> Group:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
         if any(effect.nonlinear for effect in _acting(result)):
-            parts.append(Text("(of the links without their axial forces)"))
+            parts.append(Text("These frequencies leave out the axial forces in the links."))
     if "stability_limit" in result.data.attrs:
         parts.append(_stability(result))
     if "mean_power" in result.data:
@@ -76,25 +85,23 @@ def _validity(result: Result) -> Text:
     """Tell whether deflections and axial forces are small enough for the theory that was used."""
     members = [str(member) for member in result.data["member"].to_numpy()]
     euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
-    worst = f"{members[euler.argmax()]!r}: axial force up to {euler.max():.3g} of its Euler load"
-    bent = f"{members[bow.argmax()]!r}: bow up to {bow.max():.3g} of its length"
-    turned = f"{members[turn.argmax()]!r}: axis turns by up to {turn.max():.3g} rad"
+    worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
+    bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
+    turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
     acting = _acting(result)
     if any(effect.nonlinear for effect in acting):
         if turn.max() <= VALIDITY.rotation:
-            return Text(f"Within the theory of moderate rotations: {turned}; {worst}.")
-        text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, expect wrong strains: {turned} (limit {VALIDITY.rotation})."
+            return Text(f"Inside the theory of moderate rotations: {turned}; {worst}.")
+        text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
         return Text(text, style="bold red")
     carried = any(effect.stress_stiffening for effect in acting)
     if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:
-        return Text(f"Within the linear theory: {worst}; {bent}.")
-    beyond = [f"{bent} (limit {VALIDITY.bow})"] if bow.max() > VALIDITY.bow else []
+        return Text(f"Inside the linear theory: {worst}; {bent}.")
+    beyond = [f"{bent} (limit {percent(VALIDITY.bow)})"] if bow.max() > VALIDITY.bow else []
     if not carried and euler.max() > VALIDITY.euler_ratio:
-        beyond.insert(0, f"{worst} (limit {VALIDITY.euler_ratio})")
-    return Text(
-        f"OUTSIDE THE LINEAR THEORY, expect wrong strains: {'; '.join(beyond)}. effects = 'auto' takes what is needed.",
-        style="bold red",
-    )
+        beyond.insert(0, f"{worst} (limit {percent(VALIDITY.euler_ratio)})")
+    advice = "Write effects = 'auto', which takes the effects that are needed."
+    return Text(f"OUTSIDE THE LINEAR THEORY, strains are wrong: {'; '.join(beyond)}. {advice}", style="bold red")
 
 
 def _energy(result: Result) -> Text:
@@ -109,47 +116,49 @@ def _energy(result: Result) -> Text:
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > ROUNDING:
-        text += f", MORE than the estimated errors of the drives' efforts explain, {number(MILLI * bound)} mW"
+        text += f", MORE than the {number(MILLI * bound)} mW that the estimated errors of the drives explain"
     return Text(f"{text}.")
 
 
 def _stability(result: Result) -> Text:
     """Tell whether small disturbances of the periodic motion die out."""
-    limit = f"disturbances faster than {result.data.attrs['stability_limit']:.3g} Hz are not judged"
+    limit = f"{result.data.attrs['stability_limit']:.3g} Hz"
     if "multiplier" not in result.data:
-        return Text(f"Stability: {limit}, which are all of them.")
+        return Text(f"Stability is not judged: every disturbance is faster than {limit}, too fast for the steps.")
     size = np.hypot(*result.data["multiplier"][0].to_numpy())
     rate, frequency, mode = (
         float(result.data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
     )
-    where = f"{frequency:.4g} Hz in the axes of link {result.data['multiplier_link'][0].item()}"
-    slowest = f"{size:.3g} of it is left after a cycle ({rate:.3g} 1/s at {where}, mode {mode:.0f})"
+    link = result.data["multiplier_link"][0].item()
+    where = f"({frequency:.4g} Hz in the axes of link {link}, mode {mode:.0f}; rate {rate:.3g} 1/s)"
+    per_cycle = f"to {100 * size:.3g} % per cycle {where}"
+    rest = f"Disturbances faster than {limit} are not judged."
     if size < 1 - STABILITY.tolerance:
-        return Text(f"Stable: of the slowest disturbance {slowest}; {limit}.")
+        return Text(f"Stable: the least-damped disturbance decays {per_cycle}. {rest}")
     if size < 1 + STABILITY.tolerance:
-        return Text(f"At the limit of stability, without damping: of the worst disturbance {slowest}; {limit}.")
-    return Text(f"UNSTABLE: a small disturbance grows; {slowest}.", style="bold red")
+        return Text(f"At the limit of stability, without damping: the worst disturbance comes {per_cycle}. {rest}")
+    return Text(f"UNSTABLE: a small disturbance grows {per_cycle}.", style="bold red")
 
 
 def _decisions(result: Result) -> Table:
-    """Tell what was decided: method, joining, modes, mesh."""
+    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh."""
     scene, analysis = result.scene, result.scene.analysis
     rows = {"drive": drive_of(scene), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
         rows["solver"] = _solver(result)
     if result.data.attrs.get("solver") == "sub-intervals":
-        rest = "the others answer statically" if analysis.static_correction else "the others are left out"
-        rows["joining"] = f"{analysis.join}, load {analysis.load} inside each sub-interval"
+        rest = "the others follow the load statically" if analysis.static_correction else "the others are left out"
+        rows["joining"] = f"{analysis.join} continuity between sub-intervals, {analysis.load} load in each"
         rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
     if "error_estimate" in result.data.attrs:
         rows["error estimate"] = _errors(result)
     if "cycle_change" in result.data.attrs:
-        rows["last cycle differs from the one before by"] = f"{result.data.attrs['cycle_change']:.2g}"
+        rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
     rows["damped by"] = _damping(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
-        rows["mesh"] = f"{rows['mesh']} by Craig-Bampton reduction to modes from {_elements(scene)} elements"
+        rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {_elements(scene)} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
     table = Table.grid(padding=(0, 2))
@@ -160,22 +169,22 @@ def _decisions(result: Result) -> Table:
 
 def _errors(result: Result) -> str:
     """Tell the largest relative error of each quantity, and that of the strains by source."""
-    data, told = result.data, []
+    data, parts = result.data, []
     numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
-    for what, name in _words(result).items():
+    for what, name in _quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
-        text = f"{name} {_percent(data.attrs[f'{prefix}error_estimate'])}"
+        text = f"{name} {percent(data.attrs[f'{prefix}error_estimate'])}"
         wrong = float(data[f"{prefix}relative_error"].sel(source=numerical).sum()) > LARGEST_ERROR
-        told.append(text + (" (TOO LARGE, expect wrong ones)" if wrong and what != "strain" else ""))
+        parts.append(text + (" (TOO LARGE, do not use it)" if wrong and what != "strain" else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
-    shares = ", ".join(f"{source} {_percent(error)}" for source, error in by_source)
-    text = f"{', '.join(told)} (of the strain: {shares})"
+    shares = ", ".join(f"{SOURCES.get(source, source)} {percent(error)}" for source, error in by_source)
+    text = f"{', '.join(parts)}; of the strain: {shares}"
     if "not_estimated" in data.attrs:
-        text += f"; NOT in it: {data.attrs['not_estimated']}"
-    return text + (": TOO LARGE, expect wrong numbers" if data.attrs["too_coarse"] else "")
+        text += f"; NOT included: {data.attrs['not_estimated']}"
+    return text + (": TOO LARGE, do not use these numbers" if data.attrs["too_coarse"] else "")
 
 
-def _words(result: Result) -> dict[str, str]:
+def _quantities(result: Result) -> dict[str, str]:
     """Give the quantities of a result that have an error, and their names."""
     data = result.data
     names = {"strain": "strain", "deflection": "deflection"}
@@ -184,10 +193,6 @@ def _words(result: Result) -> dict[str, str]:
     if result.scene.drives:
         names["torque"] = "input torque" if effort_units(result.scene) == ["N m"] else "drive effort"
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
 
 
 def _elements(scene: Scene) -> int:
@@ -200,20 +205,24 @@ def _solver(result: Result) -> str:
     analysis, solver = result.scene.analysis, str(result.data.attrs["solver"])
     if solver == "harmonic-balance":
         return f"{solver}, {analysis.harmonics} harmonics"
-    return solver if solver == "sub-intervals" else f"{solver}, {analysis.stages} {analysis.scheme} points a step"
+    return (
+        solver
+        if solver == "sub-intervals"
+        else f"{solver}, {analysis.stages} {analysis.scheme.capitalize()} points per step"
+    )
 
 
 def _effects(result: Result) -> str:
-    """Name the effects that act, with their size where it was estimated."""
+    """Name the effects that act, with their influence on the strains where it was estimated."""
     effects = json.loads(result.data.attrs["effects"])
     inside = {effect.replaces for effect in _acting(result)}
-    acting = [e["name"] + ("" if e["size"] is None else f" ({e['size']:.2g})") for e in effects if e["acts"]]
+    acting = [e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])})") for e in effects if e["acts"]]
     left = [
-        f"{e['name']} ({e['size']:.2g}{', LACKS DATA: ' + e['lacking'] if e['lacking'] else ''})"
+        f"{e['name']} ({percent(e['size'])}{', MISSING DATA: ' + e['lacking'] if e['lacking'] else ''})"
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    chosen = f"; chosen, as above {result.scene.neglected / 2:g}; left out: {', '.join(left) or 'none'}"
+    chosen = f"; selected: influence above {percent(result.scene.neglected / 2)}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
     return (", ".join(acting) or "none") + (chosen if estimated else "")
 
@@ -225,7 +234,8 @@ def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
         return []
     text = (
         f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
-        f"strain and {by_force:.1%} of the largest joint force, as every second position tells: take more sub_intervals"
+        f"strain and {by_force:.1%} of the largest joint force: without every second position they differ by that. "
+        "Take more sub_intervals"
     )
     return [Text(text)]
 
@@ -233,10 +243,9 @@ def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
 def _members(result: Result) -> Table:
     """Tabulate the peak strain, with its stress, and the peak deflection of each member."""
     strain_head, bent_head = "strain\n(\N{MICRO SIGN}m/m)", "deflection\n(mm)"
-    where = "at angle,\ns"
-    table = table_of(
-        "Peaks of the members", "member", strain_head, "stress\n(MPa)", where + ", fibre", bent_head, where
-    )
+    columns = "member", strain_head, "stress\n(MPa)", "at angle,\ns, side", bent_head, "at angle,\ns"
+    table = table_of("Peaks of the members", *columns)
+    table.caption, table.caption_justify = PLACE, "left"
     theta, s = _degrees(result), result.data["s"].to_numpy()
     fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
     strain, stress = (_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
@@ -260,13 +269,13 @@ def _between_stations(result: Result) -> list[Text]:
     largest = result.data["largest_strain"]
     larger = largest[largest > (1 + SHOWN) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
-    told = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
-    return [Text(f"Larger between stations (\N{MICRO SIGN}m/m): {told}")] if told else []
+    peaks = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
+    return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
 
 
 def _joints(result: Result) -> Table:
     """Tabulate the peak joint forces and, as the last row, the peak torque or force of the first drive."""
-    table = table_of("Peaks of the joint forces", "joint", "peak", "at")
+    table = table_of("Peaks of the joint forces", "joint", "peak", "at angle")
     theta = _degrees(result)
     forces = np.linalg.norm(_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
     for joint, force in zip(result.data["joint"].to_numpy(), forces.T):
@@ -289,12 +298,13 @@ def _signal(result: Result) -> list[RenderableType]:
         if result.scene.analysis.method != "transient":
             return []
         change = data.attrs["cycle_change"]
-        why = f"the last cycle differs by {change:.2g} from the one before" if np.isfinite(change) else "too few cycles"
-        return [Text(f"No harmonics, as the motion is not periodic: {why}.")]
+        differs = f"the last cycle differs from the one before by {percent(change)} of the largest displacement"
+        why = differs if np.isfinite(change) else "it has fewer than two cycles"
+        return [Text(f"No harmonics are given because the motion is not periodic: {why}.")]
     vibrates = "vibration_frequency" in data
     head = ["vibration\n(\N{MICRO SIGN}m/m)", "frequency\n(Hz)", "mode"] if vibrates else []
     table = table_of(
-        "Strain at mid-span, + fibre", "member", "largest harmonics\nof the drive: \N{MICRO SIGN}m/m", *head
+        "Strain at mid-span, + side", "member", "largest harmonics\nof the drive: \N{MICRO SIGN}m/m", *head
     )
     amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
@@ -325,10 +335,13 @@ def _damping(scene: Scene) -> str:
     """Tell how the scene is damped."""
     damping = scene.damping
     ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
-    parts = [", ".join(f"{100 * value:.4g} %" for value in ratios) + " of the modes"] if any(ratios) else []
-    parts += [f"material {damping.material:.4g} s"] if damping.material else []
-    parts += [f"external {damping.external:.4g} 1/s"] if damping.external else []
-    parts += [f"relative {damping.relative:.4g} 1/s"] if damping.relative else []
+    modal = ", ".join(f"{100 * value:.4g} %" for value in ratios)
+    parts = (
+        [f"{modal} of critical in {'each mode' if len(ratios) == 1 else 'the modes in turn'}"] if any(ratios) else []
+    )
+    parts += [f"material with a retardation time of {damping.material:.4g} s"] if damping.material else []
+    parts += [f"drag {damping.external:.4g} 1/s on the absolute velocity"] if damping.external else []
+    parts += [f"drag {damping.relative:.4g} 1/s on the velocity relative to the links"] if damping.relative else []
     if (air := damping.air) is not None:
         parts += [f"air of {air.density:.4g} kg/m^3 with a drag coefficient of {air.coefficient:.4g}"]
     return ", ".join(parts) or "none"

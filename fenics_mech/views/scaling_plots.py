@@ -1,4 +1,4 @@
-"""How a run grows, as figure and tables."""
+"""How time and memory of a run grow, as figure and tables."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.scaling import Scaling
 
 SERIES = {"elements": "elements per link", "links": "moving links", "positions": "positions in a cycle"}
-PANELS = {"seconds": "processor time (s)", "memory": "largest memory (MB)"}
+PANELS = {"seconds": "processor time (s)", "memory": "peak memory (MB)"}
 WIDTH, HEIGHT = 11.0, 6.2  # inches
 
 
@@ -55,7 +55,7 @@ def scaling_figure(scaling: Scaling) -> Figure:
             axes.set_xlabel(label)
         handles = {label: handle for axes in panels[0] for handle, label in zip(*axes.get_legend_handles_labels())}
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles), fontsize=9)
-        title = "How a run grows: chains of four-bars, 3 links, 3 elements and 120 positions where these do not vary"
+        title = "Time and memory of a run. Chains of four-bars: 3 links, 3 elements a link, 120 positions unless varied"
         figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     return figure
 
@@ -84,7 +84,7 @@ def _lines(data: xr.Dataset, series: str) -> Iterator[tuple[str, dict[str, Any],
 
 
 def scaling_summary(scaling: Scaling) -> Group:
-    """Tell time and memory of each size, the powers with which they grow, and what a position costs."""
+    """Tell time and memory of each size, the exponents with which they grow, and what a position costs."""
     data = scaling.data
     parts: list[RenderableType] = [_series_table(data, series) for series in SERIES]
     parts.append(_per_position_table(data))
@@ -92,14 +92,14 @@ def scaling_summary(scaling: Scaling) -> Group:
     parts.append(Text(f"{attributes['machine']}; threads: {attributes['threads']}; {attributes['versions']}."))
     for message in dict.fromkeys(data["message"].to_numpy().astype(str)):
         runs = int((data["message"] == message).sum())
-        parts += [Text(f"{runs} without an answer: {message}")] if message else []
+        parts += [Text(f"{runs} runs failed: {message}")] if message else []
     return Group(*parts)
 
 
 def _series_table(data: xr.Dataset, series: str) -> Table:
     values = np.unique(data[series].to_numpy()[(data["series"] == series).to_numpy()])
-    title = f"Time (s) and largest memory (MB) over {SERIES[series]}, and the power with which they grow at last"
-    table = table_of(title, "", *(f"{value:,}" for value in values), "power")
+    title = f"Time (s) and peak memory (MB) against {SERIES[series]}; exponent of growth at the end"
+    table = table_of(title, "", *(f"{value:,}" for value in values), "exponent")
     for label, _, runs in _lines(data, series):
         for variable in PANELS:
             found = dict(zip(runs[series].to_numpy(), runs[variable].to_numpy()))
@@ -120,7 +120,11 @@ def last_power(sizes: Any, numbers: Any) -> float:
 
 def _per_position_table(data: xr.Dataset) -> Table:
     table = table_of(
-        "Time per position, one-off work apart", "solver, reduced", "elements", "time (ms)", "of the coarsest"
+        "Time per position, without one-off work",
+        "solver, reduced",
+        "elements",
+        "time (ms)",
+        "relative to\nthe coarsest",
     )
     coarsest: dict[str, float] = {}
     for solver, elements, seconds in cost_per_position(data):

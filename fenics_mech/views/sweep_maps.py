@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.stability.floquet import STABILITY
-from fenics_mech.views.plots import MICRO, STYLE, empty_figure
+from fenics_mech.response.stability.floquet import TOLERANCE
+from fenics_mech.views.plots import MICRO, STRAIN, STYLE, empty_figure
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def strain_map(sweep: Sweep, member: str) -> Figure:
     values = MICRO * sweep.data["peak_strain"].sel(member=member)
     low, high = float(values.min()), float(values.max())
     norm = LogNorm(low, high) if low > 0 and high / low > WIDE else Normalize(0, high)
-    title = f"Strain of the {member}: largest over the cycle"
-    return _map(sweep, values, norm, "viridis", title, "strain (\N{MICRO SIGN}m/m)", ("unstable", BEYOND))
+    title = f"Largest strain of {member} in a cycle"
+    return _map(sweep, values, norm, "viridis", title, STRAIN, ("unstable", BEYOND))
 
 
 def stability_map(sweep: Sweep) -> Figure:
@@ -45,7 +45,7 @@ def stability_map(sweep: Sweep) -> Figure:
     low, high = float(values.min()), float(values.max())
     norm = TwoSlopeNorm(1, min(low, 1 - 1e-3), max(high, 1 + 1e-3))
     title = "Stability: unstable where orange, stable where blue"
-    figure = _map(sweep, values, norm, GROWTH, title, "largest multiplier", (BEYOND,))
+    figure = _map(sweep, values, norm, GROWTH, title, "largest Floquet multiplier", (BEYOND,))
     if low < 1 < high:
         figure.axes[0].contour(*_grid(sweep, values), levels=[1], colors="black", linewidths=1.2)
     return figure

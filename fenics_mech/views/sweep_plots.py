@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
-from fenics_mech.views.plots import COLOURS, MICRO, MILLI, SIZE, empty_figure, finish, save
+from fenics_mech.views.plots import COLOURS, DEFLECTION, MICRO, MILLI, SIZE, STRAIN, empty_figure, finish, save
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 MOST_ORDERS = 20  # lines of a Campbell diagram
 LABEL = 0.028  # of the picture, that the name of an order takes
 HIGHEST = 0.9  # wave of a waterfall, in steps between its base lines
-STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
 def plot_sweep(sweep: Sweep, folder: str | Path, member: str | None = None) -> list[Path]:
@@ -83,8 +82,8 @@ def response_figure(sweep: Sweep) -> Figure:
         lower.plot(x, MILLI * data["peak_deflection"].sel(member=member), label=str(member), **look)
     for axes in (upper, lower):
         _dot_beyond(axes, sweep)
-    _settle(upper, sweep, "Strain: largest over the cycle", STRAIN)
-    _settle(lower, sweep, "Elastic displacement: largest over the cycle", DEFLECTION, last=True)
+    _settle(upper, sweep, "Largest strain in a cycle", STRAIN)
+    _settle(lower, sweep, "Largest elastic displacement in a cycle", DEFLECTION, last=True)
     return figure
 
 
@@ -96,13 +95,13 @@ def force_figure(sweep: Sweep) -> Figure:
     for i, joint in enumerate(data["joint"].to_numpy()):
         panels[0].plot(x, data["peak_joint_force"].sel(joint=joint), label=f"joint {joint}", **_look(i, len(x)))
     _dot_beyond(panels[0], sweep)
-    _settle(panels[0], sweep, "Joint forces: largest over the cycle", "force (N)", last=not torque)
+    _settle(panels[0], sweep, "Largest joint forces in a cycle", "force (N)", last=not torque)
     if torque:
         panels[1].plot(x, data["peak_input_torque"], **_look(0, len(x)))
         _dot_beyond(panels[1], sweep)
         slides = data["peak_input_torque"].attrs["units"] == "N"
-        what, label = ("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")
-        _settle(panels[1], sweep, f"{what}: largest over the cycle", label, last=True)
+        what, label = ("drive force", "force (N)") if slides else ("input torque", "torque (N m)")
+        _settle(panels[1], sweep, f"Largest {what} in a cycle", label, last=True)
     return figure
 
 
@@ -127,7 +126,7 @@ def campbell_figure(sweep: Sweep) -> Figure:
     lines = lines[lines.min(axis=1) < top]
     axes.plot(places, lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
     axes.set_ylim(0, top)
-    title = "Natural frequencies over the cycle; dashed: multiples of the drive's rate"
+    title = "Natural frequencies over the cycle. Dashed: multiples of the drive's rate"
     _settle(axes, sweep, title, "frequency (Hz)", last=True)
     _name_orders(axes, places, lines, top)
     return figure
@@ -172,7 +171,7 @@ def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     _dot_beyond(axes, sweep)
     place = "mid-span" if gauge["s"] == 0.5 else f"s = {gauge['s']:g}"
     sign = gauge["fibre"].replace("-", "\N{MINUS SIGN}")
-    title = f"Strain of the {member} at {place}, {sign} fibre: harmonics"
+    title = f"Strain of {member} at {place}, {sign} side: harmonics"
     _settle(axes, sweep, title, "harmonic of the drive", last=True)
     _scale_bar(axes, HIGHEST, largest)
     return figure
@@ -197,7 +196,7 @@ def stability_figure(sweep: Sweep) -> Figure:
     axes.plot(x, largest, **_look(0, len(x)))
     _dot_beyond(axes, sweep)
     axes.axhline(1, color=COLOURS[1], linewidth=1, linestyle="--", zorder=1.5)
-    _settle(axes, sweep, "Stability: disturbances grow above the dashed line", "largest multiplier", last=True)
+    _settle(axes, sweep, "Stability: disturbances grow above the dashed line", "largest Floquet multiplier", last=True)
     return figure
 
 

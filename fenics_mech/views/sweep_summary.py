@@ -1,4 +1,4 @@
-"""What a sweep found, in words: the largest strains, points outside the theory, points that failed and why."""
+"""Summary of a sweep: the largest strains, points outside the theory, points that failed and why."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fenics_mech.views.tables import number, table_of
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
-MOST_RANGES = 6  # of values that failed, that are told
+MOST_RANGES = 6  # of values that failed, that are listed
 KINDS = {  # of errors, in words
     "SceneError": "the scene is not valid there",
     "TooLargeError": "too large for memory or a solver",
@@ -40,34 +40,33 @@ def sweep_summary(sweep: Sweep) -> Group:
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
-        text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY, expect wrong strains there: {at}."
-        parts.append(Text(f"{text} `run` tells why.", style="bold red"))
-    if told := _changing_effects(data, paths):
-        parts.append(Text(told))
-    errors, messages, lacks, warned = (
+        text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY, their strains are wrong: {at}."
+        parts.append(Text(f"{text} `fenics-mech run` at one of them says why.", style="bold red"))
+    if changing := _changing_effects(data, paths):
+        parts.append(Text(changing))
+    errors, messages, missing, warned = (
         data[name].transpose(*paths).to_numpy().astype(str)
         for name in ("error", "message", "not_estimated", "warnings")
     )
     doubts = data["peak_doubt"].transpose(*paths).to_numpy() if "peak_doubt" in data else np.zeros(1)
     if (doubtful := doubts > DOUBTFUL).any():
         at = _where(data, paths, np.argwhere(doubtful))
-        parts.append(
-            Text(f"Peaks lie between few positions, and are uncertain by up to {np.nanmax(doubts):.1%} at {at}")
-        )
-    for lack in np.unique(lacks[lacks != ""]):
-        at = _where(data, paths, np.argwhere(lacks == lack))
-        parts.append(Text(f"NOT in the error estimates at {at}: {lack}"))
+        text = f"Peaks between the positions are uncertain by up to {np.nanmax(doubts):.1%} at {at}"
+        parts.append(Text(f"{text}: take more sub_intervals"))
+    for source in np.unique(missing[missing != ""]):
+        at = _where(data, paths, np.argwhere(missing == source))
+        parts.append(Text(f"NOT included in the error estimates at {at}: {source}"))
     if (warned != "").any():
         first = warned[tuple(np.argwhere(warned != "")[0])].splitlines()[0]
         at = _where(data, paths, np.argwhere(warned != ""))
-        parts.append(Text(f"Warnings at {at}. The first says: {first}", style="bold yellow"))
+        parts.append(Text(f"Warnings at {at}. The first is: {first}", style="bold yellow"))
     if (errors != "").any():
         parts.append(Text(f"{(errors != '').sum()} of {errors.size} points failed:"))
     for kind in np.unique(errors[errors != ""]):
         places = np.argwhere(errors == kind)
-        why = KINDS.get(kind, f"{kind}, which the program does not know; the next sweep tries again")
+        why = KINDS.get(kind, f"unexpected error {kind}; a sweep into the same folder tries them again")
         at, message = _where(data, paths, places), messages[tuple(places[0])]
-        parts.append(Text(f"  {len(places)} at {at}: {why}. The first says: {message}"))
+        parts.append(Text(f"  {len(places)} at {at}: {why}. The first message is: {message}"))
     return Group(*parts)
 
 
@@ -80,8 +79,10 @@ def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:
     if not acting or not (some := sorted(set.union(*acting.values()) - set.intersection(*acting.values()))):
         return ""
     places = {name: np.array([place for place, names in acting.items() if name in names]) for name in some}
-    told = "; ".join(f"{name} at {_where(data, paths, at)}" for name, at in places.items())
-    return f"Some effects act at some points only: {told}. Name effects in the scene for one equation throughout."
+    where = "; ".join(f"{name} at {_where(data, paths, at)}" for name, at in places.items())
+    return (
+        f"Some effects act at some points only: {where}. List the effects in the scene to use one equation throughout."
+    )
 
 
 def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
@@ -92,15 +93,15 @@ def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
         )
     along = places[:, 0]
     runs = np.split(along, np.flatnonzero(np.diff(along) > 1) + 1)
-    told = ", ".join(range_of(data, paths[0], run[0], run[-1]) for run in runs[:MOST_RANGES])
+    shown = ", ".join(range_of(data, paths[0], run[0], run[-1]) for run in runs[:MOST_RANGES])
     more = sum(map(len, runs[MOST_RANGES:]))
-    return f"{paths[0]} = {told}" + (f" and {more} more" if more else "")
+    return f"{paths[0]} = {shown}" + (f" and {more} more" if more else "")
 
 
 def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
     """Tabulate the largest peak strain of every member."""
     columns = [named(data, path) for path in paths]
-    table = table_of("Largest strain over the sweep", "member", "strain (\N{MICRO SIGN}m/m)", *columns, "s")
+    table = table_of("Largest strain over the sweep", "member", "strain (\N{MICRO SIGN}m/m)", *columns, "place s")
     for member in data["member"].to_numpy():
         one = data.sel(member=member)
         peak = one["peak_strain"].fillna(-1)

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 MEANING = (
-    "mesh error: share by which the elements have a frequency wrong, by estimate (but for what a pin does that travels "
-    "along a member); "
-    "MAC: likeness of a mode to itself one position on, 1 where its shape hardly changes"
+    "mesh error: share by which the mesh makes a frequency wrong, estimated without what a pin does that travels along "
+    "a member; MAC (modal assurance criterion): likeness of a mode's shape at neighbouring positions, 1 where it "
+    "hardly changes"
 )
 
 
@@ -67,25 +67,29 @@ def frequency_table(
 
 def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
     """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of."""
-    below = "Sizes are shares of the strains, by upper estimates: near a resonance ten times what --compare measures."
+    below = (
+        "Influences are shares of the strains, estimated from above: near a resonance they may be ten times those that "
+        "--compare measures."
+    )
     lines = [Text(below)]
     table = table_of(
-        f"Effects under effects = 'auto' (those above {tolerance / 2:g} act)",
+        f"Effects with effects = 'auto' (selected: influence above {percent(tolerance / 2)})",
         "effect",
-        "size at\nmost",
-        "acts",
-        "estimate or meaning",
+        "influence\nat most",
+        "selected",
+        "how it is estimated, or what it is",
     )
+    table.columns[-1].justify = "left"
     for choice in choices:
         if choice.size is None and not choice.acts:
             continue
-        size = "" if choice.size is None else f"{choice.size:.2g}"
+        size = "" if choice.size is None else percent(choice.size)
         acts = Text("yes", style="bold green") if choice.acts else Text("no")
         if choice.missing:
             acts = Text("lacks data", style="bold red")
             lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.missing}", style="bold red"))
         if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
-            acts = Text(f"in {holder}")
+            acts = Text(f"included in {holder}")
         effect = choice.effect
         about = effect.meaning if choice.size is None else effect.estimate
         table.add_row(effect.name, size, acts, Text(about))
@@ -118,17 +122,15 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
-        turns = (
-            "Nothing drives it" + (", and joints leave it free: " + "; ".join(reach.free) if reach.free else "") + "."
-        )
+        turns = "Nothing drives it" + (", and it is free to move: " + "; ".join(reach.free) if reach.free else "") + "."
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
     lines += [_in_si(scene), *(Text(line) for line in _acting(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
             lines.append(Text(f"{critical.kind} at {_degrees(critical.theta)} ({', '.join(critical.links)})"))
         elif not reach.transmission:
-            size = f"{critical.value:.3g} (0: the linkage locks, or moves in two ways)"
-            where = f"worst transmission at {_degrees(critical.theta)}: smallest singular value {size}"
+            size = f"{critical.value:.3g} (0: the linkage locks, or can move in two ways)"
+            where = f"worst transmission of motion at {_degrees(critical.theta)}: smallest singular value {size}"
             lines.append(Text(f"{where}, {', '.join(critical.links)}"))
     for pair in reach.transmission:
         at = f"at drive angle {_degrees(pair.theta)} (90\N{DEGREE SIGN} is best)" if pair.angle < BEST else "always"
@@ -201,10 +203,19 @@ def table_of(title: str, first: str, *others: str) -> Table:
 def drive_of(scene: Scene) -> str:
     """Say how the scene is driven."""
     said = [
-        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else f"at {number(drive.speed)} rad/s")
+        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else _speed(drive.speed))
         for drive in scene.drives
     ]
     return f"{', '.join(said)}; period {number(scene.period)} s" if said else "no drive"
+
+
+def _speed(speed: float) -> str:
+    return f"at {number(speed)} rad/s ({number(30 * speed / math.pi)} rpm)"
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """Write a share in percent, one above 1 without digits behind the point."""
+    return f"{100 * share:.0f} %" if share >= 1 else f"{100 * share:.{digits}g} %"
 
 
 def number(value: float) -> str:

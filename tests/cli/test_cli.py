@@ -171,14 +171,14 @@ def test_a_drawn_scene_is_run_from_another_folder(tmp_path):
 def test_refine_beside_a_tolerance_is_refused(call, tmp_path):
     code, _, err = call("run", DEMO, "--tol", "1e-2", "--refine", "1", "-o", tmp_path)
     assert code == 1
-    assert "--refine asks for a mesh, and the tolerance of 0.01 chooses it" in err
+    assert "--refine states the mesh, which the tolerance of 0.01 selects" in err
 
 
 def test_effects_of_a_tolerance(call):
     for text in ("1e-4", "0.01%"):
         code, out, _ = call("effects", DEMO, "--tol", text)
         assert code == 0
-        assert "above 5e-05 act" in out
+        assert "selected: influence above 0.005 %" in out
     code, _, err = call("effects", DEMO, "--tol", "tight")
     assert code == 1
     assert "tolerance: cannot read 'tight'" in err
@@ -200,7 +200,7 @@ def test_a_sweep_without_an_answer_fails_and_tells_why(call, tmp_path):
     code, out, err = call("sweep", DEMO, "--over", "links.coupler.points.B.0=0.01:0.02:2", "-o", tmp_path / "out")
     assert code == 1
     assert "2 of 2 points failed" in out
-    assert err == "error: no point of the sweep has an answer; sweep.nc and the lines above tell why\n"
+    assert err == "error: every point of the sweep failed; the lines above and sweep.nc say why\n"
     assert (tmp_path / "out" / "sweep.nc").exists()
 
 
@@ -215,14 +215,14 @@ def test_warnings_are_told_and_strict_makes_them_errors(call, tmp_path):
     for name in ("check", "run"):
         code, out, said = call(name, wrong, "--strict", *(() if name == "check" else ("-o", tmp_path / "out")))
         assert (code, out) == (1, "")
-        assert "error: 1 warning is an error under --strict" in said
+        assert "error: warnings are errors with --strict" in said
     assert not (tmp_path / "out").exists()
     code, out, said = call("check", DEMO, "--strict")
     assert (code, said) == (0, "")
     text = text.replace('method = "periodic"', 'method = "quasi-static"')
     weak.write_text(text.replace('"2714 kg/m^3"', '"2714 kg/m^3"\nstrength = "15 MPa"'))
     code, out, said = call("run", weak, "--strict", "--no-plots", "-o", tmp_path / "weak")
-    assert "error: --strict makes the warnings above errors" in said
+    assert "error: warnings are errors with --strict" in said
     assert code == 1
     result = Result.load(tmp_path / "weak" / "result.nc")
     stress = result.data["stress"]

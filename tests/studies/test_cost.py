@@ -81,7 +81,7 @@ def test_references_machine_and_overhead_are_stated(quick):
     assert attributes["analyse_seconds"] > attributes["bare_seconds"] > 0
     assert "numpy" in attributes["versions"]
     text = said(cost_summary(found))
-    for expected in ("Converged answers:", "threads:", "imports", "inside PETSc", "runs gave no answer"):
+    for expected in ("Converged solutions:", "threads:", "imports", "PETSc, SLEPc", "runs failed"):
         assert expected in text
 
 

@@ -151,6 +151,6 @@ def test_command_writes_its_files_and_says_what_it_found(quick, monkeypatch, tmp
     console = Console(file=io.StringIO(), width=200)
     console.print(scaling_summary(quick))
     said = console.file.getvalue()
-    assert said.count("power with which they grow") == 3
+    assert said.count("exponent of growth") == 3
     assert "Time per position" in said
     assert PER_POSITION in quick.data["series"].to_numpy()

@@ -82,7 +82,14 @@ def test_joints_torque_frequencies_and_decisions(result):
     assert float(row(text, "input")[2]) == pytest.approx(torque[np.abs(torque).argmax()], rel=1e-3)
     frequency = result.data["frequency"].sel(mode=2).to_numpy()
     assert [float(cell) for cell in row(text, "2")[1:3]] == pytest.approx([frequency.min(), frequency.max()], rel=1e-3)
-    for decision in ("32.3 rad/s", "24 positions", "physical", "2 kept", "2 % of the modes", "9 elements, 27 degrees"):
+    for decision in (
+        "32.3 rad/s",
+        "24 positions",
+        "physical",
+        "2 kept",
+        "2 % of critical in each mode",
+        "9 elements, 27 degrees",
+    ):
         assert decision in text
 
 

@@ -60,7 +60,7 @@ def test_effects_that_come_and_go_are_told(made):
     sweep.data["effects"][10], sweep.data["error"][10] = "", "SolverError"
     assert "at some points only" not in said(sweep)
     sweep.data["effects"][3:5] = "coupling, shear, vibration"
-    assert "at some points only: shear at drive.speed = 250 to 300 rpm. Name effects" in said(sweep)
+    assert "at some points only: shear at drive.speed = 250 to 300 rpm. List" in said(sweep)
     sweep.data["effects"][0] = ""  # quasi-static
     assert "vibration at drive.speed = 150 to 550 rpm" in said(sweep)
     sweep.data.attrs["scene"] = json.dumps({"effects": ["coupling"]})  # damping, say, comes with its number
@@ -76,9 +76,9 @@ def test_points_that_failed_are_told_by_ranges_in_the_unit_written(made):
     text = said(sweep)
     assert "5 of 11 points failed" in text
     assert "4 at drive.speed = 100 to 200 rpm, 350 rpm: steps, modes or elements are too coarse." in text
-    assert "The first says: too coarse at 0" in text
+    assert "The first message is: too coarse at 0" in text
     assert "UnresolvedError" not in text
-    assert "1 at drive.speed = 450 rpm: ZeroDivisionError, which the program does not know" in text
+    assert "1 at drive.speed = 450 rpm: unexpected error ZeroDivisionError" in text
 
 
 def test_points_of_a_grid_that_failed_are_told_by_what_holds_them(made):
