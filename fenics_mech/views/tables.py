@@ -214,8 +214,9 @@ def _speed(speed: float) -> str:
 
 
 def percent(share: float, digits: int = 2) -> str:
-    """Write a share in percent, one above 1 without digits behind the point."""
-    return f"{100 * share:.0f} %" if share >= 1 else f"{100 * share:.{digits}g} %"
+    """Write a share in percent, rounded to some digits and without an exponent where it is large."""
+    value = float(f"{100 * share:.{digits}g}")
+    return f"{value:.0f} %" if value >= 10**digits else f"{value:.{digits}g} %"
 
 
 def number(value: float) -> str:
