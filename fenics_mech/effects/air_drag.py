@@ -237,7 +237,7 @@ def terms(situation: Situation) -> Terms:
     refuse_offsets(scene, EFFECT.name)
     if any(drive.motor is not None for drive in scene.drives):
         raise SceneError(
-            "the drag of the air is not known to a drive with a motor, whose rate it would change",
+            "air drag is not available with a motor, whose rate it would change",
             place="damping.air",
             hint="Leave it out, or the drive's motor; damping.external acts with both",
         )

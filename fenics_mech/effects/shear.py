@@ -65,7 +65,7 @@ def _refuse_travelling(scene: Scene) -> None:
     for name, joint in scene.joints.items():
         if getattr(joint, "member", None) is not None:
             raise SceneError(
-                "shear does not know pins that travel along members",
+                "the effect 'shear' is not available where pins travel along members",
                 place=f"joints.{name}.member",
                 hint="Leave 'shear' out of the effects",
             )

@@ -192,7 +192,7 @@ def _refuse_winding(scene: Scene, motion: Motion, name: str, separation: Separat
     """Raise when a periodic response is asked for and the spring is wound up by a turn in every cycle."""
     if scene.analysis.method == "periodic" and scene.drives and round(separation.rate.mean() / scene.cycle_rate):
         raise SceneError(
-            "the bodies turn against each other for ever, and wind the spring up more in every cycle",
+            "the bodies turn against each other without end, which winds the spring up in every cycle",
             place=f"springs.{name}",
             hint="Put it at a joint that swings, or write analysis.method = 'quasi-static' for one cycle",
         )

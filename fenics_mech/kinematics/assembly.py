@@ -64,7 +64,7 @@ def assemble(loops: Loops) -> Array:
         if link.angle and not driven and away > LIMITS.farthest_from_guess:
             raise AssemblyError(
                 f"at drive angle 0 link {loops.links[i]} came to lie at {_degrees(q[0, 3 * i + 2])}, far from its "
-                f"rough angle {_degrees(link.angle)}: give rough angles nearer to the position that you mean"
+                f"rough angle {_degrees(link.angle)}: give rough angles nearer to the intended position"
             )
     return q[0]
 

@@ -245,7 +245,7 @@ def _refuse_unknown(scene: Scene) -> None:
     else:
         return
     raise SceneError(
-        f"a tolerance cannot be promised of {what}", place="tolerance", hint=f"Leave it out, and give {hint}"
+        f"a tolerance is not available for {what}", place="tolerance", hint=f"Leave it out, and give {hint}"
     )
 
 

@@ -45,7 +45,7 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
     if beyond and asked == "sub-intervals":
         names = ", ".join(effect.name for effect in active(scene))
         raise SceneError(
-            f"the sub-intervals of chapter 5 do not know all effects of the scene ({names})",
+            f"solver = 'sub-intervals' does not support all effects of the scene ({names})",
             place="analysis.solver",
             hint="Write solver = 'collocation'",
         )

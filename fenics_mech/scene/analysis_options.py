@@ -117,6 +117,6 @@ class Analysis(Part):
         if value < FINEST_STEPS:
             raise ValueError(
                 f"must be at least {FINEST_STEPS:g}, to which the equation of motion is computed, found {value:g}: "
-                "smaller ones make steps shorter and nothing better"
+                "smaller ones make steps shorter without a smaller error"
             )
         return value

@@ -86,7 +86,9 @@ class FactorTable(Part):
     @model_validator(mode="after")
     def _is_one_cycle(self) -> Self:
         if len(self.angles) != len(self.values):
-            raise ValueError(f"{len(self.angles)} angles and {len(self.values)} values: a table needs as many of both")
+            raise ValueError(
+                f"{len(self.angles)} angles and {len(self.values)} values: a table needs the same number of both"
+            )
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > CYCLE * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
             raise ValueError(f"the angles must increase, over at most one cycle, {found}; without a unit they are rad")

@@ -83,7 +83,7 @@ class Mesh(Part):
             if len(nodes) < 2 or nodes[0] != 0 or nodes[-1] != 1 or any(b <= a for a, b in pairwise(nodes)):
                 raise ValueError(f"stations must increase from 0 to 1, found {list(nodes)}")
             if self.elements != 3 or self.grading != 1:
-                raise ValueError("give either stations, or elements and grading")
+                raise ValueError("give either stations, or elements and grading, not both")
         if self.ratio > LARGEST_RATIO * (1 + 1e-9):
             raise ValueError(
                 f"the longest element of a member is {self.ratio:.3g} times as long as the shortest: beyond "
@@ -205,7 +205,7 @@ class Link(Part):
     @model_validator(mode="after")
     def _bends_or_is_rigid(self) -> Self:
         if bool(self.members) == (self.rigid is not None):
-            raise ValueError("a link has either members or `rigid`")
+            raise ValueError("a link needs either members or `rigid`, not both")
         return self
 
 

@@ -32,7 +32,11 @@ def check_references(scene: Scene) -> None:
     for name, mass in scene.masses.items():
         _check_point(scene, mass.at, f"masses.{name}.at")
         if mass.at.split(".")[0] in scene.links and scene.links[mass.at.split(".")[0]].rigid:
-            raise SceneError("its link is rigid", place=f"masses.{name}.at", hint="Add it to the link's `rigid` mass")
+            raise SceneError(
+                "its link is rigid, and its mass is stated there",
+                place=f"masses.{name}.at",
+                hint="Add it to the link's `rigid` mass",
+            )
         if mass.at.startswith("ground."):
             raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
     for i, measurement in enumerate(scene.measurements):
@@ -67,14 +71,14 @@ def _check_mesh(scene: Scene) -> None:
                 f"the longest element of a member is {mesh.ratio:.3g} times as long as the shortest: beyond "
                 f"{MOST_GRADED:g} the strains would be lost to rounding",
                 place=place,
-                hint="Take a milder grading, or write analysis.reduction = 'craig-bampton', which does not mind",
+                hint="Take a milder grading, or write analysis.reduction = 'craig-bampton', which allows it",
             )
         if mesh.count > MOST_WHOLE:
             raise SceneError(
                 f"{mesh.count} elements in one member: rounding grows with the 4th power of their number, and beyond "
                 f"{MOST_WHOLE} the strains would lose more than 4 digits",
                 place=place,
-                hint="Take fewer, or write analysis.reduction = 'craig-bampton', which does not mind",
+                hint="Take fewer, or write analysis.reduction = 'craig-bampton', which allows it",
             )
 
 
@@ -111,7 +115,7 @@ def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
     elif "." in at:
         _check_point(scene, at, place)
         if at.startswith("ground."):
-            raise SceneError("what acts on the ground moves nothing", place=place, hint="Name a point of a link")
+            raise SceneError("what acts on the ground has no effect", place=place, hint="Name a point of a link")
     else:
         check_known(at, scene.joints, "joint", place)
         if scene.joints[at].kind in ("slot", "prismatic") or turns:
@@ -133,7 +137,7 @@ def _check_line(scene: Scene, line: Line, part: str) -> None:
         raise SceneError(
             f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction",
             place=place,
-            hint="Name two different points, or give the `joint` of a torsional one",
+            hint="Name points at different places, or give the `joint` of a torsional one",
         )
     if body == other and (body == "ground" or scene.links[body].rigid):
         raise SceneError(f"the two points are of one rigid body, {body}: it would do nothing", place=place)
@@ -177,7 +181,7 @@ def _check_members(scene: Scene) -> None:
             first, second = (link.points[end] for end in member.ends)
             if math.dist(first, second) == 0:
                 raise SceneError(
-                    "the member has length 0", place=f"{place}.ends", hint="Its two ends must be different places"
+                    "the member has length 0", place=f"{place}.ends", hint="Its two ends must be at different places"
                 )
         unused = set(link.points) - {end for member in link.members.values() for end in member.ends}
         if unused and link.members:
@@ -228,7 +232,7 @@ def _check_joints(scene: Scene) -> None:
     for body in ("ground", *scene.links) if scene.drives else ():  # at rest they may be afloat
         if body not in jointed:
             place = "ground" if body == "ground" else f"links.{body}"
-            raise SceneError("no joint connects it with the rest", place=place, hint="Add it to a joint")
+            raise SceneError("no joint connects this link with the linkage", place=place, hint="Add it to a joint")
 
 
 def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) -> None:
@@ -257,7 +261,9 @@ def _check_drives(scene: Scene) -> None:
         if len(joint.connect) != 2:
             raise SceneError("a driven joint must connect two bodies", place=f"joints.{drive.joint}.connect")
         if joint.kind != "revolute" and drive.speed is not None:
-            raise SceneError("a stroke cannot go on for ever at one speed", place=f"{place}.speed", hint="Give a law")
+            raise SceneError(
+                "a sliding joint cannot be driven at a constant speed", place=f"{place}.speed", hint="Give a law"
+            )
         if i and drive.run_up is not None:
             raise SceneError(
                 "the run-up is that of the first drive, which the others follow",
@@ -281,10 +287,10 @@ def _check_motor(scene: Scene) -> None:
     place = "drive.0.motor" if isinstance(scene.drive, tuple) else "drive.motor"
     drive, analysis = scene.drives[0], scene.analysis
     if len(scene.drives) > 1 or drive.speed is None:
-        raise SceneError("a motor goes with the only drive, of constant speed", place=place)
+        raise SceneError("a motor needs a single drive at constant speed", place=place)
     joint = scene.joints[drive.joint]
     if joint.kind != "revolute" or not any(point.startswith("ground.") for point in joint.connect):
-        raise SceneError("a motor turns a crank on a pin of the ground", place=place)
+        raise SceneError("a motor must drive a link on a pin of the ground", place=place)
     if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation") or scene.impulses:
         raise SceneError(
             "the twist of a motor's shaft comes with the periodic response by collocation, without impulses",

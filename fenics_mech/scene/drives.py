@@ -155,7 +155,7 @@ class Expression(Part):
             raise ValueError(f"the derivatives of the formula {text!r} are not finite over the cycle")
         ends = values[:, [0, -1]]
         if np.abs(np.diff(ends)).max() > 1e-9 * max(1.0, float(np.abs(ends).max())):
-            raise ValueError(f"the formula {text!r} does not come back after a cycle: f(0) and f(2 pi) differ")
+            raise ValueError(f"the formula {text!r} is not periodic: f(0) and f(2 pi) differ")
         return text
 
     def jet(self, theta: Array) -> Jet:
@@ -242,11 +242,11 @@ class Drive(Part):
     @model_validator(mode="after")
     def _moves_in_one_way(self) -> Self:
         if (self.speed is None) == (self.law is None):
-            raise ValueError("a drive has either a speed or a law")
+            raise ValueError("a drive needs either a speed or a law, not both")
         if self.speed == 0:
             raise ValueError("the drive's speed must not be 0: the cycle would have no period")
         if (self.law is None) != (self.period is None):
-            raise ValueError("a period goes with a law, and a law needs one")
+            raise ValueError("a law and its period must be given together")
         return self
 
     @model_validator(mode="after")

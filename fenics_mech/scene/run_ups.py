@@ -40,7 +40,9 @@ class TimeTable(Part):
     @model_validator(mode="after")
     def _has_pairs(self) -> Self:
         if len(self.times) != len(self.angles):
-            raise ValueError(f"{len(self.times)} times and {len(self.angles)} angles: a table needs as many of both")
+            raise ValueError(
+                f"{len(self.times)} times and {len(self.angles)} angles: a table needs the same number of both"
+            )
         if self.times[0] != 0 or any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("the times must increase from 0 to the end of the run-up")
         return self

@@ -125,7 +125,7 @@ def measure_costs(
     known = {name: found for name, found in references.items() if isinstance(found, Converged)}
     whole = list(equations)[-1]
     if whole not in known:
-        raise SolverError(f"there is no converged answer to measure by: {references[whole]}")
+        raise SolverError(f"there is no converged solution to measure errors by: {references[whole]}")
     lines: list[Line] = []
     slow: set[tuple[str, str]] = set()
     for number, each in enumerate(trials):

@@ -66,13 +66,15 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
     """
     if scene.analysis.method != "periodic" or not scene.drives:
         raise SceneError(
-            f"what accuracy costs is measured on periodic responses, and this one is {scene.analysis.method}"
+            f"the cost of accuracy needs a periodic response, and the method is {scene.analysis.method}"
             + ("" if scene.drives else " without a drive"),
             place="analysis.method",
             hint="Write method = 'periodic', and a [drive]",
         )
     if any(drive.motor is not None for drive in scene.drives):
-        raise SceneError("what accuracy costs is not measured with a motor: it has one solver only", place="drive")
+        raise SceneError(
+            "the cost of accuracy cannot be measured with a motor, which has one solver only", place="drive"
+        )
     wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
     effects = sorted(wanted, key=lambda name: name != "coupling")
     lenient = {"analysis__stability": False, "analysis__allow_coarse": True, "analysis__allow_large": True}

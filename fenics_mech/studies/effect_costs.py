@@ -79,7 +79,7 @@ def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geomet
     """
     if scene.analysis.method != "periodic":
         raise SceneError(
-            f"effects are compared in periodic responses, and this one is {scene.analysis.method}",
+            f"--compare needs a periodic response, and the method is {scene.analysis.method}",
             place="analysis.method",
             hint="Write method = 'periodic', or leave --compare out",
         )

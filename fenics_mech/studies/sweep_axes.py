@@ -86,7 +86,7 @@ def _checked(axes: Sequence[Axis]) -> tuple[Axis, ...]:
     """Raise `SceneError` where a grid has no field, one twice, or too many points."""
     paths = [axis.path for axis in axes]
     if not paths or len(set(paths)) < len(paths):
-        raise SceneError("a sweep goes over one field or more, each of them once", place=", ".join(paths))
+        raise SceneError("a sweep needs one number of the scene or more, each of them once", place=", ".join(paths))
     count = math.prod(len(axis.values) for axis in axes)
     if count > MOST_POINTS:
         raise SceneError(f"{count} points, and a sweep has at most {MOST_POINTS}", place=", ".join(paths))
@@ -110,7 +110,7 @@ def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) 
     """Give both ends of a range in SI; errors as of `parse_range`."""
     found = _ends(scene, path, str(ends[0]), str(ends[1]), RANGE_FORM)
     if isinstance(found[0], int):
-        raise SceneError("this is a whole number, which does not change continuously", place=path)
+        raise SceneError("a branch needs a number that changes continuously, and this is a whole number", place=path)
     return found
 
 
@@ -190,7 +190,7 @@ def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
     for key, part in _walk(changed, path):
         found = part[key]
     if isinstance(found, bool) or not isinstance(found, int | float):
-        raise SceneError("only a number can be swept, and this is none", place=path)
+        raise SceneError("only a number can be swept, and this is not a number", place=path)
     return found
 
 

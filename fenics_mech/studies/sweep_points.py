@@ -93,7 +93,7 @@ class Gauge:
 
     def __post_init__(self) -> None:
         if not (0 <= self.s <= 1 and self.fibre in ("+", "-") and self.harmonics >= 1):
-            raise MechanismError(f"a strain is at s from 0 to 1, fibre + or -, with 1 harmonic or more; found {self}")
+            raise MechanismError(f"a gauge needs s from 0 to 1, fibre + or -, and 1 harmonic or more; found {self}")
 
 
 def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:

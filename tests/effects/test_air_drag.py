@@ -172,9 +172,9 @@ def test_only_what_is_known_is_answered():
     motor = {"joint": "O", "speed": SPEED, "motor": {"stiffness": 100.0, "damping": 1.0, "inertia": 0.1}}
     for rest, message in (
         ({"sections": custom}, "has no width by which the air drags it"),
-        ({"drive": motor}, "not known to a drive with a motor"),
-        ({"tolerance": 0.01}, "a tolerance cannot be promised of the drag of the air"),
-        ({"analysis": {"solver": "sub-intervals"}}, "do not know all effects of the scene"),
+        ({"drive": motor}, "not available with a motor"),
+        ({"tolerance": 0.01}, "a tolerance is not available for the drag of the air"),
+        ({"analysis": {"solver": "sub-intervals"}}, "does not support all effects of the scene"),
     ):
         with pytest.raises(SceneError, match=message):
             analyse(arm(**rest))

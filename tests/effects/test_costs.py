@@ -54,7 +54,7 @@ def test_effects_added_one_by_one_come_nearer_to_all_of_them(seed):
 
 @pytest.mark.parametrize("method", ["transient", "static", "quasi-static"])
 def test_other_than_periodic_responses_are_not_compared(seed, method):
-    with pytest.raises(SceneError, match=f"analysis.method: effects are compared in .* this one is {method}"):
+    with pytest.raises(SceneError, match=f"analysis.method: --compare needs .* the method is {method}"):
         added_one_by_one(seed.changed(analysis__method=method))
 
 

@@ -256,7 +256,7 @@ def test_factors():
     ("load", "message"),
     [
         ({"at": "beam.X"}, "no point of beam 'X'"),
-        ({"at": "ground.O"}, "on the ground moves nothing"),
+        ({"at": "ground.O"}, "on the ground has no effect"),
         ({"at": "nowhere"}, "no joint 'nowhere'"),
         ({"at": "rod@0.3"}, "no member 'rod'"),
         ({"at": "beam@0.9995"}, "nearer to each other than 0.001"),
@@ -268,7 +268,7 @@ def test_factors():
         ({"at": "beam.B", "factor": {"kind": "expression", "formula": "1/0"}}, "loads.p.factor.formula: .* not finite"),
         ({"at": "beam.B", "factor": {"kind": "expression", "formula": "log(theta - 1)"}}, "not finite"),
         ({"at": "beam.B", "factor": {"kind": "table", "angles": (0, 2, 1), "values": (0, 1, 2)}}, "must increase"),
-        ({"at": "beam.B", "factor": {"kind": "table", "angles": (0, 2), "values": (0, 1, 2)}}, "as many of both"),
+        ({"at": "beam.B", "factor": {"kind": "table", "angles": (0, 2), "values": (0, 1, 2)}}, "same number of both"),
         ({"at": "beam.B", "factor": {"kind": "pulse", "start": 0, "end": 1, "ramp": 2}}, "wider than the pulse"),
         ({"at": "beam.B", "factor": {"kind": "pulse", "start": 1, "end": 1}}, "starts and ends at the same angle"),
     ],

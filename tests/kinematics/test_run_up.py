@@ -168,7 +168,7 @@ def test_many_times_at_once():
         ({"run_up": 0.4, "run_up_law": {**RAMP, "formula": "1/0"}}, "not finite"),
         ({"run_up": 0.4, "run_up_law": {**RAMP, "formula": "theta"}}, "may not stand in a formula"),
         ({"run_up": 0.4, "run_up_law": {**WAVERING, "times": [0, 0.2, 0.1, 0.3, 0.4]}}, "times must increase"),
-        ({"run_up": 0.4, "run_up_law": {**WAVERING, "times": [0, 0.4]}}, "as many of both"),
+        ({"run_up": 0.4, "run_up_law": {**WAVERING, "times": [0, 0.4]}}, "the same number of both"),
         ({"speed": None, "law": {"kind": "harmonics", "sine": [0.3]}, "period": 1.0, "run_up": 0.4}, "has none"),
     ],
 )

@@ -351,7 +351,7 @@ def test_what_is_not_solved_in_time_is_refused(shaft):
 
 
 def test_axial_forces_that_settle_are_refused(shaft):
-    with pytest.raises(SceneError, match=r"analysis\.tension: a motion in time does not update axial forces"):
+    with pytest.raises(SceneError, match=r"analysis\.tension: method = 'transient' does not update axial forces"):
         in_time(shaft.changed(effects=("coupling", "geometric-stiffness")), tension="settled")
 
 

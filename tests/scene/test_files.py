@@ -95,7 +95,7 @@ def test_bad_scene_is_refused_with_its_place(case, demo_text):
 
 @pytest.mark.parametrize(
     ("formula", "words"),
-    [("1/0", "not finite"), ("1/theta", "not finite"), ("theta", "come back"), ("sin(2*t)", "may not stand")],
+    [("1/0", "not finite"), ("1/theta", "not finite"), ("theta", "not periodic"), ("sin(2*t)", "may not stand")],
 )
 def test_bad_formula_of_a_drive_is_refused_with_its_place(seed, formula, words):
     law = {"kind": "expression", "formula": formula}

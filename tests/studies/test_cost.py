@@ -266,6 +266,6 @@ def test_meshes_of_members_are_set_all_together(demo_text, tmp_path):
     ],
 )
 def test_scenes_without_a_choice_of_solvers_are_refused(changes, place):
-    with pytest.raises(SceneError, match="what accuracy costs") as refusal:
+    with pytest.raises(SceneError, match="cost of accuracy") as refusal:
         measure_costs(seed_four_bar(**changes))
     assert refusal.value.place == place

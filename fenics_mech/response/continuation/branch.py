@@ -84,7 +84,9 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         def at_value(value: float) -> Equation:
             equation = equation_at(value)
             if equation.system.transformation.names != names:
-                raise SolverError("the linkage has no coordinates that are good all over the range: follow it in parts")
+                raise SolverError(
+                    "no independent coordinates are well conditioned over the whole range: follow it in parts"
+                )
             return equation
 
     return Family(

@@ -135,7 +135,7 @@ class Cycle:
         """Find the Floquet multipliers of a motion, stable or not."""
         if self.massless is not None:
             raise SolverError(
-                f"{self.massless} has next to no mass: multipliers, lost to rounding, do not tell its vibration. Give "
+                f"{self.massless} has almost no mass: rounding spoils the Floquet multipliers of its vibration. Give "
                 "its link a density or a mass, or write analysis.stability = false"
             )
         flow = self.flow("gauss", self.scene.analysis.stages, motion)
@@ -185,6 +185,6 @@ def equation_at_points(scene: Scene, system: System, steps: Steps, tableau: Tabl
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
         raise UnresolvedError(
-            "the linkage has no coordinates that are good all over the cycle. Take other sub_intervals"
+            "no independent coordinates are well conditioned over the whole cycle. Take other sub_intervals"
         )
     return Equation(there, modal_damping(scene, there))

@@ -189,7 +189,7 @@ def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> No
     if ringing[worst := int(ringing.argmax())] > LARGEST_RINGING:
         raise UnresolvedError(
             f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
-            f"{ringing[worst]:.0%} of the whole vibration: the answer would be wrong. "
+            f"{ringing[worst]:.0%} of the whole vibration: the solution would be wrong. "
             f"{_without_ringing(int(np.argmax(unresolved)), math.ceil(needed.max()))}. analysis.allow_ringing "
             "lets it pass, and analysis.allow_coarse what the error estimate may refuse then"
         )

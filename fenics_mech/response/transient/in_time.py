@@ -72,16 +72,16 @@ def refuse_in_time(scene: Scene, system: System) -> None:
     """Raise `SceneError` where a scene has something that is not solved in time."""
     analysis = scene.analysis
     if not scene.drives:
-        raise SceneError("a motion in time needs a drive, and the scene has none", place="analysis.method")
+        raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
     if analysis.tension == "settled" and system.terms.stiffening is not None:
         raise SceneError(
-            "a motion in time does not update axial forces",
+            "method = 'transient' does not update axial forces",
             place="analysis.tension",
             hint="Take the effect 'moderate-rotations' in place of 'geometric-stiffness'",
         )
     if analysis.reduction != "none" and system.terms.law is not None:
         raise SceneError(
-            "a motion in time does not know members that are reduced and rotate moderately",
+            "method = 'transient' does not support reduced members with moderate rotations",
             place="analysis.reduction",
             hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
         )

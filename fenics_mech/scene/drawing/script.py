@@ -38,4 +38,4 @@ def check_script(text: str, file: str) -> None:
         if piece["string"] or command:
             line = text.count("\n", 0, piece.start()) + 1
             found = f"the word {word!r}" if command else f"the character {piece['string']} outside a group's name"
-            raise SceneError(f"{file}, line {line}: {found} has no place in a drawing", place="drawing", hint=HINT)
+            raise SceneError(f"{file}, line {line}: {found} is not allowed in a drawing", place="drawing", hint=HINT)
