@@ -6,11 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from rich.console import Group, RenderableType
@@ -19,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.views.plots import COLOURS, STYLE, save
+from fenics_mech.views.figures import COLOURS, panels_of, save
 from fenics_mech.views.tables import number, percent, table_of
 
 if TYPE_CHECKING:
@@ -76,18 +74,12 @@ def cost_figure(cost: Cost) -> Figure:
 
 def _figure(data: xr.Dataset, panels: dict[str, str], title: str) -> Figure:
     """Draw error over time in panels beside each other, by variable and title."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-        FigureCanvasAgg(figure)
-        all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    with panels_of(1, len(panels), (WIDTH, HEIGHT), title) as (figure, ((*all_axes,),)):
         for axes, (variable, name) in zip(all_axes, panels.items()):
             _draw(axes, data, variable)
             axes.set_title(name, fontsize=10)
             axes.set_xlabel("processor time of one thread (s)")
         all_axes[0].set_ylabel("largest error of a strain curve / largest strain")
-        handles = {label: handle for axes in all_axes for handle, label in zip(*axes.get_legend_handles_labels())}
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     return figure
 
 

@@ -6,12 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-import xarray as xr
-from cycler import cycler
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
@@ -19,43 +15,26 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.recovery.signal import MID_SPAN
-from fenics_mech.views.geometry import member_ends, member_normals, one_turn
+from fenics_mech.views.figures import (
+    COLOURS,
+    DEFLECTION,
+    MICRO,
+    MILLI,
+    SIZE,
+    STRAIN,
+    curve,
+    empty_figure,
+    finish,
+    new_figure,
+    save,
+)
+from fenics_mech.views.geometry import member_ends, member_normals
 from fenics_mech.views.measured import read_measurement
 
 Curve = tuple[Array, Array, str]
 """Drive angle (rad), strain, and the label of the curve."""
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
-STYLE: Any = {
-    "font.family": "DejaVu Sans",
-    "font.size": 10,
-    "axes.titlesize": 11,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.edgecolor": "#555555",
-    "axes.linewidth": 0.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.prop_cycle": cycler(linestyle=["-", ":", "-."]) * cycler(color=COLOURS),
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.6,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "xtick.color": "#555555",
-    "ytick.color": "#555555",
-    "xtick.labelcolor": "black",
-    "ytick.labelcolor": "black",
-    "svg.fonttype": "none",
-}
-SIZE = (7.2, 4.0)  # inches
-RESOLUTION = 160  # dots per inch
-ENDINGS = (".png", ".pdf", ".svg")
-LEGEND_COLUMNS = 5
 LABEL_HEIGHT = 0.05  # of the axes
 MEASURED: dict[str, Any] = {
     "linestyle": "none",
@@ -67,9 +46,6 @@ MEASURED: dict[str, Any] = {
 MOST_SPECTRA = 3  # members in the plot of harmonics
 LEAST_BAR = 0.01  # of the largest harmonic, up to the last of which harmonics are drawn
 FEWEST_BARS = 12
-MICRO = 1e6
-MILLI = 1e3
-STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
 def plot_strain(
@@ -130,21 +106,6 @@ def plot_frequencies(
     return save(frequency_figure(modes_frequency, theta, supported or {}), path)
 
 
-def plot_joint_forces(result: Result, path: str | Path) -> Path:
-    """Plot the magnitude of each joint's force, and the input torque below it; errors as `plot_frequencies`."""
-    return save(joint_force_figure(result), path)
-
-
-def plot_deflection(result: Result, path: str | Path) -> Path:
-    """Plot the mid-member transverse deflection of each member; errors as `plot_frequencies`."""
-    return save(deflection_figure(result), path)
-
-
-def plot_spectrum(result: Result, path: str | Path) -> Path:
-    """Plot the harmonics of the mid-span strain of the members that bend most; errors as `plot_frequencies`."""
-    return save(spectrum_figure(result), path)
-
-
 def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | None = None) -> list[Path]:
     """Make all plots of a result as PNG files in `folder`, which is made when it is not there.
 
@@ -189,25 +150,15 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
     for member, s, fibre in sorted(elsewhere):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}.png"
         paths.append(plot_strain(result, member, folder / name, s=s, fibre=fibre))
-    paths.append(plot_deflection(result, folder / "deflection.png"))
-    paths.append(plot_joint_forces(result, folder / "joint_forces.png"))
+    paths.append(save(deflection_figure(result), folder / "deflection.png"))
+    paths.append(save(joint_force_figure(result), folder / "joint_forces.png"))
     if "strain_amplitude" in result.data:
-        paths.append(plot_spectrum(result, folder / "spectrum.png"))
+        paths.append(save(spectrum_figure(result), folder / "spectrum.png"))
     if "frequency" in result.data:
         supported = {member: float(found[0]) for member, found in simply_supported_frequencies(scene).items()}
         frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
         paths.append(plot_frequencies(frequency, theta, folder / "frequencies.png", supported))
     return paths
-
-
-def save(figure: Figure, path: str | Path) -> Path:
-    """Write a figure; the file appears whole or not at all."""
-    path = Path(path)
-    if path.suffix.lower() not in ENDINGS:
-        raise ViewError(f"{path}: a plot's file must end in one of {', '.join(ENDINGS)}, not in {path.suffix!r}")
-    with mpl.rc_context(STYLE):
-        write_whole(path, lambda temporary: figure.savefig(temporary, dpi=RESOLUTION))
-    return path
 
 
 def strain_figure(
@@ -251,7 +202,7 @@ def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, flo
 
 
 def joint_force_figure(result: Result) -> Figure:
-    """Build the figure of `plot_joint_forces`; without a drive there is no torque."""
+    """Draw the magnitude of each joint's force, and below it the input torque where there is a drive."""
     driven = "input_torque" in result.data
     figure, panels = figure_of(result, rows=1 + driven, height=5.8 if driven else SIZE[1])
     forces = result.data["joint_force"].transpose("joint", "theta", "component")
@@ -268,7 +219,7 @@ def joint_force_figure(result: Result) -> Figure:
 
 
 def deflection_figure(result: Result) -> Figure:
-    """Build the figure of `plot_deflection`."""
+    """Draw the mid-member transverse deflection of each member."""
     figure, (axes,) = figure_of(result)
     for member, values in zip(result.scene.members(), transverse_deflection(result).T):
         axes.plot(*_curve(result, MILLI * values), label=member)
@@ -277,7 +228,7 @@ def deflection_figure(result: Result) -> Figure:
 
 
 def spectrum_figure(result: Result) -> Figure:
-    """Build the figure of `plot_spectrum`: bars over the harmonics, and the range of every natural frequency."""
+    """Draw harmonics of the mid-span strain of the members that bend most, and the range of every natural frequency."""
     amplitude = MICRO * result.data["strain_amplitude"].sel(gauge=MID_SPAN).transpose("member", "harmonic").to_numpy()
     largest = amplitude[:, 1:].max(axis=1, initial=0.0)
     shown = np.sort(np.argsort(-largest, kind="stable")[:MOST_SPECTRA])
@@ -321,23 +272,6 @@ def _check_place(result: Result, member: str, fibre: str) -> None:
             raise ViewError(f"the result has no {dimension} {name!r}; it has {', '.join(known)}")
 
 
-def empty_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
-    """Make a figure with axes below one another, on a canvas that needs no display."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(SIZE[0], height), layout="constrained")
-        FigureCanvasAgg(figure)
-        return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
-
-
-def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
-    """Make a figure with axes over the drive angle."""
-    figure, axes = empty_figure(rows, height)
-    axes[-1].set_xlabel("drive angle (deg)")
-    axes[-1].set_xlim(0, 360)
-    axes[-1].set_xticks(range(0, 361, 45))
-    return figure, axes
-
-
 def figure_of(result: Result, rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
     """Make a figure with axes over the drive angle, or over time for a motion in time."""
     if not _in_time(result):
@@ -358,29 +292,6 @@ def _curve(result: Result, values: Array) -> tuple[Array, Array]:
     if _in_time(result):
         return result.data["time"].to_numpy(), values
     return curve(result.data["theta"].to_numpy(), values)
-
-
-def curve(theta: Array, values: Array) -> tuple[Array, Array]:
-    """Drive angle in degrees and values, over the whole turn."""
-    angle, values = one_turn(theta, values)
-    return np.degrees(angle), values
-
-
-def with_unit(data: xr.Dataset, name: str) -> str:
-    """Name of a coordinate with its unit, if it has one."""
-    unit = data[name].attrs["units"]
-    return name if unit == "1" else f"{name} ({unit})"
-
-
-def finish(axes: Axes, title: str, ylabel: str, columns: int = LEGEND_COLUMNS) -> None:
-    """Set title and label, and the legend as rows between the title and the axes."""
-    with mpl.rc_context(STYLE):
-        entries = len(axes.get_legend_handles_labels()[0])
-        rows = -(-entries // columns) if entries > 1 or title.startswith("Strain") else 0
-        axes.set_title(title, pad=8 + 15 * rows)
-        axes.set_ylabel(ylabel)
-        if rows:
-            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, borderaxespad=0.2)
 
 
 def _draw_supported(axes: Axes, supported: Mapping[str, float]) -> None:

@@ -6,11 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from rich.console import Group, RenderableType
@@ -18,7 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.studies.scaling import cost_per_position
-from fenics_mech.views.plots import COLOURS, STYLE, save
+from fenics_mech.views.figures import COLOURS, panels_of, save
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -43,20 +41,14 @@ def write_scaling(scaling: Scaling, folder: Path) -> list[Path]:
 
 def scaling_figure(scaling: Scaling) -> Figure:
     """Draw time and memory against elements, links and positions."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-        FigureCanvasAgg(figure)
-        panels = figure.subplots(len(PANELS), len(SERIES), sharey="row", sharex="col")
+    title = "Time and memory of a run. Chains of four-bars: 3 links, 3 elements a link, 120 positions unless varied"
+    with panels_of(len(PANELS), len(SERIES), (WIDTH, HEIGHT), title) as (figure, panels):
         for row, (variable, label) in zip(panels, PANELS.items()):
             row[0].set_ylabel(label)
             for axes, series in zip(row, SERIES):
                 _draw(axes, scaling.data, series, variable)
         for axes, label in zip(panels[-1], SERIES.values()):
             axes.set_xlabel(label)
-        handles = {label: handle for axes in panels[0] for handle, label in zip(*axes.get_legend_handles_labels())}
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=len(handles), fontsize=9)
-        title = "Time and memory of a run. Chains of four-bars: 3 links, 3 elements a link, 120 positions unless varied"
-        figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
     return figure
 
 

@@ -1,0 +1,117 @@
+"""What all figures share: colours and style, axes over the drive angle, legends, and how a file is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from cycler import cycler
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import ViewError
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.views.geometry import one_turn
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
+STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.prop_cycle": cycler(linestyle=["-", ":", "-."]) * cycler(color=COLOURS),
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "xtick.labelcolor": "black",
+    "ytick.labelcolor": "black",
+    "svg.fonttype": "none",
+}
+SIZE = (7.2, 4.0)  # inches
+RESOLUTION = 160  # dots per inch
+ENDINGS = (".png", ".pdf", ".svg")
+LEGEND_COLUMNS = 5
+MICRO = 1e6
+MILLI = 1e3
+STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
+
+
+def empty_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
+    """Make a figure with axes below one another, on a canvas that needs no display."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(SIZE[0], height), layout="constrained")
+        FigureCanvasAgg(figure)
+        return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+
+
+def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
+    """Make a figure with axes over the drive angle."""
+    figure, axes = empty_figure(rows, height)
+    axes[-1].set_xlabel("drive angle (deg)")
+    axes[-1].set_xlim(0, 360)
+    axes[-1].set_xticks(range(0, 361, 45))
+    return figure, axes
+
+
+@contextmanager
+def panels_of(rows: int, columns: int, size: tuple[float, float], title: str) -> Iterator[tuple[Figure, Any]]:
+    """Make a figure of panels that share their axes; when they are drawn, it gets a title and one legend below."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(rows, columns, sharey="row", sharex="col", squeeze=False)
+        yield figure, panels
+        handles = {label: handle for axes in panels[0] for handle, label in zip(*axes.get_legend_handles_labels())}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=8)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+
+
+def curve(theta: Array, values: Array) -> tuple[Array, Array]:
+    """Drive angle in degrees and values, over the whole turn."""
+    angle, values = one_turn(theta, values)
+    return np.degrees(angle), values
+
+
+def with_unit(data: xr.Dataset, name: str) -> str:
+    """Name of a coordinate with its unit, if it has one."""
+    unit = data[name].attrs["units"]
+    return name if unit == "1" else f"{name} ({unit})"
+
+
+def finish(axes: Axes, title: str, ylabel: str, columns: int = LEGEND_COLUMNS) -> None:
+    """Set title and label, and the legend as rows between the title and the axes."""
+    with mpl.rc_context(STYLE):
+        entries = len(axes.get_legend_handles_labels()[0])
+        rows = -(-entries // columns) if entries > 1 or title.startswith("Strain") else 0
+        axes.set_title(title, pad=8 + 15 * rows)
+        axes.set_ylabel(ylabel)
+        if rows:
+            axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, borderaxespad=0.2)
+
+
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write a figure; the file appears whole or not at all."""
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ViewError(f"{path}: a plot's file must end in one of {', '.join(ENDINGS)}, not in {path.suffix!r}")
+    with mpl.rc_context(STYLE):
+        write_whole(path, lambda temporary: figure.savefig(temporary, dpi=RESOLUTION))
+    return path
