@@ -177,7 +177,7 @@ def _references(
     """Find converged answers, or the messages of what they ended with."""
     found: dict[str, Converged | str] = {}
     for name, scene in {QUASI_STATIC: equations[TRUNCATED], **equations}.items():
-        progress(f"converged answer: {name}")
+        progress(f"converged solution: {name}")
         try:
             if name == QUASI_STATIC:
                 found[name] = converged_quasi_static(scene, meshes[0])

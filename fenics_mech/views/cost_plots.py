@@ -200,15 +200,12 @@ def advice(data: xr.Dataset, variable: str, least: float = 0.0) -> list[str]:
         good = np.flatnonzero(error <= level)
         if len(good):
             i = good[np.argmin(seconds[good])]
-            lines.append(f"Error of {percent(level)} in {number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}")
+            lines.append(f"Error of {percent(level)}: {number(1e3 * seconds[i])} ms with {said(data.isel(run=i))}")
             continue
         if np.isfinite(error).any():
             i = min(np.flatnonzero(error == np.nanmin(error)), key=lambda run: seconds[run])
-            lines.append(
-                f"Error of {percent(level)} with none of these runs: the best has "
-                f"{_as_known(float(error[i]), least)} in "
-                f"{number(1e3 * seconds[i])} ms: {said(data.isel(run=i))}"
-            )
+            best = f"{_as_known(float(error[i]), least)} in {number(1e3 * seconds[i])} ms"
+            lines.append(f"Error of {percent(level)}: not reached; the best is {best} with {said(data.isel(run=i))}")
         break
     return lines
 
@@ -262,4 +259,4 @@ def _failures(data: xr.Dataset) -> Iterator[str]:
     for i in failed:
         by_kind.setdefault((str(data["method"][i].item()), str(data["failure"][i].item())), []).append(int(i))
     for (method, _), runs in by_kind.items():
-        yield f"  {method}, {len(runs)} of them: {data['message'][runs[0]].item()}"
+        yield f"  {method} ({len(runs)} of them): {data['message'][runs[0]].item()}"

@@ -245,7 +245,7 @@ def _members(result: Result) -> Table:
     strain_head, bent_head = "strain\n(\N{MICRO SIGN}m/m)", "deflection\n(mm)"
     columns = "member", strain_head, "stress\n(MPa)", "at angle,\ns, side", bent_head, "at angle,\ns"
     table = table_of("Peaks of the members", *columns)
-    table.caption, table.caption_justify = PLACE, "left"
+    table.caption, table.caption_justify = f"{PLACE}\n", "left"
     theta, s = _degrees(result), result.data["s"].to_numpy()
     fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
     strain, stress = (_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))

@@ -214,9 +214,9 @@ def test_advice_names_the_fastest_run_of_each_level():
         Line("a", "e", {"elements": 4}, {"seconds": 2.0, "error_all": 0.002}),
     ]
     assert advice(dataset(lines), "error_all") == [
-        "10 % in 40 ms: b, e, 3 elements",
-        "1 % in 40 ms: b, e, 3 elements",
-        "0.1 % with none of these runs: the best has 0.2 % in 2000 ms: a, e, 4 elements",
+        "Error of 10 %: 40 ms with b, e, 3 elements",
+        "Error of 1 %: 40 ms with b, e, 3 elements",
+        "Error of 0.1 %: not reached; the best is 0.2 % in 2000 ms with a, e, 4 elements",
     ]
 
 
@@ -228,7 +228,7 @@ def test_no_error_counts_as_less_than_the_converged_answer_is_known():
         Line("c", "e", {}, {"seconds": 3.0, "error_all": 0.00001}),
     ]
     assert advice(dataset(lines), "error_all", 0.0015)[-1] == (
-        "0.1 % with none of these runs: the best has < 0.15 % in 2000 ms: b, e"
+        "Error of 0.1 %: not reached; the best is < 0.15 % in 2000 ms with b, e"
     )
     table = front_table(dataset(lines), "error_all", 0.0015)
     assert list(table.columns[2].cells) == ["0.2 %", "< 0.15 %"]

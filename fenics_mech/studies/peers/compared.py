@@ -133,7 +133,7 @@ def compare_peers(
     require_ready(scene, quick)
     entries, known = entries_of(quick), {}
     for ours, equation in _references(entries):
-        progress(f"converged answer: {equation}, {OURS if ours else 'peers'}")
+        progress(f"converged solution: {equation}, {OURS if ours else 'peers'}")
         known[ours, equation] = _converged(ours, equation, quick)
     lines = []
     for number, entry in enumerate(entries):
