@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +44,18 @@ MEASURED: dict[str, Any] = {
     "markerfacecolor": "white",
     "color": COLOURS[1],
 }
-MOST_SPECTRA = 3  # members in the plot of harmonics
-LEAST_BAR = 0.01  # of the largest harmonic, up to the last of which harmonics are drawn
-FEWEST_BARS = 12
+
+
+@dataclass(frozen=True)
+class SpectrumLimits:
+    """What the plot of harmonics shows."""
+
+    most_members: int = 3  # more panels do not fit a page
+    least_bar: float = 0.01  # of the largest harmonic: smaller bars cannot be seen
+    fewest_bars: int = 12  # so that the natural frequencies beside them are shown too
+
+
+SPECTRUM = SpectrumLimits()
 
 
 def plot_strain(
@@ -231,9 +241,9 @@ def spectrum_figure(result: Result) -> Figure:
     """Draw harmonics of the mid-span strain of the members that bend most, and the range of every natural frequency."""
     amplitude = MICRO * result.data["strain_amplitude"].sel(gauge=MID_SPAN).transpose("member", "harmonic").to_numpy()
     largest = amplitude[:, 1:].max(axis=1, initial=0.0)
-    shown = np.sort(np.argsort(-largest, kind="stable")[:MOST_SPECTRA])
-    heard = np.flatnonzero((amplitude[shown] > LEAST_BAR * largest.max()).any(axis=0))
-    last = min(max(int(heard.max(initial=0)) + 1, FEWEST_BARS), amplitude.shape[1] - 1)
+    shown = np.sort(np.argsort(-largest, kind="stable")[: SPECTRUM.most_members])
+    heard = np.flatnonzero((amplitude[shown] > SPECTRUM.least_bar * largest.max()).any(axis=0))
+    last = min(max(int(heard.max(initial=0)) + 1, SPECTRUM.fewest_bars), amplitude.shape[1] - 1)
     figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))
     for axes, i in zip(panels, shown):
         axes.bar(np.arange(1, last + 1), amplitude[i, 1 : last + 1], width=0.7, color=COLOURS[0], zorder=2)

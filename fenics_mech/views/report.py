@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -24,8 +25,6 @@ from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.tables import drive_of, frequency_table, number, percent, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
-SHOWN = 1e-3  # by which a strain between stations has to be larger to be reported
-LARGEST_HARMONICS = 4  # that the summary names
 SOURCES = {  # of errors, in words
     "time": "time steps",
     "harmonics": "harmonics left out",
@@ -34,8 +33,19 @@ SOURCES = {  # of errors, in words
     "effects": "effects left out",
 }
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
-ROUNDING = 1e-9  # of the largest harmonic, below which others are rounding
 MINUS = "\N{MINUS SIGN}"
+
+
+@dataclass(frozen=True)
+class ReportLimits:
+    """What the summary leaves out."""
+
+    between_stations: float = 1e-3  # excess of a strain over that at the stations: four digits are printed
+    harmonics: int = 4  # of each member: more do not fit a line of 80 columns
+    rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding
+
+
+LIMITS = ReportLimits()
 
 
 def summary(result: Result) -> Group:
@@ -115,7 +125,7 @@ def _energy(result: Result) -> Text:
     if not any(effect.couples for effect in _acting(result)):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
-    if abs(residual) > bound and error > ROUNDING:
+    if abs(residual) > bound and error > LIMITS.rounding:
         text += f", MORE than the {number(MILLI * bound)} mW that the estimated errors of the drives explain"
     return Text(f"{text}.")
 
@@ -267,7 +277,7 @@ def _members(result: Result) -> Table:
 def _between_stations(result: Result) -> list[Text]:
     """Say where the strain between stations is larger than at all of them."""
     largest = result.data["largest_strain"]
-    larger = largest[largest > (1 + SHOWN) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
+    larger = largest[largest > (1 + LIMITS.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
     peaks = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
     return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
@@ -308,8 +318,8 @@ def _signal(result: Result) -> list[RenderableType]:
     )
     amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
-        heard = np.flatnonzero(amplitude[i] > ROUNDING * amplitude[i].max())
-        largest = heard[np.argsort(-amplitude[i, heard])][:LARGEST_HARMONICS]
+        heard = np.flatnonzero(amplitude[i] > LIMITS.rounding * amplitude[i].max())
+        largest = heard[np.argsort(-amplitude[i, heard])][: LIMITS.harmonics]
         cells = [", ".join(f"{n + 1}: {amplitude[i, n]:.3g}" for n in largest)]
         if vibrates:
             size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))

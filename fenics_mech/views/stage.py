@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -15,16 +16,24 @@ from fenics_mech.views.frames import Frames
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"
 INK, SHADE, RIGID = "#222222", "#d9d9d9", "#a0a0a0"
-RIBBON, OUTLINE, PIN, HOLE, SUPPORT, BLOCK = (
-    0.008,
-    0.0102,
-    0.013,
-    0.008,
-    0.045,
-    0.018,
-)  # half widths and radii over the extent
-MARGIN = 0.06  # around the motion, over the extent
-BAR, TEXT = 0.17, 0.1  # of the picture's width and height, kept free for the colour bar, and for text above and below
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """Half widths and radii over the extent of the motion, and margins of the picture."""
+
+    ribbon: float = 0.008
+    outline: float = 0.0102
+    pin: float = 0.013
+    hole: float = 0.008
+    support: float = 0.045
+    block: float = 0.018
+    margin: float = 0.06  # around the motion
+    bar: float = 0.17  # of the picture's width, kept free for the colour bar
+    text: float = 0.1  # of its height, kept free for text above and below
+
+
+DRAWN = Proportions()
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
 LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "pin": 4, "hole": 5}
 
@@ -63,7 +72,7 @@ class Stage:
         self.plotter = pv.Plotter(off_screen=True, window_size=list(size))
         self.plotter.set_background("white")
         self.plotter.enable_anti_aliasing("msaa", multi_samples=8)
-        self._look_at(low - MARGIN * self.extent, high + MARGIN * self.extent)
+        self._look_at(low - DRAWN.margin * self.extent, high + DRAWN.margin * self.extent)
         self._add_supports(ground[0])
         self._add_guides(ground[1])
         self.meshes = self._add_mechanism(limit[0])
@@ -77,15 +86,15 @@ class Stage:
         frames = self.frames
         path, pins = frames.path[index], frames.pins[index]
         self.meshes["rigid"].points = self._raised(frames.rigid[index], "rigid")
-        self.meshes["outline"].points = self._raised(ribbon(path, OUTLINE * self.extent), "outline")
-        self.meshes["ribbon"].points = self._raised(ribbon(path, RIBBON * self.extent), "ribbon")
+        self.meshes["outline"].points = self._raised(ribbon(path, DRAWN.outline * self.extent), "outline")
+        self.meshes["ribbon"].points = self._raised(ribbon(path, DRAWN.ribbon * self.extent), "ribbon")
         self.meshes["ribbon"]["strain"] = np.repeat(frames.strain[index].ravel(), 2)
-        self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], OUTLINE * self.extent), "rigid")
-        self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], RIBBON * self.extent), "outline")
-        corners = frames.slider_pins[index][:, None] + BLOCK * self.extent * frames.sliders[index]
+        self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], DRAWN.outline * self.extent), "rigid")
+        self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], DRAWN.ribbon * self.extent), "outline")
+        corners = frames.slider_pins[index][:, None] + DRAWN.block * self.extent * frames.sliders[index]
         for name in ("block", "block edge"):
             self.meshes[name].points = self._raised(corners, "block")
-        for name, radius in (("pin", PIN), ("hole", HOLE)):
+        for name, radius in (("pin", DRAWN.pin), ("hole", DRAWN.hole)):
             self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
         self.angle.input = f"drive angle {np.degrees(frames.theta[index]) % 360:.0f}\N{DEGREE SIGN}"
         self.plotter.render()
@@ -98,9 +107,9 @@ class Stage:
     def _look_at(self, low: Array, high: Array) -> None:
         """Put the box into the part of the picture that bar and text leave free."""
         width, height = self.size
-        self.pixel = np.max((high - low) / [width * (1 - BAR), height * (1 - 2 * TEXT)])  # m
+        self.pixel = np.max((high - low) / [width * (1 - DRAWN.bar), height * (1 - 2 * DRAWN.text)])  # m
         x, y = (low + high) / 2
-        x += self.pixel * width * BAR / 2
+        x += self.pixel * width * DRAWN.bar / 2
         self.corner = np.array([x - self.pixel * width / 2, y - self.pixel * height / 2])  # lower left
         camera = self.plotter.camera
         camera.parallel_projection = True
@@ -114,7 +123,7 @@ class Stage:
         left = np.linspace(-0.9, 0.7, 6)
         hatch = np.stack([np.stack([left, left * 0 - 1.35], -1), np.stack([left + 0.3, left * 0 - 1], -1)], axis=1)
         lines = np.concatenate([[[[-0.95, -1], [0.95, -1]]], hatch])
-        size, first = SUPPORT * self.extent, ground[:, None]
+        size, first = DRAWN.support * self.extent, ground[:, None]
         if not len(ground):
             return
         corners = self._raised(first + size * triangle, "ground")
@@ -129,10 +138,10 @@ class Stage:
         for first, second in guides:
             along = (second - first) / max(float(np.linalg.norm(second - first)), 1e-300)
             normal = np.array([-along[1], along[0]])
-            below = BLOCK * self.extent * normal
-            count = max(int(np.linalg.norm(second - first) / (0.32 * SUPPORT * self.extent)), 2)
+            below = DRAWN.block * self.extent * normal
+            count = max(int(np.linalg.norm(second - first) / (0.32 * DRAWN.support * self.extent)), 2)
             tops = np.linspace(first - below, second - below, count)
-            feet = tops - 0.35 * SUPPORT * self.extent * (normal + 0.85 * along)
+            feet = tops - 0.35 * DRAWN.support * self.extent * (normal + 0.85 * along)
             strokes = np.concatenate([[[tops[0], tops[-1]]], np.stack([feet, tops], axis=1)])
             lines = pv.PolyData(self._raised(strokes, "ground"), lines=_cells(len(strokes), 2))
             self.plotter.add_mesh(lines, lighting=False, color=INK, line_width=self.size[1] / 450)
@@ -176,7 +185,7 @@ class Stage:
 
     def _add_bar(self, limit: float, beyond: bool) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
-        x, low, high = 1 - 0.8 * BAR, 0.22, 0.78  # of the picture
+        x, low, high = 1 - 0.8 * DRAWN.bar, 0.22, 0.78  # of the picture
         corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
         points = self._raised(self.corner + corners * self.size * self.pixel, "ground")
         bar = pv.PolyData(points, faces=_cells(1, 4))
