@@ -323,7 +323,7 @@ def _spread(places: Array, gap: float) -> Array:
     """Push sorted places apart until neighbours are `gap` apart, each as little as its neighbours allow."""
     places = places.copy()
     for _ in range(200):
-        lack = np.clip(gap - np.diff(places), 0, None)
-        places[:-1] -= lack / 2
-        places[1:] += lack / 2
+        missing = np.clip(gap - np.diff(places), 0, None)
+        places[:-1] -= missing / 2
+        places[1:] += missing / 2
     return places
