@@ -1,4 +1,5 @@
-# make run: analyse the seed four-bar into out/.   make test: run the tests.   Both install what is missing first.
+# make run: analyse the seed four-bar into out/.   make test: run the tests.   make docs: build the documents.
+# All install what is missing first.
 # OMP_NUM_THREADS=1: the matrices are small, threads only get in each other's way.
 SHELL := /bin/bash
 export OMP_NUM_THREADS ?= 1
@@ -9,7 +10,7 @@ APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv 
        libegl1 libgl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
 PYTHON := .venv/bin/python
 
-.PHONY: run test lint install clean
+.PHONY: run test lint docs install clean
 run: install
 	$(PYTHON) -m fenics_mech run demos/four_bar.toml -o out
 
@@ -21,6 +22,13 @@ lint: install
 	$(PYTHON) -m ruff check .
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m mypy
+
+docs: .venv/documented
+	$(PYTHON) -m sphinx -W --keep-going -n -q -b html docs docs/_build/html
+
+.venv/documented: .venv/installed
+	$(PYTHON) -m pip install --quiet --editable '.[docs]'
+	touch $@
 
 install: .venv/installed
 
@@ -36,7 +44,7 @@ install: .venv/installed
 	touch $@
 
 clean:
-	rm -rf .venv out
+	rm -rf .venv out docs/_build docs/reference/generated
 
 .PHONY: bench
 bench: install
