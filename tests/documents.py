@@ -1,0 +1,143 @@
+"""The commands, snippets and scenes that the documents show: found, run, and their shown output made anew.
+
+`python tests/documents.py` rewrites every output block of the documents by what their commands print today.
+An output is a block of `text` after a block of `bash` or `python`. It shows what the last line prints.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+FENCE = re.compile(r"^( *)```(\w+)\n(.*?)^ *```$", flags=re.DOTALL | re.MULTILINE)
+WIDTH = "90"
+# Commands that take minutes: what is shown is parsed, and their own tests run them.
+LONG = ("cost", "scaling", "follow", "animate", "sweep")
+LONG_OPTIONS = ("--compare", "--tol", "--refine-peaks")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page.
+
+    Parameters
+    ----------
+    language
+        What stands behind its fence.
+    text
+        Its lines, without the indent of the fence.
+    start, end
+        Where its lines stand in the page.
+    """
+
+    language: str
+    text: str
+    start: int
+    end: int
+
+
+def pages() -> list[Path]:
+    """Give every document in which commands and snippets are shown."""
+    written = [page for page in sorted(DOCS.rglob("*.md")) if not {"generated", "_build"} & set(page.parts)]
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *written]
+
+
+def blocks(page: Path) -> list[Block]:
+    """Give the fenced blocks of a page."""
+    found = FENCE.finditer(page.read_text())
+    return [Block(m[2], re.sub(rf"^{m[1]}", "", m[3], flags=re.MULTILINE), m.start(3), m.end(3)) for m in found]
+
+
+def folder(place: Path) -> None:
+    """Put into a folder what the documents' commands look for: the demos, the drawings, the scenes of the tutorial."""
+    for name in ("demos", "meshes"):
+        (place / name).symlink_to(ROOT / name)
+    shutil.copy(DOCS / "tutorial" / "press.toml", place)
+    for name, old, new in (
+        ("slow", "300 rpm", "30 rpm"),
+        ("fast", "300 rpm", "500 rpm"),
+        ("thicker", 'height = "4 mm"', 'height = "5 mm"'),
+    ):
+        (place / f"{name}.toml").write_text((place / "press.toml").read_text().replace(old, new))
+
+
+def printed(command: str) -> str:
+    """Run one line of shell and give what it prints; the program's own command runs in this process."""
+    own, *filters = command.split("|")
+    words = shlex.split(own.replace("2>&1", ""))
+    if words[:3] == ["mpirun", "-n", "4"]:
+        words = words[3:]
+    if words[0] != "fenics-mech":
+        return subprocess.run(["bash", "-c", command], check=True, capture_output=True, text=True).stdout
+    text = _command(words[1:])
+    if filters:
+        text = subprocess.run(
+            ["bash", "-c", "|".join(filters)], check=True, capture_output=True, text=True, input=text
+        ).stdout
+    return text
+
+
+def _command(words: list[str]) -> str:
+    """Run the program; a command that takes long is only parsed."""
+    from fenics_mech.cli import app
+    from fenics_mech.errors import MechanismError
+
+    if words[0] in LONG or any(word in words for word in LONG_OPTIONS) or words == ["check"]:
+        words = [*words, "--help"]  # options are looked at first
+    done = CliRunner().invoke(app, words, env={"COLUMNS": WIDTH, "TERM": "dumb"})
+    if isinstance(done.exception, MechanismError):
+        return f"error: {done.exception}\n"
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    if done.exit_code:
+        raise AssertionError(f"{' '.join(words)}: {done.output}")
+    return "\n".join(line.rstrip() for line in done.output.splitlines()) + "\n"
+
+
+def run(page: Path) -> list[tuple[Block, str]]:
+    """Run what a page shows, from top to bottom, and give each output block with what is printed in its place."""
+    names: dict[str, object] = {}
+    found, said = [], ""
+    for block in blocks(page):
+        if block.language == "bash":
+            said = [printed(line) for line in block.text.splitlines() if line and not line.startswith("#")][-1]
+        elif block.language == "python":
+            with contextlib.redirect_stdout(io.StringIO()) as out:
+                exec(compile(block.text, f"{page.name}", "exec"), names)
+            said = out.getvalue()
+        elif block.language == "text" and said:
+            found.append((block, said))
+            said = ""
+    return found
+
+
+def rewrite(page: Path) -> None:
+    """Put what is printed today into the output blocks of a page."""
+    text = page.read_text()
+    for block, said in reversed(run(page)):
+        text = text[: block.start] + said.strip("\n") + "\n" + text[block.end :]
+    page.write_text(text)
+
+
+if __name__ == "__main__":
+    asked = [Path(name).resolve() for name in sys.argv[1:]] or [
+        page for page in pages() if "```text" in page.read_text()
+    ]
+    with tempfile.TemporaryDirectory() as place, contextlib.chdir(place):
+        folder(Path(place))
+        os.environ["COLUMNS"] = WIDTH
+        for one in asked:
+            rewrite(one)
