@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from documents import DOCS, ROOT, blocks
 
-from fenics_mech import Result, analyse, load
+from fenics_mech import Result, SolverError, analyse, load
 from fenics_mech.effects import EFFECTS
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
@@ -147,6 +147,8 @@ def test_numbers_of_the_tutorial_are_those_of_its_runs(press):
     assert f"now has {today:.0f} MPa instead of {slow:.0f} MPa" in pages["3_what_matters"]
     assert f"has {fast:.0f} MPa, and 90 MPa are allowed" in pages["5_which_speed"]
     assert f"is then {thicker:.0f} MPa of the 90 MPa" in pages["6_decide"]
+    with pytest.raises(SolverError, match=r"unstable.* link rod"):
+        press("fast.toml", sections__rocker__height="5 mm", drive__speed="530 rpm")
     stress = press(drive__speed="450 rpm")
     assert re.search(rf"At 450 rpm [^.]* is {stress:.0f} MPa", pages["5_which_speed"])
 

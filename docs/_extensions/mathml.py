@@ -22,5 +22,6 @@ def block(page: HTML5Translator, node: nodes.math_block) -> None:
     """Write an equation on its own, with its number if it has a label."""
     number = f'<span class="eqno">({node["number"]})</span>' if node.get("number") else ""
     name = f' id="equation-{node["label"]}"' if node.get("label") else ""
-    page.body.append(f'<div class="math"{name}>{number}{tex2mathml(node.astext(), as_block=True)}</div>\n')
+    equation = tex2mathml(node.astext(), as_block=True)
+    page.body.append(f'<div class="math"{name}>{number}<div class="equation">{equation}</div></div>\n')
     raise nodes.SkipNode
