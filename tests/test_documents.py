@@ -3,15 +3,16 @@
 import re
 import tomllib
 
-import documents
 import numpy as np
 import pytest
-from documents import DOCS, ROOT, blocks
 
 from fenics_mech import Result, SolverError, analyse, load
 from fenics_mech.effects import EFFECTS
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
+from tests import documents
+from tests.common import ROOT
+from tests.documents import DOCS, blocks
 
 PAGES = {str(page.relative_to(ROOT)): page for page in documents.pages()}
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -139,6 +140,7 @@ def press(place):
     return largest
 
 
+@pytest.mark.slow
 def test_numbers_of_the_tutorial_are_those_of_its_runs(press):
     slow, today, fast = press("slow.toml"), press(), press("fast.toml")
     thicker = press("fast.toml", sections__rocker__height="5 mm")
