@@ -54,6 +54,7 @@ PLACES = {  # of an error, in words, and what it is relative to
     "joint_force": ("force in joint", "the largest joint force"),
     "torque": ("effort of the drive at", "the largest effort of a drive"),
 }
+ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
 FAULTS = {
     "time": "the sub-intervals are too long",
     "mesh": "the elements are too long",
@@ -136,8 +137,8 @@ def _refusal(
     in_time = source == "time" and scene.analysis.method == "transient"
     fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
     return UnresolvedError(
-        f"{fault}: the {what} {total:.2g} of {measure}, by estimate, "
-        f"{shares[source]:.2g} of it by the {source}. "
+        f"{fault}: the {what} an estimated {100 * total:.2g} % of {measure}, "
+        f"{100 * shares[source]:.2g} % of it from the {ORIGINS[source]}. "
         f"{_advice(scene, source, (shares[source] / room) ** (1 / order[source]))}; "
         "analysis.allow_coarse lets it pass"
     )

@@ -39,9 +39,9 @@ def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
         return
     k, i = np.unravel_index(np.maximum(turned, moved).argmax(), turned.shape)
     raise SolverError(
-        f"member {list(scene.members())[i]!r} turns by {turned[k, i]:.3g} rad and its points move apart by "
-        f"{moved[k, i]:.3g} of its length, by elastic deflection, at drive angle "
-        f"{np.degrees(system.motion.theta[k]):.6g} deg: small deflections end long before {VALIDITY.farthest:g}. "
+        f"elastic deflection turns member {list(scene.members())[i]!r} by {turned[k, i]:.3g} rad and moves its points "
+        f"by {moved[k, i]:.3g} of its length, at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: the theory "
+        f"of small deflections does not hold near {VALIDITY.farthest:g}. "
         "Lower loads or speed, keep away from resonances, buckling and dead centres, or take stiffer members or more "
         "damping; analysis.allow_large lets it pass"
     )

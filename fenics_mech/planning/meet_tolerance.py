@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech.accuracy.estimate import left_out
+from fenics_mech.accuracy.estimate import ORIGINS, left_out
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
@@ -200,9 +200,10 @@ def _left(trials: Sequence[Trial], what: str) -> str:
     errors = trials[-1].errors[what]
     worst = max(errors, key=errors.__getitem__)
     order = slow_order(trials, what, worst)
-    falls = f", which falls with the power {order:.1f} of the {NUMBERS[worst]} only" if order is not None else ""
+    falls = f", with an observed convergence order of {order:.1f} in the {NUMBERS[worst]}" if order is not None else ""
     total = sum(errors.values())
-    return f"the {WORDS[what]} are uncertain by {total:.2g}, {errors[worst]:.2g} of it by the {worst}{falls}"
+    share = f"{100 * errors[worst]:.2g} % of it from the {ORIGINS.get(worst, worst)}"
+    return f"the {WORDS[what]} are uncertain by an estimated {100 * total:.2g} %, {share}{falls}"
 
 
 def _numbers(discretisation: Discretisation) -> str:

@@ -432,7 +432,7 @@ def test_harmonics():
 
 def test_too_coarse_a_mesh_is_refused_with_what_to_do():
     scene = seed_four_bar(mesh={"elements": 1}, effects=("coupling",), analysis={"sub_intervals": 180})
-    with pytest.raises(SolverError, match=r"elements are too long: .* by the mesh\. Take \S+ times as many elements"):
+    with pytest.raises(SolverError, match=r"elements are too long: .* from the mesh\. Take \S+ times as many elements"):
         analysed(scene)
 
 

@@ -182,7 +182,7 @@ def test_an_error_names_the_quantities_whose_tolerance_is_not_met(monkeypatch):
     monkeypatch.setattr(fenics_mech.planning.meet_tolerance, "SEARCH", one_round)
     with pytest.raises(
         SolverError,
-        match=r"tolerance of 1e-06 of deflections is not met: .* the deflections are .* of it by the mesh; 1",
+        match=r"tolerance of 1e-06 of deflections is not met: .* the deflections are .* of it from the mesh; 1",
     ):
         analyse(taper(1, tolerance={"strain": 0.1, "deflection": 1e-6, "joint_force": 0.1}))
 

@@ -200,7 +200,7 @@ def _without_ringing(slower: int, count: int) -> str:
     ways = ["take analysis.solver = 'collocation', which needs no modes"]
     ways += [f"keep {slower} mode{'s' * (slower > 1)}"] if slower else []
     ways += [f"take at least {count} sub_intervals"] if count <= MOST_ADVISED else []
-    return f"To avoid it, {', or '.join(ways)}; effects = 'auto' tells whether method quasi-static is enough"
+    return f"To avoid it, {', or '.join(ways)}; effects = 'auto' finds whether method quasi-static is enough"
 
 
 def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> ElasticResponse:
