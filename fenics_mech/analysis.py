@@ -29,7 +29,7 @@ from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
 
-STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery")
+STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
 Progress = Callable[[str], None]
 
 
@@ -70,12 +70,11 @@ def analyse(scene: Scene, progress: Progress = lambda step: None) -> Result:
 
 
 def as_planned(scene: Scene, choices: Sequence[Choice], progress: Progress = lambda step: None) -> Result:
-    """Analyse a scene with the effects, the mesh and the steps that it states."""
+    """Analyse a scene with the effects, the mesh and the steps that it states: build, solve, estimate, collect."""
     refuse_too_stiff(scene)
     system = mechanism(scene, progress)
     solution, solver = solve(scene, system, progress)
-    progress("recovery")
-    result = recovered(solution, choices)
+    result = collected(solution, choices, progress)
     result.data.attrs["solver"] = solver
     return result
 
@@ -97,17 +96,32 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
     return SOLVERS[solver](scene, system, modes), solver
 
 
-def recovered(solution: Solution, choices: Sequence[Choice] = ()) -> Result:
-    """Recover strains and forces from a response, estimate their errors, and collect all in a result."""
+def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Progress = lambda step: None) -> Result:
+    """Recover the fields of a solution, estimate their errors, and collect all in a result.
+
+    Raises
+    ------
+    UnresolvedError
+        When a numerical error is too large.
+    SolverError
+        When deflections are beyond the theory, or something is not finite.
+    """
+    progress("recovery")
     fields = recover(solution)
+    progress("errors")
     errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
     errors.judge(solution.scene)
     refuse_far(solution.scene, fields.system, fields.members)
     result = collect(solution, fields, errors, choices)
+    refuse_infinite(result)
+    return result
+
+
+def refuse_infinite(result: Result) -> None:
+    """Raise `SolverError` where a result holds what is no number."""
     for name in ("strain", "deflection", "joint_force", "input_torque"):
         if name in result.data and not np.isfinite(result.data[name]).all():
             raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
-    return result
 
 
 def refuse_undriven(scene: Scene) -> None:

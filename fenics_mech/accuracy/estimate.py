@@ -24,7 +24,7 @@ from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
 from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
-from fenics_mech.effects import UNLOADED, active
+from fenics_mech.effects import EFFECTS, UNLOADED
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
@@ -272,7 +272,7 @@ def _advice(scene: Scene, source: str, times: float) -> str:
     if source == "modes" and analysis.reduction != "none":
         return f"Take a cutoff {math.ceil(MARGIN * times * 10) / 10:g} times as high"
     if source == "mesh" and analysis.reduction != "none":
-        if not any(effect.couples for effect in active(scene)):
+        if not any(EFFECTS[name].couples for name in scene.named_effects):
             return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
         return f"Take a cutoff {math.ceil(MARGIN * times**2 * 10) / 10:g} times as high, and finer elements"
     if source == "mesh":

@@ -5,9 +5,9 @@ its own load adds between them has no inertia, and feels no axial force; nor do 
 differs from its mean. In the equation of the nodes that leaves out ``-int (rho A b'' N + T b' N' + dT w' N') dx``, b''
 being an acceleration. The response to this load is the error, to its first order: it falls with the fourth power of the
 element's length in bending, with the second along the axis, and where an axial force varies much along a member. Where
-a section varies, the nodes do not move as they should under loads at rest either; see `beams.varying`. And a pin that
-travels along a member follows the nodes, and not the deflection between them that its own force adds: that error falls
-with the third power, and under a slider that turns with the member with the first; see also `slider_kinks`.
+a section varies, the nodes do not move as they should under loads at rest either; see `beams.variable_sections`. And a
+pin that travels along a member follows the nodes, and not the deflection between them that its own force adds: that
+error falls with the third power, and under a slider that turns with the member with the first; see also `slider_kinks`.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ class AnswerOfSteps:
 
     @cached_property
     def motion(self) -> tuple[Array, Array]:
-        """Q and q' at the starts of the sub-intervals."""
+        """Coordinates q and their rates q' at the starts of the sub-intervals."""
         q, rate = (part[self.regular, : self.system.size] for part in self.starts)
         return q, rate
 

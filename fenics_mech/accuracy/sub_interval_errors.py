@@ -166,7 +166,9 @@ class AnswerOfModes:
         scene = self.scene.changed(analysis__static_correction=True, analysis__allow_ringing=True)
         load = self.solution.boundary_load
         response, joined, _ = solve_sub_intervals(scene, self.system, modes, load)
-        return SubIntervalSolution(scene=scene, system=self.system, response=response, modes=modes, joined=joined)
+        return SubIntervalSolution(
+            scene=scene, system=self.system, response=response, modes=modes, joined=joined, boundary_load=load
+        )
 
     def _reach(self, missing: Array, static: Array) -> float:
         """Frequency (Hz) of the highest harmonic of the load on the modes left out that would matter on one of theirs.

@@ -42,7 +42,7 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
     SolverError
         When the rougher steps fail.
     """
-    scene, system, course = solution.scene, solution.system, solution.course
+    scene, system, course = solution.scene, solution.over_cycle, solution.course
     rough = None if own_steps(scene) else _rough_course(solution)
     step, duration = scene.period / scene.analysis.sub_intervals, float(np.ptp(course.time))
     roughly, responses, loads, fast, state = [], [], [], [], np.zeros((4, course.displacement.shape[1]))
@@ -65,7 +65,7 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
     if roughly:
         errors = {"time": CorrectedResponse(concatenated(roughly), 1, ROUGH_SHARE), **errors}
     if scene.analysis.reduction != "none" and scene.analysis.start == "rigid":
-        errors["modes"] = CorrectedResponse(solution.response, OF_MODES, loads=at_the_start(system))
+        errors["modes"] = CorrectedResponse(solution.response, OF_MODES, loads=at_the_start(solution.system))
     return errors
 
 
@@ -81,7 +81,7 @@ def _rough_course(solution: TransientSolution) -> Course:
     cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
     tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
     rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)
-    return course_from(rough, solution.system, solution.start, LONGER * LONGEST_STEP)
+    return course_from(rough, solution.over_cycle, solution.start, LONGER * LONGEST_STEP)
 
 
 def _without_mesh(

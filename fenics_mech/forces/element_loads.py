@@ -84,7 +84,7 @@ class SpreadLoad:
     Parameters
     ----------
     line
-        As in `Terms`: along the axis at both nodes, then along the normal (N/m), ``(angles, elements, 4)``.
+        As in `Loads.line`: along the axis at both nodes, then along the normal (N/m), ``(angles, elements, 4)``.
     shear_number
         EI/(G A_s) over the length squared of the elements, ``(elements,)``; None where they are rigid in shear.
     arm

@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech.accuracy.estimate import ORIGINS, left_out
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.effects import active
+from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
@@ -253,7 +253,11 @@ def _refuse_unknown(scene: Scene) -> None:
 def _start(scene: Scene) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
     steps = _fewest_steps(scene)
-    if not any(effect.couples for effect in active(scene)) or stress_stiffened(scene) or not _periodic(scene):
+    if (
+        not any(EFFECTS[name].couples for name in scene.named_effects)
+        or stress_stiffened(scene)
+        or not _periodic(scene)
+    ):
         return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
     reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction

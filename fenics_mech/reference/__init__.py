@@ -10,7 +10,7 @@ from .manipulator_arm import ManipulatorModel, ManipulatorParameters
 from .mecqbar import AppendixComparison, Disagreement, compare_appendix_g, mecqbar
 from .nine_element import Coupling, NineElementModel
 from .parameters import FourBarParameters
-from .periodic_response import PeriodicResponse, periodic_response, quasi_static_response
+from .periodic_motion import PeriodicResponse, periodic_response, quasi_static_response
 from .slider_crank_linkage import SliderCrankModel, SliderCrankParameters
 from .strain import LinkStrain, link_strain
 

@@ -53,10 +53,13 @@ class TransientSolution(Solution):
         The motion in time, and how it came about.
     start
         The state from which it started.
+    over_cycle
+        The mechanism over one cycle of its steady drive.
     """
 
     course: Course
     start: StartState
+    over_cycle: System
 
 
 @dataclass(frozen=True, kw_only=True)

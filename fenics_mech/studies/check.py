@@ -13,7 +13,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.reference.mecqbar import compare_appendix_g, mecqbar
 from fenics_mech.reference.nine_element import NineElementModel
-from fenics_mech.reference.periodic_response import periodic_response
+from fenics_mech.reference.periodic_motion import periodic_response
 from fenics_mech.reference.strain import link_strain
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar

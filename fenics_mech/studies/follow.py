@@ -14,7 +14,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
-from fenics_mech.analysis import recovered
+from fenics_mech.analysis import collected
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.planning.effect_choice import choose
@@ -181,7 +181,7 @@ def follow(
     try:
         for point in continued(family, start, points):
             progress(point.value)
-            records.append(_record(recovered(solution_at(at(point.value), point), choices), point, gauge or Gauge()))
+            records.append(_record(collected(solution_at(at(point.value), point), choices), point, gauge or Gauge()))
             values.append(point.value)
             if len(values) == most_points:
                 ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"

@@ -257,6 +257,6 @@ def test_the_torque_of_what_is_balanced_is_measured_by_the_forces():
 
 def test_the_summary_tells_the_quantities_apart():
     said = _errors(analyse(seed(mesh__elements=2)))
-    large = r"( \(TOO LARGE, expect wrong ones\))?"
+    large = r"( \(TOO LARGE, do not use it\))?"
     parts = [rf"{name} \S+ %{large}" for name in ("strain", "deflection", "joint force", "input torque")]
-    assert re.match(", ".join(parts) + r" \(of the strain: time \S+ %, mesh \S+ %, ", said)
+    assert re.match(", ".join(parts) + r"; of the strain: time steps \S+ %, mesh \S+ %, ", said)

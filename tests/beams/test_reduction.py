@@ -160,7 +160,7 @@ def test_many_elements_need_the_reduction():
 
 def test_motion_in_time_refuses_strings():
     scene = seed_four_bar(effects=("moderate-rotations",), analysis__method="transient", **REDUCED)
-    with pytest.raises(SceneError, match="members that are reduced"):
+    with pytest.raises(SceneError, match="does not support reduced members with moderate rotations"):
         analyse(scene)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.reference.nine_element import NineElementModel
-from fenics_mech.reference.periodic_response import periodic_response
+from fenics_mech.reference.periodic_motion import periodic_response
 from fenics_mech.reference.strain import link_strain
 from fenics_mech.scene.factories import seed_four_bar
 

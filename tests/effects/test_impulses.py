@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fenics_mech import analyse
+from fenics_mech import Result, analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
@@ -229,3 +229,18 @@ def test_drive_has_nothing_to_meet_where_a_mass_on_a_bent_massless_beam_is_struc
     along = {"at": "beam.B", "angle": 2.3, "impulse": (J * math.cos(2.3), J * math.sin(2.3))}
     data = analyse(turning_beam(effects=("coupling",), impulses={"across": blow(1.0), "along": along})).data
     assert np.abs(data["drive_impulse"].to_numpy()).max() < 1e-6 * J * L
+
+
+def test_a_motion_goes_on_after_many_cycles(tmp_path):
+    """The links' positions at the impulses are sought near those of one cycle, and not near those of the tenth."""
+    analysis = {"method": "transient", "sub_intervals": 12, "cycles": 1, "allow_coarse": True}
+    kick = {"at": "coupler.B", "angle": 1.0, "impulse": (0.0, 1e-4)}
+    scene = seed_four_bar(analysis=analysis, effects=("coupling",), impulses={"kick": kick}, drive__speed=10.0)
+    first = analyse(scene)
+    later = first.data.assign_coords(
+        theta=first.data["theta"] + 20 * math.pi, time=first.data["time"] + 10 * scene.period
+    )
+    Result(later).save(tmp_path / "later.nc")
+    found = analyse(scene.changed({"analysis.start": str(tmp_path / "later.nc")})).data
+    assert found["time"][0] == pytest.approx(11 * scene.period)
+    assert np.isfinite(found["strain_error"]).all()

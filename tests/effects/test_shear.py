@@ -255,7 +255,7 @@ def test_a_taper_needs_shear_factors_at_both_ends_or_none():
 
 def test_pins_along_members_are_refused():
     quick_return = load(DEMOS / "quick_return.toml")
-    with pytest.raises(SceneError, match="pins that travel along members"):
+    with pytest.raises(SceneError, match="where pins travel along members"):
         mechanism(quick_return.changed(effects=("shear",)))
 
 

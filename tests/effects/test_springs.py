@@ -272,7 +272,7 @@ def test_bad_springs_are_refused(spring, place, words):
 
 def test_spring_that_is_wound_up_for_ever_is_refused():
     scene = seed_four_bar(springs={"s": {"joint": "O", "stiffness": 1.0}}, analysis={"sub_intervals": 24})
-    with pytest.raises(SceneError, match="wind the spring up"):
+    with pytest.raises(SceneError, match="winds the spring up"):
         analyse(scene)
 
 

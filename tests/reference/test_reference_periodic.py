@@ -16,7 +16,7 @@ from fenics_mech.reference import (
     quasi_static_response,
 )
 from fenics_mech.reference import gauss_legendre as collocation
-from fenics_mech.reference import periodic_response as sub_intervals
+from fenics_mech.reference import periodic_motion as sub_intervals
 
 STEPS = 1536
 

@@ -65,7 +65,9 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
         equation = equation_in_time(scene, system, course.time[part])
         parts.append(elastic_response(equation, course.displacement[part], course.velocity[part]))
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
-    return TransientSolution(scene=scene, system=whole, response=concatenated(parts), course=course, start=start)
+    return TransientSolution(
+        scene=scene, system=whole, response=concatenated(parts), course=course, start=start, over_cycle=system
+    )
 
 
 def refuse_in_time(scene: Scene, system: System) -> None:
