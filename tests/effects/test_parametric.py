@@ -96,10 +96,8 @@ def test_a_motion_in_time_grows_at_the_rate_of_the_multiplier(column):
     few = column.changed(mesh__elements=2, analysis__allow_coarse=True, analysis__allow_large=True)
     scene = few.changed(drive__speed=195.0, analysis__method="transient", analysis__start="static")
     scene = scene.changed(analysis__settled=0.0, analysis__time_tolerance=1e-2)
-    peaks = [
-        np.abs(analyse(scene.changed(analysis__cycles=cycles)).data["deflection"].sel(component="x")).max().item()
-        for cycles in (24, 32)
-    ]
+    bent = np.abs(analyse(scene.changed(analysis__cycles=32)).data["deflection"].sel(component="x"))
+    peaks = [bent.isel(theta=slice(cycles * scene.analysis.sub_intervals + 1)).max().item() for cycles in (24, 32)]
     multiplier, rate = leading(few, 195.0)
     assert multiplier.real < -1  # it changes sides in every cycle: its period is twice that of the force
     assert rate == pytest.approx(np.log(abs(multiplier)) * 195.0 / (2 * np.pi), rel=1e-9)
@@ -109,7 +107,7 @@ def test_a_motion_in_time_grows_at_the_rate_of_the_multiplier(column):
 
 @pytest.mark.slow
 def test_map_shows_the_regions(column, tmp_path):
-    axes = parse_axes(column, ["drive.speed=160:230:8", "loads.pulse.factor.cosine.0=0:2:3"])
+    axes = parse_axes(column, ["drive.speed=160:240:5", "loads.pulse.factor.cosine.0=0:2:3"])
     sweep = run_sweep(column.changed(analysis__sub_intervals=40, mesh__elements=2), axes, tmp_path)
     unstable = (sweep.data["multiplier"].max("disturbance") > 1).transpose(..., "drive.speed").to_numpy()
     speeds = sweep.data["drive.speed"].to_numpy()
