@@ -112,6 +112,16 @@ def build_terms(situation: Situation) -> Terms:
     ----------
     situation
         The scene, its links and its rigid motion.
+
+    Raises
+    ------
+    TypeError
+        When an effect gives loads and does not say how their work is counted.
     """
-    found = [effect.terms(situation) for effect in active(situation.scene) if effect.terms is not None]
+    found = []
+    for effect in active(situation.scene):
+        if effect.terms is not None:
+            found.append(effect.terms(situation))
+            if found[-1].loads and not effect.work:
+                raise TypeError(f"effect {effect.name!r} gives loads: its field `work` must say how theirs is counted")
     return total(found if situation.beams.layout.offsets is None else [*found, offsets.terms(situation)])

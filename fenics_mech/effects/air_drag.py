@@ -255,6 +255,7 @@ EFFECT = Effect(
     name="air-drag",
     meaning="drag of the air by the square of the members' velocity, linearised about the rigid motion",
     source="Morison, O'Brien, Johnson and Schaaf, Petroleum Transactions AIME 189 (1950) 149, without the inertia",
+    work="own",
     terms=terms,
     stated=lambda scene: scene.damping.air is not None,
     stated_by="[damping.air]",

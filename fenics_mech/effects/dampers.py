@@ -135,6 +135,7 @@ EFFECT = Effect(
     name="dampers",
     meaning="viscous dampers between points, and viscous friction of joints",
     source="the rate of a line between two moving points, linearised",
+    work="own",
     terms=terms,
     stated=lambda scene: bool(scene.dampers),
     stated_by="[dampers]",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from fenics_mech.beams import Beams
 from fenics_mech.effects.terms import Situation, Terms
@@ -88,6 +88,9 @@ class Effect:
         Name of an effect that this one holds in itself.
     refuses
         Names of effects that it cannot act together with.
+    work
+        How the work of its loads is counted, where `terms` gives some: "loads" as that of loads, or "own" by a rule of
+        its own in `forces.virtual_work`.
     couples
         Whether rigid and elastic motion act on each other.
     stress_stiffening
@@ -112,6 +115,7 @@ class Effect:
     needs: tuple[str, ...] = ()
     replaces: str = ""
     refuses: tuple[str, ...] = ()
+    work: Literal["", "loads", "own"] = ""
     couples: bool = False
     stress_stiffening: bool = False
     nonlinear: bool = False

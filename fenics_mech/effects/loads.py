@@ -28,17 +28,11 @@ def turned_back(situation: Situation) -> Loads:
     found = Loads()
     for load in situation.scene.loads.values():
         if isinstance(load, LineLoad):
-            found += line_turned_back(_spread(situation, load).loads)
+            found += _spread(situation, load).loads.turned()
         else:
             x, y = load.force
             found += _at_point(situation, load.model_copy(update={"force": (y, -x), "moment": 0.0})).loads
     return found
-
-
-def line_turned_back(loads: Loads) -> Loads:
-    """Give loads along elements turned by a quarter clockwise."""
-    assert loads.line is not None
-    return Loads(line=np.concatenate([loads.line[..., 2:], -loads.line[..., :2]], axis=-1))
 
 
 def _at_point(situation: Situation, load: Load) -> Terms:
@@ -105,6 +99,7 @@ EFFECT = Effect(
     name="loads",
     meaning="forces and moments at points of the links and along their members",
     source="(4.39); load stiffness: Bolotin, Nonconservative Problems of the Theory of Elastic Stability (1963)",
+    work="own",
     terms=terms,
     stated=lambda scene: bool(scene.loads),
     stated_by="[loads]",

@@ -202,6 +202,7 @@ EFFECT = Effect(
     name="springs",
     meaning="springs between points, and torsional springs at joints",
     source="Przemieniecki (1968), ch. 15, for the tangent",
+    work="own",
     terms=terms,
     stated=lambda scene: bool(scene.springs),
     stated_by="[springs]",

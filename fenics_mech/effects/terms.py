@@ -200,6 +200,17 @@ class Loads(_Sum):
     ends: Array | None = None
     inside: tuple[LoadInElement, ...] = ()
 
+    def __bool__(self) -> bool:
+        """Whether there are any."""
+        return bool(self._arrays())
+
+    def turned(self) -> Loads:
+        """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad."""
+        force = None if self.force is None else _turned(self.force, (len(self.force), -1, 3))
+        ends = None if self.ends is None else _turned(self.ends, (*self.ends.shape[:2], 2, 3))
+        line = None if self.line is None else np.concatenate([self.line[..., 2:], -self.line[..., :2]], axis=-1)
+        return Loads(force, line, ends)
+
     def columns(self) -> Array:
         """Put the loads into one array, ``(angles, numbers)``."""
         return np.concatenate([part.reshape(len(part), -1) for part in self._arrays().values()], axis=1)
@@ -214,6 +225,12 @@ class Loads(_Sum):
 
     def _arrays(self) -> dict[str, Array]:
         return {name: part for name in ("force", "line", "ends") if (part := getattr(self, name)) is not None}
+
+
+def _turned(forces: Array, shape: tuple[int, ...]) -> Array:
+    """Turn forces along two axes, beside a moment in each, by a quarter clockwise; they are an array of that shape."""
+    x, y, _ = np.moveaxis(forces.reshape(shape), -1, 0)
+    return np.stack([y, -x, np.zeros_like(x)], axis=-1).reshape(forces.shape)
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, dampers
+from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, active, dampers
 from fenics_mech.effects.causes import Cause
-from fenics_mech.effects.loads import line_turned_back, turned_back
 from fenics_mech.effects.loads import terms as load_terms
+from fenics_mech.effects.loads import turned_back
 from fenics_mech.effects.offsets import terms as offset_terms
 from fenics_mech.effects.springs import shortening_power, spring_power
 from fenics_mech.forces.air import air_loads
@@ -266,14 +266,19 @@ class Forces:
         terms = load_terms(self._situation)
         turning = sum((entries.times(v) for entries in terms.matrices.follower), self.still)
         of_turning = np.sum(turning * (rates.rigid + rates.deformation), axis=1)
-        return self._of_applied(terms.loads, turned_back(self._situation), rates, v) - of_turning
+        power = self._of_applied(terms.loads, turned_back(self._situation), rates, v) - of_turning
+        for effect in active(self.scene):
+            if effect.work == "loads" and effect.terms is not None:
+                loads = effect.terms(self._situation).loads
+                power += self._of_applied(loads, loads.turned(), rates, v)
+        return power
 
     def _of_mass_beside_axes(self, rates: Rates, v: Array) -> Array:
         """Power of the centrifugal force of mass that is beside its member's axis; see `effects.offsets`."""
         if self.system.beams.layout.offsets is None:
             return np.zeros(len(v))
         loads = offset_terms(self._situation).loads
-        return self._of_applied(loads, line_turned_back(loads), rates, v)
+        return self._of_applied(loads, loads.turned(), rates, v)
 
     def _of_applied(self, loads: Loads, turned: Loads, rates: Rates, v: Array) -> Array:
         """Power of loads on the mechanism bent by v; `turned` are the same turned by a quarter clockwise."""
