@@ -96,3 +96,9 @@ class ResultError(MechanismError):
 
 class ViewError(MechanismError):
     """A picture or an animation cannot be made on this machine."""
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """Write a share in percent, rounded to some digits and without an exponent where it is large."""
+    value = float(f"{100 * share:.{digits}g}")
+    return f"{value:.0f} %" if value >= 10**digits else f"{value:.{digits}g} %"

@@ -26,7 +26,7 @@ from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import UnresolvedError
+from fenics_mech.errors import UnresolvedError, percent
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import (
     CollocationSolution,
@@ -137,8 +137,8 @@ def _refusal(
     in_time = source == "time" and scene.analysis.method == "transient"
     fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
     return UnresolvedError(
-        f"{fault}: the {what} an estimated {100 * total:.2g} % of {measure}, "
-        f"{100 * shares[source]:.2g} % of it from the {ORIGINS[source]}. "
+        f"{fault}: the {what} an estimated {percent(total)} of {measure}, "
+        f"{percent(shares[source])} of it from the {ORIGINS[source]}. "
         f"{_advice(scene, source, (shares[source] / room) ** (1 / order[source]))}; "
         "analysis.allow_coarse lets it pass"
     )

@@ -13,7 +13,7 @@ from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
-from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError
+from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved, solve_motion
 from fenics_mech.mechanism.beam_links import links, stress_stiffened
 from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
@@ -202,8 +202,8 @@ def _left(trials: Sequence[Trial], what: str) -> str:
     order = slow_order(trials, what, worst)
     falls = f", with an observed convergence order of {order:.1f} in the {NUMBERS[worst]}" if order is not None else ""
     total = sum(errors.values())
-    share = f"{100 * errors[worst]:.2g} % of it from the {ORIGINS.get(worst, worst)}"
-    return f"the {WORDS[what]} are uncertain by an estimated {100 * total:.2g} %, {share}{falls}"
+    share = f"{percent(errors[worst])} of it from the {ORIGINS.get(worst, worst)}"
+    return f"the {WORDS[what]} are uncertain by an estimated {percent(total)}, {share}{falls}"
 
 
 def _numbers(discretisation: Discretisation) -> str:

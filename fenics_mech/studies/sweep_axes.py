@@ -73,6 +73,10 @@ def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[
     """
     axes = []
     for path, along in values.items():
+        if isinstance(along, str):
+            raise SceneError(
+                f"found the text {along!r}, and not several values", place=path, hint="Write [...] about it"
+            )
         found = [_in_si(scene, path, value) for value in along]
         if not found:
             raise SceneError("no value is given", place=path, hint="Give one or more")
@@ -108,6 +112,8 @@ def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
 
 def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
     """Give both ends of a range in SI; errors as of `parse_range`."""
+    if isinstance(ends, str) or len(ends) != 2:
+        raise SceneError(f"a range has two ends, found {ends!r}", place=path, hint="Write (start, stop)")
     found = _ends(scene, path, str(ends[0]), str(ends[1]), RANGE_FORM)
     if isinstance(found[0], int):
         raise SceneError("a branch needs a number that changes continuously, and this is a whole number", place=path)

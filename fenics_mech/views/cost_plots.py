@@ -17,8 +17,9 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech.errors import percent
 from fenics_mech.views.figures import COLOURS, panels_of, save
-from fenics_mech.views.tables import number, percent, table_of
+from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
     from fenics_mech.studies.cost import Cost

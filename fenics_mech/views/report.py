@@ -16,13 +16,14 @@ from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
+from fenics_mech.errors import percent
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.views.tables import drive_of, frequency_table, number, percent, table_of
+from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SOURCES = {  # of errors, in words
@@ -162,7 +163,7 @@ def _decisions(result: Result) -> Table:
         rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
     if "error_estimate" in result.data.attrs:
         rows["error estimate"] = _errors(result)
-    if "cycle_change" in result.data.attrs:
+    if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
     rows["damped by"] = _damping(scene)
     rows["effects"] = _effects(result)

@@ -18,6 +18,7 @@ from scipy.integrate import trapezoid
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
 from fenics_mech.effects.effect import Choice
+from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.scene import Scene
@@ -211,12 +212,6 @@ def drive_of(scene: Scene) -> str:
 
 def _speed(speed: float) -> str:
     return f"at {number(speed)} rad/s ({number(30 * speed / math.pi)} rpm)"
-
-
-def percent(share: float, digits: int = 2) -> str:
-    """Write a share in percent, rounded to some digits and without an exponent where it is large."""
-    value = float(f"{100 * share:.{digits}g}")
-    return f"{value:.0f} %" if value >= 10**digits else f"{value:.{digits}g} %"
 
 
 def number(value: float) -> str:

@@ -14,7 +14,7 @@ from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewErro
 from fenics_mech.recovery.peaks import between_positions, doubt
 from fenics_mech.studies import sweep_points
 from fenics_mech.studies.sweep import Sweep, difference, run_sweep, unresolved
-from fenics_mech.studies.sweep_axes import parse_axes, unit_of
+from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
 from fenics_mech.studies.sweep_points import Gauge, stacked
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
@@ -427,3 +427,10 @@ def test_the_first_difference_of_two_scenes_is_named():
     assert difference({"a": [1, {"b": 2}]}, {"a": [1, {"b": 3}]}) == "a.1.b"
     assert difference({"a": 1}, {"a": 1}) == ""
     assert difference({"a": 1}, {}) == "a"
+
+
+def test_a_text_is_not_taken_for_several_values(seed):
+    with pytest.raises(SceneError, match="found the text '100 rpm'"):
+        axes_of(seed, {"drive.speed": "100 rpm"})
+    with pytest.raises(SceneError, match="a range has two ends"):
+        range_in_si(seed, "drive.speed", "3:4")
