@@ -89,7 +89,7 @@ class Effect:
     refuses
         Names of effects that it cannot act together with.
     work
-        How the work of its loads is counted, where `terms` gives some: "loads" as that of loads, or "own" by a rule of
+        How the work of its loads counts, where `terms` gives some: "as load" as that of loads, or "own" by a rule of
         its own in `forces.virtual_work`.
     couples
         Whether rigid and elastic motion act on each other.
@@ -115,7 +115,7 @@ class Effect:
     needs: tuple[str, ...] = ()
     replaces: str = ""
     refuses: tuple[str, ...] = ()
-    work: Literal["", "loads", "own"] = ""
+    work: Literal["", "as load", "own"] = ""
     couples: bool = False
     stress_stiffening: bool = False
     nonlinear: bool = False

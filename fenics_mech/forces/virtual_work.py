@@ -268,7 +268,7 @@ class Forces:
         of_turning = np.sum(turning * (rates.rigid + rates.deformation), axis=1)
         power = self._of_applied(terms.loads, turned_back(self._situation), rates, v) - of_turning
         for effect in active(self.scene):
-            if effect.work == "loads" and effect.terms is not None:
+            if effect.work == "as load" and effect.terms is not None:
                 loads = effect.terms(self._situation).loads
                 power += self._of_applied(loads, loads.turned(), rates, v)
         return power

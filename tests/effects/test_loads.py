@@ -421,7 +421,7 @@ def test_another_effect_that_gives_loads_does_their_work(monkeypatch):
     monkeypatch.setitem(EFFECTS, "pull", effect)
     with pytest.raises(TypeError, match="'pull' gives loads"):
         analyse(scene.changed(name="pulled"))
-    monkeypatch.setitem(EFFECTS, "pull", replace(effect, work="loads"))
+    monkeypatch.setitem(EFFECTS, "pull", replace(effect, work="as load"))
     found, expected = (analyse(one).data for one in (scene.changed(name="pulled"), scene.changed(loads=loads)))
     for name in ("strain", "joint_force", "input_torque"):
         assert np.abs(found[name] - expected[name]).max() < 1e-9 * np.abs(expected[name]).max()
