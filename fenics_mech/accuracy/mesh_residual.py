@@ -27,9 +27,9 @@ from fenics_mech.beams.variable_sections import shape_corrections, stiffness_cor
 from fenics_mech.effects import NOTHING, UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import element_tension, left_to_statics
-from fenics_mech.forces.element_loads import PointLoad, point_loads
+from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.forces.inertia import SHAPES, inertia_of
-from fenics_mech.forces.joint_forces import nodal_forces, reactions, without_elastic
+from fenics_mech.forces.joint_forces import without_elastic
 from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, forces_inside, strain_of
 from fenics_mech.mechanism import System
 from fenics_mech.response.static.quasi_static import yielding_to
@@ -95,7 +95,7 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     if step is None and tension is None and not varies and not contacts:
         return UNLOADED
     element, xi = _everywhere(system.beams)
-    pins = point_loads(system, reactions(system, nodal_forces(system, response))) if contacts else []
+    pins = pin_loads(system, response)
     u, w = between_nodes(system, response, element, xi, pins)
     if tension is not None:
         w = w + bent_by_tension(system, response, tension, element, xi)
@@ -191,7 +191,7 @@ def _by_pins(
 
 def moved_by_gaps(system: System, response: ElasticResponse) -> Array:
     """Displacement that the nodes leave out as pins travel over them, ``(angles, nodal dofs)``; see `_by_pins`."""
-    return _by_gaps(system, point_loads(system, reactions(system, nodal_forces(system, response))))
+    return _by_gaps(system, pin_loads(system, response))
 
 
 def _by_gaps(system: System, pins: Sequence[PointLoad]) -> Array:

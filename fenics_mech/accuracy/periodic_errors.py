@@ -122,20 +122,19 @@ class AnswerOfSteps:
         size = self.system.size
         return LITTLE * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
 
-    def _load(self, loads: Loads) -> Array:
-        return self.system.on_coordinates(self.system.applied_by(loads))
-
     def to(self, loads: Loads) -> Array:
         """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``."""
         size = self.system.size
-        whole = np.pad(self._load(loads), ((0, 0), (0, self.flow.size - size)))
+        whole = np.pad(self.system.on_coordinates_by(loads), ((0, 0), (0, self.flow.size - size)))
         found = periodic_change(whole, self.flow.states(*self.starts), self.flow, self.regular)
         return np.concatenate([part[:, :size] for part in found], axis=1)
 
     def changed(self, change: Array, loads: Loads) -> ElasticResponse:
         """Give the response with changes of q and q', under loads."""
         (q, rate), size = self.motion, self.system.size
-        return elastic_response(self.equation, q + change[:, :size], rate + change[:, size:], self._load(loads))
+        return elastic_response(
+            self.equation, q + change[:, :size], rate + change[:, size:], self.system.on_coordinates_by(loads)
+        )
 
 
 def more_accurate(scheme: str, stages: int, disturbed: bool = False) -> tuple[str, int]:

@@ -18,8 +18,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.accuracy.mesh_residual import yielded
 from fenics_mech.effects import AddedMatrices, Terms
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_loads import PointLoad, point_loads
-from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 
@@ -34,7 +33,7 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
     They are at the positions before the blows, and 0 at all others. The modes are those of `unloaded`.
     """
     contacts = system.transformation.constraints.contacts
-    pins = point_loads(system, reactions(system, nodal_forces(system, response))) if contacts else []
+    pins = pin_loads(system, response)
     jumps = [_jump(system, name, pin) for name, pin in zip(contacts, pins)]
     if not np.any(jumps):
         return

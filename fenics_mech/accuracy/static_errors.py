@@ -33,7 +33,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
     missing = neglected(system, response, None)
     if missing is UNLOADED:
         return {"mesh": CorrectedResponse(response, order_of(system))}
-    law, load = system.terms.law, system.on_coordinates(system.applied_by(missing))
+    law, load = system.terms.law, system.on_coordinates_by(missing)
     if law is None:
         q = yielding_to(system, load, scene.petsc)
     else:

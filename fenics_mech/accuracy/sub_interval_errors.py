@@ -92,7 +92,7 @@ class AnswerOfModes:
 
     def to(self, loads: Loads) -> Array:
         """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``."""
-        load, omega = self._load_of(loads), self.modes.omega
+        load, omega = self.system.on_coordinates_by(loads), self.modes.omega
         modal = self._modal(load)
         slope = (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step)
         y = self.solution.joined.answer(modal, slope)[..., 0]
@@ -102,11 +102,8 @@ class AnswerOfModes:
     def changed(self, change: Array, loads: Loads) -> ElasticResponse:
         """Give the response with such a change, under loads."""
         swing, q = np.split(change, [self.modes.omega.shape[1]], axis=1)
-        accelerations = self._modal(self._load_of(loads)) - self.modes.omega * swing
+        accelerations = self._modal(self.system.on_coordinates_by(loads)) - self.modes.omega * swing
         return self.solution.response.changed(q, self.system.to_links(superposed(self.modes, accelerations)))
-
-    def _load_of(self, loads: Loads) -> Array:
-        return self.system.on_coordinates(self.system.applied_by(loads))
 
     @property
     def step(self) -> float:

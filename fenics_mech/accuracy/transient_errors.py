@@ -104,7 +104,7 @@ def _without_mesh(
         The response, the load that it has beside, and the change at its end.
     """
     missing = neglected(equation.system, elastic_response(equation, *motion), step, closed=False)
-    load = equation.system.on_coordinates(equation.system.applied_by(missing))
+    load = equation.system.on_coordinates_by(missing)
     change = change_in_time(load, equation.about(*motion), step, state)
     q, rate = change[:2]
     return elastic_response(equation, motion[0] + q, motion[1] + rate, load), missing, change[:, -1]

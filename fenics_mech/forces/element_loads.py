@@ -14,7 +14,8 @@ from fenics_mech.beams.shapes import (
     integral,
     point_equivalent,
 )
-from fenics_mech.forces.joint_forces import Reactions
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.joint_forces import Reactions, nodal_forces, reactions
 from fenics_mech.mechanism import System
 
 
@@ -132,6 +133,13 @@ def applied_inside(system: System) -> list[PointLoad]:
         PointLoad(np.full(angles, load.element), np.full(angles, load.place), *load.force.T)
         for load in system.terms.loads.inside
     ]
+
+
+def pin_loads(system: System, response: ElasticResponse) -> list[PointLoad]:
+    """Give the forces of pins that travel along members, in a response; without such pins nothing is computed."""
+    if not system.transformation.constraints.contacts:
+        return []
+    return point_loads(system, reactions(system, nodal_forces(system, response)))
 
 
 def point_loads(system: System, found: Reactions) -> list[PointLoad]:

@@ -75,6 +75,10 @@ class System:
             applied += self.assembled_from_members(loads.ends)
         return applied
 
+    def on_coordinates_by(self, loads: Loads) -> Array:
+        """Give what loads put on the coordinates (N, N m), ``(angles, coordinates)``."""
+        return self.on_coordinates(self.applied_by(loads))
+
     @property
     def link_of_dof(self) -> Index:
         """Link of each nodal dof."""

@@ -6,8 +6,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_loads import point_loads
-from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.forces.element_loads import pin_loads
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
@@ -51,7 +50,7 @@ def _under_pins(system: System, response: ElasticResponse) -> list[float]:
     """Places of pins that travel: all along their way, and where they press most."""
     mesh = system.beams.mesh
     places: list[float] = []
-    for pin in point_loads(system, reactions(system, nodal_forces(system, response.undamped))):
+    for pin in pin_loads(system, response.undamped):
         along = mesh.cell_start[pin.element] + pin.place * mesh.cell_length[pin.element]
         place = along / mesh.member_length[mesh.cell_member[pin.element]]
         pressed = [np.abs(part).argmax() for part in (pin.across, pin.moment)]

@@ -10,7 +10,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_dense
 from fenics_mech.modes import Modes
-from fenics_mech.response.axial_forces import settle
+from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
 from fenics_mech.response.periodic.steps import Steps
@@ -41,7 +41,7 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
         return needed
     damped = bool(terms.damping.material or terms.damping.drag or terms.matrices.damping)
     beyond = bool(terms.coupled or terms.law or damped or terms.matrices.follower)
-    beyond = beyond or bool(scene.impulses) or (terms.stiffening is not None and scene.analysis.tension == "settled")
+    beyond = beyond or bool(scene.impulses) or settles(scene, terms)
     if beyond and asked == "sub-intervals":
         names = ", ".join(effect.name for effect in active(scene))
         raise SceneError(
@@ -75,6 +75,6 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
 def by_statics(scene: Scene, system: System) -> StaticSolution:
     """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that."""
     refuse_undersampled(scene, scene.analysis.sub_intervals)
-    if scene.analysis.tension == "settled" and system.terms.stiffening is not None:
+    if settles(scene, system.terms):
         system = settle(system, lambda changed: static_response(scene, changed))
     return StaticSolution(scene=scene, system=system, response=static_response(scene, system))

@@ -17,7 +17,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.modes import Modes
-from fenics_mech.response.axial_forces import with_tension
+from fenics_mech.response.axial_forces import settles, with_tension
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.flow import Flow
@@ -69,7 +69,7 @@ class Cycle:
     @property
     def settling(self) -> bool:
         """Whether axial forces of the response act on it."""
-        return self.scene.analysis.tension == "settled" and self.system.terms.stiffening is not None
+        return settles(self.scene, self.system.terms)
 
     @property
     def linear(self) -> bool:

@@ -12,7 +12,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.modes import Modes
-from fenics_mech.response.axial_forces import settle
+from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
@@ -172,7 +172,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
 
 def _refuse_without_series(scene: Scene, system: System) -> None:
     """Raise `SceneError` where harmonic balance does not solve what the scene states."""
-    if scene.analysis.tension == "settled" and system.terms.stiffening is not None:
+    if settles(scene, system.terms):
         raise SceneError(
             "harmonic balance does not update axial forces",
             place="analysis.tension",

@@ -17,6 +17,7 @@ from fenics_mech.forces.elastic_response import ElasticResponse, elastic_respons
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.axial_forces import settles
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.periodic.tableau import Tableau
@@ -75,7 +76,7 @@ def refuse_in_time(scene: Scene, system: System) -> None:
     analysis = scene.analysis
     if not scene.drives:
         raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
-    if analysis.tension == "settled" and system.terms.stiffening is not None:
+    if settles(scene, system.terms):
         raise SceneError(
             "method = 'transient' does not update axial forces",
             place="analysis.tension",
