@@ -17,7 +17,7 @@ from fenics_mech.accuracy.linearised_drag import left_out_of_drag, unlinear
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
-from fenics_mech.accuracy.quantities import Quantities, measures, names_of
+from fenics_mech.accuracy.quantities import Quantities, measures, places_of
 from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
@@ -68,7 +68,7 @@ MARGIN = 1.2  # of the numbers that a refusal asks for
 class Errors:
     """Errors by their sources: "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "effects".
 
-    Quantities are "strain", "deflection", "joint_force" and "torque", see `names_of`.
+    Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
-        names = names_of(scene)
+        names = places_of(scene)
         for what, sources, limit in LIMITS:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:

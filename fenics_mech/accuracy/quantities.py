@@ -104,7 +104,7 @@ class Quantities:
         return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
 
 
-def names_of(scene: Scene) -> dict[str, list[str]]:
+def places_of(scene: Scene) -> dict[str, list[str]]:
     """Give the members, joints or drives that each quantity belongs to."""
     members = list(scene.members())
     return {

@@ -74,7 +74,7 @@ def _between_positions(solution: Solution) -> list[str]:
         f"what the factor of the load {name!r} does between positions, which do not see it"
         for name, load in scene.loads.items()
         if not (cut and load.cut_where_needed)
-        if load.unseen(count) > UNRESOLVED or load.enough_angles(count) > count
+        if load.share_missed(count) > UNRESOLVED or load.enough_angles(count) > count
     ]
     drives = [drive for drive in scene.drives if drive.enough_angles(count, scene.cycle_rate) > count]
     return loads + [f"what the law of the drive at {drive.joint!r} does between positions" for drive in drives]

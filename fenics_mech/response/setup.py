@@ -92,7 +92,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
         return solve_static(system, scene.petsc)
     rigid = RigidModes.of(system)
     if unconstrained := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
-        free = "; ".join(names_of(scene, system, rigid, unconstrained))
+        free = "; ".join(freedoms_in_words(scene, system, rigid, unconstrained))
         raise SceneError(
             f"nothing holds the mechanism against its loads: {free}",
             place="analysis.method",
@@ -100,7 +100,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
             "loads and carry their own inertia",
         )
     if len(rigid) and system.terms.law is not None:
-        free = "; ".join(names_of(scene, system, rigid))
+        free = "; ".join(freedoms_in_words(scene, system, rigid))
         raise SceneError(
             f"the effect 'moderate-rotations' needs a mechanism that is held: {free}",
             place="effects",
@@ -120,7 +120,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     return response
 
 
-def names_of(scene: Scene, system: System, rigid: RigidModes, which: Sequence[int] | None = None) -> list[str]:
+def freedoms_in_words(scene: Scene, system: System, rigid: RigidModes, which: Sequence[int] | None = None) -> list[str]:
     """Say of freedoms that nothing holds what moves in them."""
     motion = system.motion
     motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)

@@ -268,7 +268,7 @@ class Varying(Part):
             return least
         return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
 
-    def unseen(self, count: int) -> float:
+    def share_missed(self, count: int) -> float:
         """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
         if self.factor is None:
             return 0.0

@@ -13,7 +13,7 @@ from fenics_mech.mechanism import RigidModes
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.result import Saved, stamp, stored_scene
-from fenics_mech.response.setup import mechanism, names_of, scene_modes
+from fenics_mech.response.setup import freedoms_in_words, mechanism, scene_modes
 from fenics_mech.scene import Scene
 
 
@@ -98,6 +98,6 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
             "mode": range(1, found.frequency.shape[1] + 1),
             "member": list(supported),
         },
-        stamp(chosen) | {"free": "\n".join(names_of(chosen, system, RigidModes.of(system)))},
+        stamp(chosen) | {"free": "\n".join(freedoms_in_words(chosen, system, RigidModes.of(system)))},
     )
     return NaturalFrequencies(data)

@@ -8,7 +8,7 @@ import pytest
 from fenics_mech import load
 from fenics_mech.accuracy.corrected_response import MESH_SAFETY
 from fenics_mech.accuracy.estimate import Errors, between_stations, left_out
-from fenics_mech.accuracy.quantities import names_of
+from fenics_mech.accuracy.quantities import places_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError, UnresolvedError
@@ -440,7 +440,7 @@ def test_forces_are_refused_where_strains_are_not():
     """Named by joint, and by body where a pin holds more than two."""
     machine = load(DEMOS / "jansen.toml")
     names = joint_names(machine)
-    sizes = {name: np.full(len(parts), 100.0) for name, parts in names_of(machine).items()}
+    sizes = {name: np.full(len(parts), 100.0) for name, parts in places_of(machine).items()}
     by_quantity = {name: {"mesh": 0.0 * size} for name, size in sizes.items()}
     by_quantity["joint_force"]["mesh"] = 60.0 * (np.array(names) == "BL:left_c")
     errors = Errors(by_quantity, {"mesh": 4.0}, sizes)

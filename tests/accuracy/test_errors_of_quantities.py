@@ -10,7 +10,7 @@ import pytest
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import SMALL_EFFORT, measures, names_of
+from fenics_mech.accuracy.quantities import SMALL_EFFORT, measures, places_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.scene import schema, stated_tolerance
 from fenics_mech.scene.build import build
@@ -216,12 +216,12 @@ def test_tolerances_as_they_are_stated():
     with pytest.raises(SceneError, match="twice for strain"):
         stated_tolerance(["1e-3", "strain=1e-2"])
     kinds = schema()["properties"]["tolerance"]["anyOf"]
-    assert [set(kind["properties"]) for kind in kinds if kind["type"] == "object"] == [set(names_of(seed()))]
+    assert [set(kind["properties"]) for kind in kinds if kind["type"] == "object"] == [set(places_of(seed()))]
 
 
 def test_half_of_a_deflection_is_refused():
     machine = seed(analysis__allow_coarse=False)
-    sizes = {name: np.full(len(parts), 100.0) for name, parts in names_of(machine).items()}
+    sizes = {name: np.full(len(parts), 100.0) for name, parts in places_of(machine).items()}
     by_quantity = {name: {"mesh": 0.0 * size} for name, size in sizes.items()}
     by_quantity["deflection"]["mesh"][1] = 60.0
     errors = Errors(by_quantity, {"mesh": 4.0}, sizes)

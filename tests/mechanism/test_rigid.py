@@ -7,7 +7,7 @@ from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.mechanism import RigidModes
-from fenics_mech.response.setup import mechanism, names_of, scene_modes
+from fenics_mech.response.setup import freedoms_in_words, mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 
@@ -210,7 +210,7 @@ def test_four_bar_without_a_drive():
     with pytest.raises(SceneError, match=f"there is no period; {freedom}"):
         analyse(case.changed(analysis__method="periodic"))
     system = mechanism(case)
-    assert names_of(case, system, RigidModes.of(system)) == [freedom]
+    assert freedoms_in_words(case, system, RigidModes.of(system)) == [freedom]
     found, driven = frequencies(case), mechanism(seed_four_bar(analysis={"method": "static"}))
     assert found[0] == 0
     # a drive is one constraint: the frequencies with it separate those without (Rayleigh)
