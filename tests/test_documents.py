@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import Result, SolverError, analyse, load
+from fenics_mech._console import out
 from fenics_mech.effects import EFFECTS
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
@@ -34,6 +35,7 @@ def place(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setenv("COLUMNS", documents.WIDTH)
+        patch.setattr(out, "width", int(documents.WIDTH))  # which tests before these may have fixed
         patch.setattr("fenics_mech.analysis.analyse", remembered)
         patch.setattr("fenics_mech.views.plot_all", lambda *args, **named: [])
         patch.setattr("fenics_mech.studies.rigid_body_strains", lambda scene: {})
