@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.feedback import FEEDBACK
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
-from fenics_mech.accuracy.periodic_errors import more_accurate
+from fenics_mech.accuracy.periodic_errors import LITTLE, more_accurate
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -47,7 +47,6 @@ class ResonanceLimits:
     undamped: float = 1e-6  # loss factor, below which `FEEDBACK.least_loss` is taken
     lasts: float = 4.0  # logarithm of what a cycle leaves of a vibration, up to which it lasts
     even: float = 1e-6  # difference of steps of a phase, relative to them, that counts as none
-    linear: float = 1e-4  # of a motion, that a vibration beside it may be where an equation is linear for small ones
 
 
 LIMITS = ResonanceLimits()
@@ -112,7 +111,7 @@ def _beside(
 def share_beside(q: Array, vibration: Array) -> float:
     """Give how much of a vibration stands beside a motion q for the equation to be linear in it."""
     moves, vibrates = (float(np.abs(part).max(initial=0.0)) for part in (q, vibration))
-    return LIMITS.linear * moves / vibrates if vibrates > LIMITS.linear * moves > 0 else 1.0
+    return LITTLE * moves / vibrates if vibrates > LITTLE * moves > 0 else 1.0
 
 
 @dataclass(frozen=True)

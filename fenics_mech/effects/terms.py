@@ -205,7 +205,10 @@ class Loads(_Sum):
         return bool(self._arrays())
 
     def turned(self) -> Loads:
-        """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad."""
+        """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad.
+
+        Moments are taken for couples. Of a force on an arm of a rigid link, the turn of the arm is left out.
+        """
         force = None if self.force is None else _turned(self.force, (len(self.force), -1, 3))
         ends = None if self.ends is None else _turned(self.ends, (*self.ends.shape[:2], 2, 3))
         line = None if self.line is None else np.concatenate([self.line[..., 2:], -self.line[..., :2]], axis=-1)
