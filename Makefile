@@ -1,8 +1,6 @@
 # make run: analyse the seed four-bar into out/.   make test: run the tests.   make docs: build the documents.
 # All install what is missing first.
-# OMP_NUM_THREADS=1: the matrices are small, threads only get in each other's way.
 SHELL := /bin/bash
-export OMP_NUM_THREADS ?= 1
 # The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
 SYSTEM_PYTHON ?= /usr/bin/python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)

@@ -2,8 +2,12 @@
 
 Everything that a user needs stands here: ``import fenics_mech as fm``, and then ``fm.load``, ``fm.analyse``,
 ``fm.Scene`` and so on. The command is `fenics-mech`.
+
+Numerical libraries that are loaded after it use one thread, unless the user has set their number: the matrices are
+small, and threads only get in each other's way.
 """
 
+import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -21,6 +25,8 @@ from fenics_mech.errors import (
     UnresolvedError,
     ViewError,
 )
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # OpenBLAS and MKL follow it, unless their own variables are set
 
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse

@@ -1,7 +1,8 @@
 """Fixtures that all tests share.
 
 Nothing here imports the package before a test asks for it: MPI, once it has begun, marks the environment of the
-processes that pytest-xdist starts, and none of these could start `mpirun`.
+processes that pytest-xdist starts, and none of these could start `mpirun`. Nor does it import NumPy, before the number
+of threads is set.
 """
 
 import os
@@ -9,7 +10,6 @@ import shutil
 import sys
 import tempfile
 
-import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -25,8 +25,9 @@ def pytest_configure():
     """Give the tests a compile cache of their own: a broken one of the user's must not fail them, nor they break it.
 
     The processes of pytest-xdist inherit that of the process that started them, so that no form is compiled twice. And
-    let Python keep its bytecode: the tests start some 60 processes.
+    let Python keep its bytecode: the tests start some 60 processes. Modules of tests import NumPy before the package.
     """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     if not OF_WORKER:
         os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="fenics-mech-tests-")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -58,6 +59,8 @@ def seed_system(seed):
 @pytest.fixture
 def rng():
     """Random numbers that are the same in every run."""
+    import numpy as np
+
     return np.random.default_rng(1989)
 
 

@@ -18,9 +18,6 @@ def cost(
     quick: Annotated[bool, typer.Option("--quick", help="A few coarse runs, to try it out.")] = False,
 ) -> None:
     """Measure what accuracy costs: error and time of many settings. Write cost.csv, cost.nc and a figure."""
-    from fenics_mech.studies.timing import one_thread  # noqa: PLC0415
-
-    one_thread()  # before the numerical libraries are loaded
     from fenics_mech.scene import load  # noqa: PLC0415
     from fenics_mech.studies.cost import measure_costs, steps_of  # noqa: PLC0415
     from fenics_mech.views.cost_plots import cost_summary, write_cost  # noqa: PLC0415

@@ -16,9 +16,6 @@ def scaling(
     quick: Annotated[bool, typer.Option("--quick", help="A few small runs, to try it out.")] = False,
 ) -> None:
     """Measure how time and memory grow with elements, links and positions. Write scaling.csv, scaling.nc, a figure."""
-    from fenics_mech.studies.timing import one_thread  # noqa: PLC0415
-
-    one_thread()  # before the numerical libraries are loaded
     from fenics_mech.studies.scaling import measure_scaling, sizes  # noqa: PLC0415
     from fenics_mech.views.scaling_plots import scaling_summary, write_scaling  # noqa: PLC0415
 

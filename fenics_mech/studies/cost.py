@@ -1,4 +1,4 @@
-"""What accuracy costs: error against time of every method and setting, in one run on one thread.
+"""What accuracy costs: error against time of every method and setting, in one run.
 
 Every run is measured against two converged answers: that of its own equation, which leaves what the solver and the mesh
 do, and that of the equation with all effects that the scene calls for: effects left out are an error too.
@@ -30,7 +30,7 @@ from fenics_mech.studies.timing import Clock, bare_seconds, machine, timed
 
 LONGEST = 12.0  # seconds of a run, after which a method is not made finer
 NUMBERS = {  # by variable: unit, meaning
-    "seconds": ("s", "processor time of one thread, median of the repeats"),
+    "seconds": ("s", "processor time, median of the repeats"),
     "wall_seconds": ("s", "time on the wall, median of the repeats"),
     "repeats": ("1", "repeats after the warm-up"),
     "error": ("1", "largest difference of strains from the converged ones of the same equation, over the largest"),

@@ -28,7 +28,7 @@ THICKER = 0.03  # of each stage's inertias against the one before: no two links 
 SOLVERS = {"sub-intervals": (), "collocation": ("coupling",)}  # and the effects that they are run with
 PER_POSITION = "per position"
 NUMBERS = {  # by variable: unit, meaning
-    "seconds": ("s", "processor time of one thread, median of the repeats"),
+    "seconds": ("s", "processor time, median of the repeats"),
     "wall_seconds": ("s", "time on the wall, median of the repeats"),
     "repeats": ("1", "repeats after the warm-up"),
     "memory": ("MB", "largest memory of the process"),

@@ -1,4 +1,4 @@
-"""Timing on one thread: the median of repeats after a warm-up, and what of it is not Python."""
+"""Timing: the median of repeats after a warm-up, and what of it is not Python."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from fenics_mech._version import __version__
 
 Found = TypeVar("Found")
 Clock = Callable[[], float]
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 MOST_REPEATS, ENOUGH = 5, 1.5  # repeats, and seconds after which there are no more
 BARE = re.compile(r"petsc4py|slepc4py|_sparsetools|superlu|lapack|numpy.linalg")
 LINEAR_ALGEBRA = re.compile(r"numpy/linalg|scipy/linalg|_solvers|scipy/sparse/linalg")
@@ -71,11 +70,6 @@ def timed(
     return found, Timing(float(seconds), float(walls), first, len(times))
 
 
-def one_thread() -> None:
-    """Let numerical libraries that are loaded from now on use one thread."""
-    os.environ |= dict.fromkeys(THREADS, "1")
-
-
 def machine() -> dict[str, str]:
     """Say what runs: processor, threads, versions."""
     named = re.search(r"^model name\s*:\s*(.*)$", _read("/proc/cpuinfo"), re.MULTILINE)
@@ -88,7 +82,7 @@ def machine() -> dict[str, str]:
             found |= {package: number} if number else {}
     return {
         "machine": f"{named[1] if named else platform.processor() or platform.machine()}, {os.cpu_count()} processors",
-        "threads": os.environ.get(THREADS[0], "not limited"),
+        "threads": os.environ["OMP_NUM_THREADS"],
         "versions": ", ".join(f"{name} {number}" for name, number in found.items()),
     }
 

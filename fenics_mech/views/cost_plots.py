@@ -79,7 +79,7 @@ def _figure(data: xr.Dataset, panels: dict[str, str], title: str) -> Figure:
         for axes, (variable, name) in zip(all_axes, panels.items()):
             _draw(axes, data, variable)
             axes.set_title(name, fontsize=10)
-            axes.set_xlabel("processor time of one thread (s)")
+            axes.set_xlabel("processor time (s)")
         all_axes[0].set_ylabel("largest error of a strain curve / largest strain")
     return figure
 

@@ -16,7 +16,6 @@ def command(*arguments, ranks=0):
 
 OF_MPI = ("OMPI_", "ORTE_", "PMIX_")  # marks of a process that MPI has begun in, from which no `mpirun` can start
 ENVIRONMENT = {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)} | {
-    "OMP_NUM_THREADS": "1",
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_mpi_yield_when_idle": "1",  # a process that waits leaves its core to others

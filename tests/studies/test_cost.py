@@ -15,7 +15,7 @@ from fenics_mech.studies import cost as study
 from fenics_mech.studies.converged import Converged, Difference, at_common_angles, difference, extrapolated
 from fenics_mech.studies.cost import Cost, Line, dataset, measure_costs, steps_of
 from fenics_mech.studies.cost_grid import equations_of, grid, meshed, reference_meshes
-from fenics_mech.studies.timing import THREADS, bare_seconds, timed
+from fenics_mech.studies.timing import bare_seconds, timed
 from fenics_mech.views.cost_plots import advice, cost_figure, cost_summary, front, front_table, write_cost
 from tests.common import DEMOS
 
@@ -108,15 +108,12 @@ def test_each_panel_draws_the_runs_below_its_limit(quick):
     assert "quasi-static" in labels
 
 
-@pytest.fixture
-def call(monkeypatch):
-    """Run `fenics-mech cost` in this process; its environment is as before afterwards."""
-    for name in THREADS:
-        monkeypatch.setenv(name, "1")
-    return lambda *arguments: CliRunner().invoke(app, ["cost", *map(str, arguments)])
+def call(*arguments):
+    """Run `fenics-mech cost` in this process."""
+    return CliRunner().invoke(app, ["cost", *map(str, arguments)])
 
 
-def test_command_writes_its_files_and_says_what_it_found(quick, call, monkeypatch, tmp_path):
+def test_command_writes_its_files_and_says_what_it_found(quick, monkeypatch, tmp_path):
     monkeypatch.setattr(study, "measure_costs", lambda scene, **options: quick[0])
     found = call(DEMOS / "four_bar.toml", "--quick", "-o", tmp_path / "out")
     assert found.exit_code == 0
@@ -124,7 +121,7 @@ def test_command_writes_its_files_and_says_what_it_found(quick, call, monkeypatc
     assert "Wrote cost.csv, cost.nc, cost.png" in found.output
 
 
-def test_peers_of_another_scene_are_refused_before_anything_runs(call, tmp_path):
+def test_peers_of_another_scene_are_refused_before_anything_runs(tmp_path):
     found = call(DEMOS / "watt.toml", "--peers", "-o", tmp_path / "out")
     assert isinstance(found.exception, SceneError)
     assert not (tmp_path / "out").exists()

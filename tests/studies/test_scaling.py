@@ -25,7 +25,6 @@ from fenics_mech.studies.scaling import (
     peak_memory,
     sizes,
 )
-from fenics_mech.studies.timing import THREADS
 from fenics_mech.views.scaling_plots import SERIES, last_power, scaling_figure, scaling_summary, write_scaling
 
 LAW = {"elements": 1e-3, "links": 2e-2, "positions": 5e-4}  # s per each
@@ -142,8 +141,6 @@ def test_figure_draws_time_and_memory_over_each_size(quick):
 
 
 def test_command_writes_its_files_and_says_what_it_found(quick, monkeypatch, tmp_path):
-    for name in THREADS:
-        monkeypatch.setenv(name, "1")
     monkeypatch.setattr(study, "in_own_process", linear)
     found = CliRunner().invoke(app, ["scaling", "--quick", "-o", str(tmp_path / "out")])
     assert found.exit_code == 0
