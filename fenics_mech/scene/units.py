@@ -1,9 +1,13 @@
-"""Quantities with units: a number is SI, a string is read by pint, the answer is always a float in SI."""
+"""Quantities with units: a number is SI, a string has a unit, the answer is always a float in SI.
+
+Common units are read here, all others by pint.
+"""
 
 from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +24,30 @@ LONGEST = 100  # characters of a quantity
 POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³⁴⁵⁶⁷⁸⁹](?![⁰¹²³⁴⁵⁶⁷⁸⁹.])")
 MOST_POWERS = 5  # in a quantity: pint computes them with whole numbers of any length
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
+FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
+COMMON = {  # in SI, which pint takes half a second of every start to say
+    "m": (1.0, {"m": 1}),
+    "cm": (1e-2, {"m": 1}),
+    "mm": (1e-3, {"m": 1}),
+    "in": (0.0254, {"m": 1}),
+    "kg": (1.0, {"kg": 1}),
+    "g": (1e-3, {"kg": 1}),
+    "s": (1.0, {"s": 1}),
+    "ms": (1e-3, {"s": 1}),
+    "rad": (1.0, {"rad": 1}),
+    "deg": (math.pi / 180, {"rad": 1}),
+    "rpm": (math.pi / 30, {"rad": 1, "s": -1}),
+    "Hz": (1.0, {"Hz": 1}),
+    "kHz": (1e3, {"Hz": 1}),
+    "N": (1.0, {"kg": 1, "m": 1, "s": -2}),
+    "kN": (1e3, {"kg": 1, "m": 1, "s": -2}),
+    "Pa": (1.0, {"kg": 1, "m": -1, "s": -2}),
+    "MPa": (1e6, {"kg": 1, "m": -1, "s": -2}),
+    "GPa": (1e9, {"kg": 1, "m": -1, "s": -2}),
+    "%": (1e-2, {}),
+}
 
 EXAMPLES = {
     "1": "2 %",
@@ -50,14 +78,41 @@ EXAMPLES = {
 @cache
 def registry() -> pint.UnitRegistry:
     """Give the unit registry, made once."""
-    import pint  # noqa: PLC0415  (slow to import, and scenes in SI numbers never need it)
+    import pint  # noqa: PLC0415  (slow to import, and few scenes need it)
 
     return pint.UnitRegistry(cache_folder=None)
+
+
+def _in_common_units(text: str) -> tuple[float, Counter[str]] | None:
+    """Read a number and its units as a float in SI and the powers of the SI units; None where it has any other."""
+    text, powers = text.strip(), Counter[str]()
+    if (number := NUMBER.match(text)) is None or len(text) > LONGEST:
+        return None
+    value, rest = float(number[0]), text[number.end() :].strip()
+    rest = rest if rest[:1] in ("", "*", "/") else f" {rest}"
+    while rest:
+        factor = FACTOR.match(rest)
+        if factor is None or factor[2] not in COMMON:
+            return None
+        power = int(factor[3] or 1) * (-1 if "/" in factor[1] else 1)
+        size, units = COMMON[factor[2]]
+        value *= size**power
+        powers.update({symbol: times * power for symbol, times in units.items()})
+        rest = rest[factor.end() :]
+    return value, powers
 
 
 @cache
 def _parse(text: str, unit: str) -> float:
     """Convert the text of a quantity to a float in `unit`."""
+    common, wanted = _in_common_units(text), _in_common_units(unit if unit.startswith("1") else f"1 {unit}")
+    if common and wanted and (common[1] == wanted[1] or NUMBER.fullmatch(text.strip())):
+        return common[0]
+    return _by_pint(text, unit)
+
+
+def _by_pint(text: str, unit: str) -> float:
+    """Convert the text of any quantity to a float in `unit`, or say what is wrong with it."""
     import pint  # noqa: PLC0415
 
     plain = "a number" if unit == "1" else f"a number in SI ({unit.replace('**', '^')})"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fenics_mech.scene.units import in_unit
+from fenics_mech.scene.units import COMMON, EXAMPLES, in_unit, registry
 
 
 @pytest.mark.parametrize(
@@ -33,3 +33,15 @@ def test_refused(value):
 def test_no_quantity_for_another(text, unit):
     with pytest.raises(ValueError, match="wrong unit"):
         in_unit(unit)(text)
+
+
+@pytest.mark.parametrize("name", COMMON)
+def test_common_units_are_as_pint_has_them(name):
+    unit = "*".join([*(f"{symbol}**{2 * power}" for symbol, power in COMMON[name][1].items()), "s"])
+    text = f" -7.3e-1 {name}^3/{name} s"
+    assert in_unit(unit)(text) == pytest.approx(registry().Quantity(text).to(unit).magnitude, rel=1e-15)
+
+
+@pytest.mark.parametrize(("unit", "text"), EXAMPLES.items())
+def test_examples_are_read_as_by_pint(unit, text):
+    assert in_unit(unit)(text) == pytest.approx(registry().Quantity(text).to(unit).magnitude, rel=1e-15)
