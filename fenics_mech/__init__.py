@@ -88,7 +88,9 @@ if TYPE_CHECKING:
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
-    from fenics_mech.views import animate, plot_all, summary
+    from fenics_mech.views.animation import animate
+    from fenics_mech.views.plots import plot_all
+    from fenics_mech.views.report import summary
 
 __all__ = [
     "AirDrag",
@@ -171,11 +173,11 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Result": "recovery",
     "Sweep": "studies.sweep",
     "analyse": "analysis",
-    "animate": "views",
+    "animate": "views.animation",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
-    "plot_all": "views",
-    "summary": "views",
+    "plot_all": "views.plots",
+    "summary": "views.report",
     "sweep": "studies.sweep",
 }
 

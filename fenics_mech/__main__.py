@@ -47,10 +47,8 @@ def main() -> None:
     interrupt = _Interrupt()
     sys.stdout, sys.stderr = (stream or open(os.devnull, "w") for stream in (sys.stdout, sys.stderr))  # noqa: SIM115
     try:
-        from fenics_mech._console import start_libraries  # noqa: PLC0415
         from fenics_mech.cli import main as command  # noqa: PLC0415
 
-        start_libraries()
         command()
     except BaseException as error:
         if interrupt.seen or isinstance(error, KeyboardInterrupt):

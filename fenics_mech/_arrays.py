@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,5 +36,7 @@ def summed(values: Array, place: Index, size: int) -> Array:
 @lru_cache(maxsize=64)
 def _collector(place: bytes, size: int) -> sp.csr_matrix:
     """Give the matrix that sums entries by their places: the same few are wanted again and again."""
+    import scipy.sparse as sp  # noqa: PLC0415  (slow to import, and a scene is read without)
+
     rows = np.frombuffer(place, dtype=np.int64)
     return sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(size, len(rows)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import chdir, contextmanager
@@ -38,10 +37,9 @@ def start_libraries() -> None:
 
     A scene may lie in a folder from a stranger, and such options run programs.
     """
-    if not {"--help", "--version"} & set(sys.argv) and len(sys.argv) > 1:
-        with chdir(os.sep):
-            import matplotlib  # noqa: F401, PLC0415
-            from petsc4py import PETSc  # noqa: F401, PLC0415
+    with chdir(os.sep):
+        import matplotlib  # noqa: F401, PLC0415
+        from petsc4py import PETSc  # noqa: F401, PLC0415
 
 
 def one_voice() -> bool:

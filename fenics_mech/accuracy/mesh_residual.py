@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, each
-from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.element_dofs import in_member_axes
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.variable_sections import shape_corrections, stiffness_correction
 from fenics_mech.effects import NOTHING, UNLOADED, Loads

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
 
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
 

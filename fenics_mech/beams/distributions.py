@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import ufl
-from dolfinx import fem
 
-from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array
-from fenics_mech.beams.layout import Layout
-from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.layout import Layout
+    from fenics_mech.beams.mesh import BeamMesh
 
 DEGREE = 4  # of the polynomials that stand for a section that varies
 
@@ -98,6 +97,11 @@ def _varying(
     They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for them:
     degree 2 more than theirs in bending, 6 more in the mass.
     """
+    import ufl  # noqa: PLC0415  (slow to import, and few sections vary)
+    from dolfinx import fem  # noqa: PLC0415
+
+    from fenics_mech import _fenicsx  # noqa: PLC0415
+
     mesh = layout.mesh
     count = len(properties(scene, mesh.members[0], np.zeros(1)))
     space = _fenicsx.broken_space(mesh.mesh, (DEGREE,) * count)

@@ -16,8 +16,9 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array, Index, each
+from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import to_petsc, to_scipy
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
@@ -141,25 +142,3 @@ class Layout:
         rows, columns = np.broadcast_arrays(dofs[:, :, None], element_dofs(self.mesh)[:, None, :])
         shape = (dofs.size, 3 * len(self.mesh.node_link))
         return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
-
-
-def member_rotation(mesh: BeamMesh) -> Array:
-    """Turn an element's nodal dofs from link axes into its member's axes, ``(elements, 6, 6)``."""
-    angle = mesh.member_angle[mesh.cell_member]
-    rotation = np.zeros((len(angle), 6, 6))
-    for first in (0, 3):
-        rotation[:, first, first] = rotation[:, first + 1, first + 1] = np.cos(angle)
-        rotation[:, first, first + 1] = np.sin(angle)
-        rotation[:, first + 1, first] = -np.sin(angle)
-        rotation[:, first + 2, first + 2] = 1.0
-    return rotation
-
-
-def element_dofs(mesh: BeamMesh) -> Index:
-    """Nodal dofs of each element, ``(elements, 6)``."""
-    return (3 * mesh.cell_nodes[:, :, None] + np.arange(3)).reshape(-1, 6)
-
-
-def in_member_axes(mesh: BeamMesh, nodal: Array) -> Array:
-    """Nodal values in link axes as those of each element in its member's axes, ``(angles, elements, 6)``."""
-    return each(member_rotation(mesh), nodal[:, element_dofs(mesh)])

@@ -8,8 +8,9 @@ import numpy as np
 
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, each
+from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.forms import stretching
-from fenics_mech.beams.layout import Layout, member_rotation
+from fenics_mech.beams.layout import Layout
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import to_scipy
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
-from fenics_mech.beams.layout import element_dofs, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.span import Span, outside
 from fenics_mech.beams.strings import Strings

@@ -15,8 +15,8 @@ from slepc4py import SLEPc
 from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import configured, name_of, to_petsc
 from fenics_mech.beams.chain import Chain
+from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams
-from fenics_mech.beams.layout import member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SolverError
 

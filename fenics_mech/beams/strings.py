@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.span import outside
 

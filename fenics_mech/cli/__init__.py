@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from collections.abc import Callable
+from functools import wraps
+from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from fenics_mech._console import err
+from fenics_mech._console import err, start_libraries
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
 from fenics_mech.cli.check_command import check
@@ -29,8 +31,21 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
+    """Give the command that first starts the numerical libraries; the others are quick because they do without."""
+
+    @wraps(command)
+    def started(*arguments: Any, **options: Any) -> None:
+        start_libraries()
+        command(*arguments, **options)
+
+    return started
+
+
 for _command in (run, modes, check, effects, sweep, follow, cost, scaling, animate, mesh, schema):
-    app.command()(_command)
+    app.command()(_command if _command in (check, schema) else _with_libraries(_command))
 
 
 def main() -> None:

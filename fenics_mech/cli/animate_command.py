@@ -20,11 +20,11 @@ def animate(
     refine: Refine = 0,
 ) -> None:
     """Draw the moving linkage with magnified deflection, coloured by strain. SCENE may also be a result.nc."""
-    from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
     from fenics_mech.recovery import Result  # noqa: PLC0415
+    from fenics_mech.views import animation  # noqa: PLC0415
 
-    views.check_ending(file)
+    animation.check_ending(file)
     make_folder(file.parent)
     if scene.suffix == ".nc":
         if refine:
@@ -35,5 +35,7 @@ def animate(
         with progress_bar(len(STEPS)) as step:
             result = analyse(loaded, step)
     with progress_bar(frames) as step:
-        views.animate(result, file, magnify=magnify, frames=frames, progress=lambda i, n: step(f"frame {i + 1} of {n}"))
+        animation.animate(
+            result, file, magnify=magnify, frames=frames, progress=lambda i, n: step(f"frame {i + 1} of {n}")
+        )
     tell(f"Wrote {file}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import out, progress_bar
+from fenics_mech._console import out, progress_bar, start_libraries
 from fenics_mech.cli.common import Strict, loaded_scene
 from fenics_mech.errors import MechanismError
 
@@ -17,20 +17,23 @@ def check(
     strict: Strict = False,
 ) -> None:
     """Check a scene file without analysing it. Without a file, check this installation against the dissertation."""
-    from fenics_mech import studies, views  # noqa: PLC0415
     from fenics_mech.effects import active  # noqa: PLC0415
     from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
+    from fenics_mech.views.tables import check_table, scene_overview  # noqa: PLC0415
 
     if scene is not None:
         loaded = loaded_scene(scene, strict)
         active(loaded)
-        out.print(views.scene_overview(loaded, reachable_range(loaded)), highlight=False)
+        out.print(scene_overview(loaded, reachable_range(loaded)), highlight=False)
         return
+    start_libraries()
+    from fenics_mech.studies.check import CHECKS  # noqa: PLC0415
+
     findings = []
-    with progress_bar(len(studies.CHECKS)) as step:
-        for name, examine in studies.CHECKS.items():
+    with progress_bar(len(CHECKS)) as step:
+        for name, examine in CHECKS.items():
             step(name)
             findings += examine()
-    out.print(views.check_table(findings))
+    out.print(check_table(findings))
     if not all(finding.holds for finding in findings):
         raise MechanismError("some checks failed: do not use the numbers of this installation")

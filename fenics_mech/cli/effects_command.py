@@ -22,20 +22,21 @@ def effects(
     strict: Strict = False,
 ) -> None:
     """Estimate the influence of each effect without running the scene, and say which effects it needs."""
-    from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
+    from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
+    from fenics_mech.views.tables import effects_table  # noqa: PLC0415
 
     loaded = refined_scene(scene, 0, strict, tolerance).changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
         chosen, choices = choose(loaded)
-    out.print(views.effects_table(choices, loaded.neglected))
+    out.print(effects_table(choices, loaded.neglected))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
     tell(f"effects = 'auto' selects effects = [{names}]{enough}")
     if compare:
         make_folder(folder)
         runs = added_one_by_one(loaded)
-        out.print(views.runs_table(runs))
-        tell_written([views.plot_effects(runs, folder / "effects.png")], folder)
+        out.print(runs_table(runs))
+        tell_written([plot_effects(runs, folder / "effects.png")], folder)

@@ -10,9 +10,10 @@ from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, loaded_
 
 def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
     """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table."""
-    from fenics_mech import views  # noqa: PLC0415
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
+    from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
+    from fenics_mech.views.plots import plot_frequencies  # noqa: PLC0415
 
     loaded = refined(loaded_scene(scene, strict), refine)
     make_folder(folder)
@@ -21,10 +22,10 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0,
         step("plot")
         supported = dict(zip(found.data["member"].to_numpy(), found.data["supported"].to_numpy()))
         frequency, theta = found.data["frequency"].to_numpy(), found.data["theta"].to_numpy()
-        table = views.write_frequencies(theta, frequency, folder / "frequencies.csv")
-        plot = views.plot_frequencies(frequency, theta, folder / "frequencies.png", supported)
+        table = write_frequencies(theta, frequency, folder / "frequencies.csv")
+        plot = plot_frequencies(frequency, theta, folder / "frequencies.png", supported)
     assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
-    out.print(views.frequency_table(frequency, assurance, error, supported))
+    out.print(frequency_table(frequency, assurance, error, supported))
     for freedom in found.free:
         tell(f"Rigid-body motion: {freedom}")
     tell_written((table, plot), folder)

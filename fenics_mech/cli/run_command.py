@@ -25,9 +25,11 @@ def run(
     strict: Strict = False,
 ) -> None:
     """Analyse a scene: write result.nc and plots, print a summary. Under mpirun the processes share the positions."""
-    from fenics_mech import studies, views  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
-    from fenics_mech._ranks import shared  # noqa: PLC0415
+    from fenics_mech._ranks import shared  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+    from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
+    from fenics_mech.views.plots import plot_all  # noqa: PLC0415
+    from fenics_mech.views.report import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
@@ -47,9 +49,9 @@ def run(
             written += result.to_csv(folder)
         if plots:
             step("plots")
-            rigid = studies.rigid_body_strains(loaded) if loaded.analysis.method == "periodic" else {}
-            written += views.plot_all(result, folder, rigid=rigid)
-    out.print(views.summary(result))
+            rigid = rigid_body_strains(loaded) if loaded.analysis.method == "periodic" else {}
+            written += plot_all(result, folder, rigid=rigid)
+    out.print(summary(result))
     tell_written(written, folder)
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pkgutil
 from difflib import get_close_matches
 from importlib import import_module
+from typing import TYPE_CHECKING
 
-from fenics_mech.beams import Beams
 from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import (
@@ -22,6 +22,9 @@ from fenics_mech.effects.terms import (
 )
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 __all__ = [
     "EFFECTS",

@@ -12,18 +12,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, each, times
-from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
+from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import AddedMatrices, Entries, Loads, Situation, Terms
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import Motion
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 OF_WORK = np.array([[4.0, -2.0], [-2.0, 4.0]])  # a linear load on a unit length, from its work on `LINEAR`
 HIGHEST = 7  # powers of xi in the product of two cubics

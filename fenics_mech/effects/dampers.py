@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
 from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
 
 
 def terms(situation: Situation) -> Terms:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from fenics_mech.beams import Beams
 from fenics_mech.effects.terms import Situation, Terms
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 
 @dataclass(frozen=True)

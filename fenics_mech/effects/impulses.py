@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams import Beams
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import in_links
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 
 def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, Array]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech.beams import Beams
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 
 def beams(scene: Scene, links: Beams) -> Beams:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.beams.attachment import QUARTER, Attachment
-from fenics_mech.beams.layout import member_rotation
+from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links, total

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, each, summed, times
-from fenics_mech.beams.layout import element_dofs
-from fenics_mech.beams.nonlinear_stretching import Stretching
+from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.effects.effect import Effect, Survey
 from fenics_mech.effects.terms import Situation, Terms
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.nonlinear_stretching import Stretching
 
 NEAR_BUCKLING = 0.8  # of a mode's stiffness, that axial forces take
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams import Beams
 from fenics_mech.beams.distributions import along_elements
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 
 def beams(scene: Scene, links: Beams) -> Beams:

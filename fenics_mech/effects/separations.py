@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.effects.terms import Entries, summed
 from fenics_mech.errors import AssemblyError
@@ -15,6 +15,9 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Scene
 from fenics_mech.scene.springs_dampers import Hinge, Line
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
 
 SHORTEST = 1e-9  # length of a line, of its longest over the cycle, below which it has no direction
 

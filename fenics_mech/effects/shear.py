@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array
-from fenics_mech.beams import Beams
 from fenics_mech.beams.distributions import along_elements
-from fenics_mech.beams.forms import bending
 from fenics_mech.beams.shapes import NORMAL
 from fenics_mech.effects.effect import Effect
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 
 def beams(scene: Scene, links: Beams) -> Beams:
@@ -38,6 +39,9 @@ def beams(scene: Scene, links: Beams) -> Beams:
 
 def _angle(links: Beams, stiffness: Array) -> Array:
     """Angle of shear by w and phi of both nodes, ``(elements, 4)``; `stiffness` is the integral of G A_s (N m)."""
+    from fenics_mech import _fenicsx  # noqa: PLC0415  (dolfinx is slow to import, and few scenes have shear)
+    from fenics_mech.beams.forms import bending  # noqa: PLC0415
+
     layout = links.layout
     broken = _fenicsx.assemble(bending(layout.space, links.rigidity.bending.coefficient))
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'

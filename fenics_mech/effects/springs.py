@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams import BeamMesh
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
 from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
@@ -17,6 +17,9 @@ from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
 
 TURN = 2 * np.pi
 STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a torsional spring: measured

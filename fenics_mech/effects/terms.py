@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech.beams import BeamMesh, Beams
-from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
+    from fenics_mech.beams.mesh import BeamMesh
 
 
 def _no_tension() -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fenics_mech._arrays import Array, each, times
-from fenics_mech.beams.layout import element_dofs, in_member_axes, member_rotation
+from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import held_tension, without_elastic
 from fenics_mech.forces.reduced_members import response_of_reduced_members

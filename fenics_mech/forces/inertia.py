@@ -6,9 +6,9 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from fenics_mech._arrays import Array, Index, each
-from fenics_mech.beams import Beams
 from fenics_mech.beams.distributions import Distribution
-from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.element_dofs import in_member_axes
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, between_clamped_ends, integral
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array, each
-from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.span import Span, outside
 
 

@@ -14,8 +14,8 @@ from functools import partial
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.element_dofs import in_member_axes
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import (
     AXIAL,
     CUBIC,

@@ -18,8 +18,9 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from fenics_mech._arrays import Array, summed
 from fenics_mech._petsc import to_scipy
-from fenics_mech.beams import assemble_beams, mesh_scene
-from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.element_dofs import element_dofs
+from fenics_mech.beams.element_matrices import assemble_beams
+from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.effects import NOTHING, shaped
 from fenics_mech.effects.inextensible import stretching
 from fenics_mech.kinematics import Motion

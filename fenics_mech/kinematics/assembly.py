@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SceneError
@@ -133,7 +132,7 @@ def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
     ahead = (theta - branch.theta[0])[:, None]
     guess = branch.q[0] + branch.rate[0] * ahead + branch.curvature[0] * ahead**2 / 2
     if len(branch.theta) > 1:
-        guess = CubicHermiteSpline(branch.theta, branch.q, branch.rate)(theta)
+        guess = _between(branch, theta)
     q, converged = newton(loops, guess, loops.drive(theta).value)
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
@@ -144,6 +143,16 @@ def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
         where = _degrees(theta[int(np.argmax(strays))])
         raise AssemblyError(f"the linkage is at a change point at drive angle {where}: its motion is not unique there")
     return q
+
+
+def _between(branch: Branch, theta: Array) -> Array:
+    """Coordinates at drive angles by cubics between the points of a branch, ``(angles, 3 links)``."""
+    i = np.clip(np.searchsorted(branch.theta, theta) - 1, 0, len(branch.theta) - 2)
+    step = np.diff(branch.theta)[i, None]
+    part = (theta - branch.theta[i])[:, None] / step
+    first, last = branch.rate[i] * step, branch.rate[i + 1] * step
+    change = branch.q[i + 1] - branch.q[i]
+    return branch.q[i] + part * (first + part * (3 * change - 2 * first - last + part * (first + last - 2 * change)))
 
 
 def side(loops: Loops, q: Array) -> Array:

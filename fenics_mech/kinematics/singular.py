@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar, root
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
@@ -17,6 +16,7 @@ from fenics_mech.kinematics.assembly import Branch, assemble, follow, follow_bra
 from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
+from fenics_mech.kinematics.minimum import minimum
 from fenics_mech.kinematics.transmission import SAMPLES, Transmission, worst_transmission
 from fenics_mech.scene import Scene
 
@@ -119,6 +119,8 @@ def _limit(loops: Loops, branch: Branch, end: float) -> Critical:
     null = singular_values(loops, q[None])[1][0, -1] / loops.unit
     if not locks(loops, q, branch.rate[last]):
         return Critical(end, "change point", 0.0, links_moved(loops, null))
+    from scipy.optimize import root  # noqa: PLC0415  (slow to import, and few drives lock)
+
     n = len(q)
 
     def equations(x: Array) -> Array:
@@ -137,12 +139,11 @@ def _minima(loops: Loops, branch: Branch, low: float, high: float, closed: bool)
     """Minima of the smallest singular value inside the range, which is a closed cycle or ends at dead centres."""
     inside = 0.0 if closed else 1e-9 * (high - low)
 
-    def smallest(theta: float) -> float:
-        q = follow(loops, np.array([theta]), branch)
-        return float(singular_values(loops, q)[0][0, -1])
+    def smallest(theta: Array) -> Array:
+        return singular_values(loops, follow(loops, theta, branch))[0][:, -1]
 
     thetas = np.linspace(low + inside, high - inside, SAMPLES)
-    values = singular_values(loops, follow(loops, thetas, branch))[0][:, -1]
+    values = smallest(thetas)
     if closed:  # the first sample again is the last
         values = values[:-1]
     if np.ptp(values) < FLAT * values.max():  # drives that move every link of a chain: the minima are rounding
@@ -150,9 +151,8 @@ def _minima(loops: Loops, branch: Branch, low: float, high: float, closed: bool)
     lowest = (values < np.roll(values, 1)) & (values <= np.roll(values, -1))
     step, found = thetas[1] - thetas[0], []
     for i in np.flatnonzero(lowest) if closed else np.flatnonzero(lowest[1:-1]) + 1:
-        around = (thetas[i] - step, thetas[i] + step)
-        best = minimize_scalar(smallest, bounds=around, method="bounded", options={"xatol": 1e-9})
-        theta, value = float(best.x % (2 * np.pi)) if closed else float(best.x), float(best.fun)
+        theta, value = minimum(smallest, thetas[i] - step, thetas[i] + step, 1e-9)
+        theta = theta % (2 * np.pi) if closed else theta
         _, right = singular_values(loops, follow(loops, np.array([theta]), branch))
         kind = "change point" if value < SINGULAR else "worst transmission"
         found.append(Critical(theta, kind, value, links_moved(loops, right[0, -1])))

@@ -8,14 +8,15 @@ a slot is such a pair with its guide. Only a linkage that is made of such pairs,
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from fenics_mech._arrays import Array
 from fenics_mech.kinematics.assembly import Branch, follow
 from fenics_mech.kinematics.loops import GROUND, Loops
+from fenics_mech.kinematics.minimum import minimum
 
 SAMPLES = 361  # of the range of the drive
 
@@ -57,17 +58,15 @@ def worst_transmission(loops: Loops, branch: Branch) -> tuple[Transmission, ...]
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
         return transmission_angles(loops, follow(loops, theta, branch)) or {}
 
+    def angle(pair: tuple[str, tuple[str, ...]]) -> Callable[[Array], Array]:
+        return lambda theta: angles(theta)[pair]
+
     thetas = np.linspace(0.0, 2 * np.pi, SAMPLES)
     step, found = thetas[1] - thetas[0], []
     for pair, values in angles(thetas).items():
         middle = thetas[values.argmin()]
-        best = minimize_scalar(
-            lambda theta, pair=pair: float(angles(np.array([theta]))[pair][0]),
-            bounds=(middle - step, middle + step),
-            method="bounded",
-            options={"xatol": 1e-7},
-        )
-        found.append(Transmission(*pair, float(best.x % (2 * np.pi)), float(best.fun)))
+        theta, least = minimum(angle(pair), middle - step, middle + step, 1e-7)
+        found.append(Transmission(*pair, theta % (2 * np.pi), least))
     return tuple(found)
 
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fenics_mech.beams import Beams, assemble_beams, mesh_scene
+from fenics_mech.beams.element_matrices import Beams, assemble_beams
+from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.effects import active, shaped
 from fenics_mech.scene import Prismatic, Scene, Slot

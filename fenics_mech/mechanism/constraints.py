@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams import BeamMesh
 from fenics_mech.beams.attachment import QUARTER, Attachment
+from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.contact import Contact, travelled

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams import BeamMesh
-from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
+from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion

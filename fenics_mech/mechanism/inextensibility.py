@@ -17,8 +17,8 @@ from scipy.linalg import qr
 from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams import BeamMesh
-from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.element_dofs import element_dofs
+from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SceneError
 
 SMALLEST = 1e-9  # independence of a member's equation from those of the others in its link

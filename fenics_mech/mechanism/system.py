@@ -12,8 +12,8 @@ from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech._petsc import to_petsc, to_scipy
-from fenics_mech.beams import Beams
-from fenics_mech.beams.layout import element_dofs, member_rotation
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import NOTHING, Entries, Loads, Terms
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.inextensibility import Inextensible

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech.beams import Beams
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams.layout import in_member_axes
+from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.effects import Entries, StressStiffening, Terms
 from fenics_mech.effects.effect import Survey
 from fenics_mech.mechanism import System

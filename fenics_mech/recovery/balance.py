@@ -7,7 +7,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams.layout import element_dofs
+from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork

@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech.beams import Beams
+from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS, NOTHING, Situation, build_terms
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse

@@ -17,7 +17,6 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
-from scipy.interpolate import make_interp_spline
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
@@ -122,6 +121,8 @@ class Table(Part):
 
     def jet(self, theta: Array) -> Jet:
         """Value and two derivatives by theta."""
+        from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import, and few drives have tables)
+
         nodes = np.linspace(0, 2 * np.pi, len(self.values) + 1)
         spline = make_interp_spline(nodes, np.append(self.values, self.values[0]), k=5, bc_type="periodic")
         turned = np.mod(theta, 2 * np.pi)

@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
-from scipy.interpolate import make_interp_spline
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
@@ -49,6 +48,8 @@ class TimeTable(Part):
 
     def jet(self, time: Array, speed: float) -> Jet:
         """Angle turned and two derivatives by time; speed is that of the steady motion."""
+        from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import, and few run-ups have tables)
+
         ends = [(1, 0.0), (2, 0.0)], [(1, speed), (2, 0.0)]
         spline = make_interp_spline(self.times, self.angles, k=5, bc_type=ends)
         return Jet(spline(time), spline(time, 1), spline(time, 2))

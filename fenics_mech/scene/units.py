@@ -26,7 +26,7 @@ SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³
 MOST_POWERS = 5  # in a quantity: pint computes them with whole numbers of any length
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
-FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
+FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+|1)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
 COMMON = {  # in SI, which pint takes half a second of every start to say
     "m": (1.0, {"m": 1}),
     "cm": (1e-2, {"m": 1}),
@@ -47,6 +47,7 @@ COMMON = {  # in SI, which pint takes half a second of every start to say
     "MPa": (1e6, {"kg": 1, "m": -1, "s": -2}),
     "GPa": (1e9, {"kg": 1, "m": -1, "s": -2}),
     "%": (1e-2, {}),
+    "1": (1.0, {}),
 }
 
 EXAMPLES = {
@@ -105,7 +106,7 @@ def _in_common_units(text: str) -> tuple[float, Counter[str]] | None:
 @cache
 def _parse(text: str, unit: str) -> float:
     """Convert the text of a quantity to a float in `unit`."""
-    common, wanted = _in_common_units(text), _in_common_units(unit if unit.startswith("1") else f"1 {unit}")
+    common, wanted = _in_common_units(text), _in_common_units(f"1 {unit}")
     if common and wanted and (common[1] == wanted[1] or NUMBER.fullmatch(text.strip())):
         return common[0]
     return _by_pint(text, unit)

@@ -23,7 +23,8 @@ from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.views.tables import drive_of, frequency_table, number, table_of
+from fenics_mech.views.frequency_table import frequency_table
+from fenics_mech.views.tables import drive_of, number, table_of
 
 MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SOURCES = {  # of errors, in words

@@ -1,10 +1,9 @@
-"""Tables for people: frequencies, the overview of a scene file, what `fenics-mech check` found."""
+"""Tables for people: effects, the overview of a scene file, what `fenics-mech check` found."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,57 +12,18 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
-from scipy.integrate import trapezoid
 
-from fenics_mech._arrays import Array
-from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import LineLoad
 
 if TYPE_CHECKING:
-    from fenics_mech.studies import Finding
+    from fenics_mech.studies.check import Finding
 
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
-MEANING = (
-    "mesh error: share by which the mesh makes a frequency wrong, estimated without what a pin does that travels along "
-    "a member; MAC (modal assurance criterion): likeness of a mode's shape at neighbouring positions, 1 where it "
-    "hardly changes"
-)
-
-
-def frequency_table(
-    frequency: Array, assurance: Array, off: Array, supported: Mapping[str, float] | None = None
-) -> Table:
-    """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
-
-    Parameters
-    ----------
-    frequency
-        Natural frequencies (Hz), ``(angles, modes)``.
-    assurance
-        MAC of each mode with itself at the next position, ``(angles, modes)``.
-    off
-        Share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means that or more.
-    supported
-        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
-    """
-    columns = "mode", "lowest (Hz)", "highest (Hz)", "mesh error", "lowest MAC"
-    table = table_of("Natural frequencies over the cycle", *columns)
-    for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
-        rigid = not curve.any()
-        name = f"{mode}, rigid body" if rigid else str(mode)
-        wrong = f"{LARGEST_KNOWN:.0%} or more" if share >= LARGEST_KNOWN else "" if rigid else f"{100 * share:.2g} %"
-        table.add_row(name, number(curve.min()), number(curve.max()), wrong, f"{mac.min():.3f}")
-    if supported:
-        table.add_section()
-        for member, value in supported.items():
-            table.add_row(f"{escape(member)} simply supported", number(value), number(value), "", "")
-        table.caption, table.caption_justify = MEANING, "left"
-    return table
+TRAPEZOIDS = np.array([0.5, *np.ones(99), 0.5]) / 100  # weights of an integral over a unit length
 
 
 def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
@@ -95,20 +55,6 @@ def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
         about = effect.meaning if choice.size is None else effect.estimate
         table.add_row(effect.name, size, acts, Text(about))
     return Group(table, *lines)
-
-
-def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:
-    """Write a CSV of the drive angle (rad) and each mode's frequency (Hz).
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
-    header = ",".join(["theta_rad", *(f"mode_{mode}_Hz" for mode in range(1, frequency.shape[1] + 1))])
-    rows = np.column_stack([theta, frequency])
-    write_whole(path, lambda temporary: np.savetxt(temporary, rows, "%.12g", ",", header=header, comments=""))
-    return path
 
 
 def scene_overview(scene: Scene, reach: Range) -> Group:
@@ -146,7 +92,7 @@ def _in_si(scene: Scene) -> Table:
     table, s = table_of("The same in SI, at mid-span where they vary", *columns), np.linspace(0, 1, 101)
     for label in scene.members():
         rigidity = scene.rigidity(label, s)
-        mass = float(trapezoid(rigidity.line_density, s)) * math.dist(*scene.member_ends(label))
+        mass = float(TRAPEZOIDS @ rigidity.line_density) * math.dist(*scene.member_ends(label))
         ea, ei = float(rigidity.axial[50]), float(rigidity.bending[50])
         table.add_row(escape(label), number(mass), number(ea), number(ei), number(1e3 * math.sqrt(ei / ea)))
     return table

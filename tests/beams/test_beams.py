@@ -5,8 +5,9 @@ import meshio
 import numpy as np
 import pytest
 
-from fenics_mech.beams import assemble_beams, mesh_scene
+from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.export import plane_mesh, write_mesh
+from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import ResultError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.reference.nine_element import element_mass, element_stiffness

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse, load
-from fenics_mech.beams import assemble_beams, mesh_scene
+from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.export import plane_mesh
+from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism, scene_modes

@@ -6,6 +6,21 @@ import sys
 
 import pytest
 
+from fenics_mech.cli import app
+from tests.common import DEMOS
+
+HEAVY = "dolfinx gmsh h5py imageio matplotlib meshio mpi4py pandas petsc4py pint pyvista scipy slepc4py ufl vtk xarray"
+COMMANDS = [command.callback.__name__ for command in app.registered_commands]
+CALLED = """
+import sys
+from fenics_mech.cli import app
+for arguments in {calls}:
+    try:
+        app(arguments)
+    except SystemExit as end:
+        assert not end.code
+print(*sys.modules)
+"""
 THREADS = "import fenics_mech, os; print(os.environ['OMP_NUM_THREADS'])"
 
 
@@ -15,6 +30,23 @@ def printed(code, **environment):
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=True
     )
     return done.stdout.strip()
+
+
+def loaded(*calls):
+    """Which libraries, with their first names, the command has loaded after calls with these arguments."""
+    return {name.partition(".")[0] for name in printed(CALLED.format(calls=calls), **os.environ).splitlines()[-1].split()}
+
+
+def test_help_loads_no_numerical_library():
+    found = loaded(["--help"], *([name, "--help"] for name in COMMANDS))
+    assert "typer" in found
+    assert not found & {*HEAVY.split(), "numpy", "vtkmodules"}
+
+
+def test_check_and_schema_load_only_what_they_need():
+    found = loaded(*(["check", str(scene)] for scene in DEMOS.glob("*.toml")), ["schema"])
+    assert "numpy" in found
+    assert not found & {*HEAVY.split(), "vtkmodules"}
 
 
 @pytest.mark.parametrize(("stated", "threads"), [({}, "1"), ({"OMP_NUM_THREADS": "3"}, "3")])

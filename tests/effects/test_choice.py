@@ -10,7 +10,7 @@ from fenics_mech import analyse, load
 from fenics_mech.effects import EFFECTS
 from fenics_mech.planning.effect_choice import choose, decided, examine
 from fenics_mech.studies.effect_costs import difference, with_all_effects
-from fenics_mech.views import effects_table
+from fenics_mech.views.tables import effects_table
 
 DEMOS = (
     "composite_four_bar",

@@ -8,7 +8,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
-from fenics_mech.beams.layout import member_rotation
+from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.effects import EFFECTS, Effect, Loads, Terms
 from fenics_mech.effects.terms import in_links
 from fenics_mech.errors import SceneError

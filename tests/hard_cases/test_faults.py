@@ -96,7 +96,8 @@ def test_singular_matrix_is_an_error_of_ours():
 # Compiled forms -----------------------------------------------------------------------------------------------------
 
 ASSEMBLE = (
-    "from fenics_mech.scene import load; from fenics_mech.beams import assemble_beams, mesh_scene; "
+    "from fenics_mech.scene import load; from fenics_mech.beams.element_matrices import assemble_beams; "
+    "from fenics_mech.beams.mesh import mesh_scene; "
     f"scene = load({DEMO!r}); assemble_beams(scene, mesh_scene(scene))"
 )
 KILLED = f"import cffi, os, signal; cffi.FFI.compile = lambda *a, **k: os.kill(os.getpid(), signal.SIGKILL); {ASSEMBLE}"
@@ -161,7 +162,8 @@ def test_computer_without_a_compiler_is_told_so(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(_compiling, "_own_folder", lambda: tmp_path)
     monkeypatch.setenv("CC", "/bin/false")
-    from fenics_mech.beams import assemble_beams, mesh_scene
+    from fenics_mech.beams.element_matrices import assemble_beams
+    from fenics_mech.beams.mesh import mesh_scene
 
     scene = seed_four_bar()
     with pytest.raises(SolverError, match=r"cannot be compiled: .*/bin/false.*C compiler"):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse, load
-from fenics_mech.beams import mesh_scene
 from fenics_mech.beams.export import plane_mesh, write_mesh
+from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism, scene_modes

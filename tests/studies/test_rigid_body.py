@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.studies import rigid_body_strains
+from fenics_mech.studies.rigid_body import rigid_body_strains
 
 DEMO = fm.load("demos/four_bar.toml").changed(analysis__sub_intervals=24)
 

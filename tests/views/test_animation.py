@@ -13,7 +13,8 @@ from fenics_mech import analyse
 from fenics_mech.errors import ViewError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
-from fenics_mech.views import animate, rendering
+from fenics_mech.views import rendering
+from fenics_mech.views.animation import animate
 from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
 from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.stage import ribbon

@@ -7,11 +7,13 @@ from matplotlib.image import imread
 from fenics_mech.errors import SceneError, ViewError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
-from fenics_mech.views import plot_all, plot_strain, read_measurement
+from fenics_mech.views.measured import read_measurement
 from fenics_mech.views.plots import (
     deflection_figure,
     frequency_figure,
     joint_force_figure,
+    plot_all,
+    plot_strain,
     spectrum_figure,
     strain_figure,
 )

@@ -15,16 +15,12 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies import Finding
-from fenics_mech.views import (
-    animate,
-    check_table,
-    frequency_table,
-    plot_all,
-    scene_overview,
-    summary,
-    write_frequencies,
-)
+from fenics_mech.studies.check import Finding
+from fenics_mech.views.animation import animate
+from fenics_mech.views.frequency_table import frequency_table, write_frequencies
+from fenics_mech.views.plots import plot_all
+from fenics_mech.views.report import summary
+from fenics_mech.views.tables import check_table, scene_overview
 from tests.demos.machines import crane
 
 

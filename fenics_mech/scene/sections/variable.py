@@ -7,7 +7,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema
-from scipy.interpolate import PchipInterpolator
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
@@ -70,6 +69,8 @@ def _profile(unit: str) -> Any:
 def values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
     """Values of a profile at places s; a table is joined by monotone cubics (Fritsch and Butland, 1984)."""
     if isinstance(profile, tuple):
+        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  (slow to import, and few sections have tables)
+
         return np.asarray(PchipInterpolator(np.linspace(0, 1, len(profile)), profile)(s))
     if isinstance(profile, str):
         functions = {name: getattr(np, name) for name in FUNCTIONS}

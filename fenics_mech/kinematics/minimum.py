@@ -1,0 +1,37 @@
+"""The minimum of a function of one number that takes many at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+
+POINTS = 21  # of each pass, which leaves a tenth of the interval
+
+
+def minimum(function: Callable[[Array], Array], low: float, high: float, within: float) -> tuple[float, float]:
+    """Find the minimum between two places by finer and finer samples.
+
+    Parameters
+    ----------
+    function
+        Gives its values at places, both ``(places,)``; it has one minimum between the two.
+    low, high
+        The two places.
+    within
+        Largest error of the place.
+
+    Returns
+    -------
+    tuple
+        The place of the minimum, and the value there.
+    """
+    while True:
+        places = np.linspace(low, high, POINTS)
+        values = function(places)
+        i = int(values.argmin())
+        low, high = places[max(i - 1, 0)], places[min(i + 1, POINTS - 1)]
+        if high - low <= 2 * within:
+            return float(places[i]), float(values[i])

@@ -1,0 +1,66 @@
+"""Natural frequencies over the cycle: a table for people, and one in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from fenics_mech._arrays import Array
+from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.views.tables import number, table_of
+
+MEANING = (
+    "mesh error: share by which the mesh makes a frequency wrong, estimated without what a pin does that travels along "
+    "a member; MAC (modal assurance criterion): likeness of a mode's shape at neighbouring positions, 1 where it "
+    "hardly changes"
+)
+
+
+def frequency_table(
+    frequency: Array, assurance: Array, off: Array, supported: Mapping[str, float] | None = None
+) -> Table:
+    """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
+
+    Parameters
+    ----------
+    frequency
+        Natural frequencies (Hz), ``(angles, modes)``.
+    assurance
+        MAC of each mode with itself at the next position, ``(angles, modes)``.
+    off
+        Share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means that or more.
+    supported
+        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
+    """
+    columns = "mode", "lowest (Hz)", "highest (Hz)", "mesh error", "lowest MAC"
+    table = table_of("Natural frequencies over the cycle", *columns)
+    for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
+        rigid = not curve.any()
+        name = f"{mode}, rigid body" if rigid else str(mode)
+        wrong = f"{LARGEST_KNOWN:.0%} or more" if share >= LARGEST_KNOWN else "" if rigid else f"{100 * share:.2g} %"
+        table.add_row(name, number(curve.min()), number(curve.max()), wrong, f"{mac.min():.3f}")
+    if supported:
+        table.add_section()
+        for member, value in supported.items():
+            table.add_row(f"{escape(member)} simply supported", number(value), number(value), "", "")
+        table.caption, table.caption_justify = MEANING, "left"
+    return table
+
+
+def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:
+    """Write a CSV of the drive angle (rad) and each mode's frequency (Hz).
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    """
+    header = ",".join(["theta_rad", *(f"mode_{mode}_Hz" for mode in range(1, frequency.shape[1] + 1))])
+    rows = np.column_stack([theta, frequency])
+    write_whole(path, lambda temporary: np.savetxt(temporary, rows, "%.12g", ",", header=header, comments=""))
+    return path
