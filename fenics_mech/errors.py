@@ -91,7 +91,7 @@ class UnresolvedError(SolverError):
 
 
 class ResultError(MechanismError):
-    """A result file cannot be read or written."""
+    """A result file cannot be read or written, or a result does not hold what is asked for."""
 
 
 class ViewError(MechanismError):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
@@ -80,6 +78,9 @@ def delayed(stress: Array, retardation: float, step: float) -> Array:
     retardation, step
         Both in s.
     """
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and few scenes need them)
+    from scipy.signal import lfilter  # noqa: PLC0415
+
     cubic, square, slope, start = CubicSpline(step * np.arange(len(stress)), stress).c
     polynomial = np.stack([start, slope, 2 * square, 6 * cubic])  # derivatives at the start of each step
     shift = np.array([[step ** (m - k) / math.factorial(m - k) if m >= k else 0.0 for m in range(4)] for k in range(4)])

@@ -147,12 +147,12 @@ def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
 
 def _between(branch: Branch, theta: Array) -> Array:
     """Coordinates at drive angles by cubics between the points of a branch, ``(angles, 3 links)``."""
-    i = np.clip(np.searchsorted(branch.theta, theta) - 1, 0, len(branch.theta) - 2)
-    step = np.diff(branch.theta)[i, None]
-    part = (theta - branch.theta[i])[:, None] / step
-    first, last = branch.rate[i] * step, branch.rate[i + 1] * step
-    change = branch.q[i + 1] - branch.q[i]
-    return branch.q[i] + part * (first + part * (3 * change - 2 * first - last + part * (first + last - 2 * change)))
+    i = np.clip(np.searchsorted(branch.theta, theta, side="right") - 1, 0, len(branch.theta) - 2)
+    step, ahead = (branch.theta[i + 1] - branch.theta[i])[:, None], (theta - branch.theta[i])[:, None]
+    slope, rate = (branch.q[i + 1] - branch.q[i]) / step, branch.rate[i]
+    bend = (rate + branch.rate[i + 1] - 2 * slope) / step
+    square, cubic = (slope - rate) / step - bend, bend / step
+    return branch.q[i] + rate * ahead + square * ahead**2 + cubic * (ahead**2 * ahead)
 
 
 def side(loops: Loops, q: Array) -> Array:

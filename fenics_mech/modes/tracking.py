@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from fenics_mech._arrays import Array, Index
 
@@ -114,4 +113,10 @@ def track(theta: Array, omega: Array, shapes: Array, transfer: Array, back: Arra
 
 def _best_match(transfer: Array) -> Index:
     """For each mode (column), the mode of the next position (row) that it becomes."""
-    return linear_sum_assignment(transfer.T**2, maximize=True)[1]
+    likeness = transfer.T**2
+    best = likeness.argmax(axis=1)
+    if len(set(best)) == len(best):  # no two modes become the same one
+        return best
+    from scipy.optimize import linear_sum_assignment  # noqa: PLC0415  (slow to import)
+
+    return linear_sum_assignment(likeness, maximize=True)[1]

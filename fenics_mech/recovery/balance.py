@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import element_dofs
@@ -87,6 +86,8 @@ def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str
 
 def _mean_in_time(forces: Forces, powers: dict[str, Array]) -> dict[str, float]:
     """Mean of powers over a motion in time, and of what is stored (W)."""
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
+
     time, energy = forces.system.motion.time, stored_energy(forces)
     duration = float(np.ptp(time))
     mean = {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator
 
 from fenics_mech.recovery.result import Result
 
@@ -26,6 +25,8 @@ def between_positions(result: Result) -> Result:
     smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
     if scene.analysis.method != "periodic" or not smooth or (count := data.sizes["theta"]) >= FEW:
         return result
+    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import, and few results are as coarse)
+
     curves = data[[name for name in CURVES if name in data]]
     theta = scene.drive_angles(count * math.ceil(CLOSE / count))
     around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)

@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech._guard import memory
 from fenics_mech._version import __version__
@@ -116,9 +117,29 @@ class Result(Saved):
             paths.append(path)
         return paths
 
-    def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> np.ndarray:
-        """Strain over the drive angles at a place of a member, interpolated between stations, ``(angles,)``."""
-        return self.data["strain"].sel(member=member, fibre=fibre).interp(s=s).to_numpy()
+    def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> Array:
+        """Strain over the drive angles at a place of a member, interpolated between stations, ``(angles,)``.
+
+        Raises
+        ------
+        ResultError
+            When there is no such member, fibre or place.
+        """
+        for dimension, name in (("member", member), ("fibre", fibre)):
+            known = [str(label) for label in self.data[dimension].to_numpy()]
+            if name not in known:
+                raise ResultError(f"the result has no {dimension} {name!r}; it has {', '.join(known)}")
+        if not 0 <= s <= 1:
+            raise ResultError(f"s = {s} is no place of a member: along it s goes from 0 to 1")
+        strain = self.data["strain"].sel(member=member, fibre=fibre).transpose("theta", "s")
+        return at_place(strain.to_numpy(), self.data["s"].to_numpy(), s)
+
+
+def at_place(curves: Array, stations: Array, s: float) -> Array:
+    """Interpolate linearly between stations, ``(..., stations)`` to ``(...,)``."""
+    i = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
+    share = (s - stations[i]) / (stations[i + 1] - stations[i])
+    return (1 - share) * curves[..., i] + share * curves[..., i + 1]
 
 
 def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[str]) -> xr.Dataset:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from fenics_mech._arrays import Array
+from fenics_mech.recovery.result import at_place
 from fenics_mech.scene import Scene
 
 MID_SPAN, PEAK = "mid-span", "peak"
@@ -117,7 +117,7 @@ def _gauged(strain: xr.DataArray) -> tuple[Array, dict[str, object]]:
     largest = np.abs(strain.to_numpy()).max(axis=0)
     flat = largest.reshape(len(largest), -1).argmax(axis=1)
     s, fibre = np.unravel_index(flat, largest.shape[1:])
-    middle = strain.sel(fibre="+").interp(s=0.5).to_numpy()
+    middle = at_place(strain.sel(fibre="+").transpose(..., "s").to_numpy(), strain["s"].to_numpy(), 0.5)
     peak = strain.to_numpy()[:, np.arange(len(largest)), s, fibre]
     where = np.stack([np.full(len(s), 0.5), strain["s"].to_numpy()[s]], axis=1)
     sides = np.stack([np.full(len(s), "+"), strain["fibre"].to_numpy()[fibre]], axis=1)
@@ -152,8 +152,14 @@ def _vibration(
 def ripples(wave: Array) -> int:
     """Maxima of a periodic curve that stand out by a ripple's least height; `wave` is one cycle, ``(steps,)``."""
     start = int(wave.argmin())
-    once = np.append(np.roll(wave, -start), wave[start])  # from the lowest point to itself, so that no maximum is cut
-    return len(find_peaks(once, prominence=VIBRATION.least_ripple * float(max(np.ptp(wave), np.finfo(float).tiny)))[0])
+    height = VIBRATION.least_ripple * float(max(np.ptp(wave), np.finfo(float).tiny))
+    count, rising, turn = 0, False, float(wave[start])
+    for value in np.append(np.roll(wave, -start), wave[start]):  # from the lowest point to itself: no maximum is cut
+        if rising == (value > turn):
+            turn = value
+        elif abs(value - turn) >= height:
+            count, rising, turn = count + rising, not rising, value
+    return count
 
 
 def nearest_mode(rate: Array, frequency: Array, resolution: float) -> Array:

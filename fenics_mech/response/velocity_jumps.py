@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import NOTHING
@@ -92,6 +91,8 @@ def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
 
 def _crossings(turns: Callable[[Array], Array], grid: Array) -> Array:
     """Times on a grid, and between its points, at which a number of turns is whole."""
+    from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few scenes have jumps)
+
     values = turns(grid)
     found = list(grid[values == np.round(values)])
     for before, after, low, high in zip(grid, grid[1:], values, values[1:]):

@@ -21,7 +21,7 @@ from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
-from fenics_mech.recovery.result import write_whole
+from fenics_mech.recovery.result import at_place, write_whole
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
@@ -181,8 +181,8 @@ def _strains(result: Result, closer: Result, gauge: Gauge) -> dict[str, Array]:
         "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
     }
     if (cycle := last_cycle(result.scene, result.data)) is not None:
-        wave = result.data["strain"].sel(fibre=gauge.fibre).interp(s=gauge.s).isel(theta=cycle)
-        along = harmonics(wave.transpose("theta", "member").to_numpy())
+        wave = result.data["strain"].sel(fibre=gauge.fibre).isel(theta=cycle).transpose("theta", "member", "s")
+        along = harmonics(at_place(wave.to_numpy(), wave["s"].to_numpy(), gauge.s))
         found["strain_harmonic"] = np.abs(along).T[:, : 1 + gauge.harmonics]
     return found
 

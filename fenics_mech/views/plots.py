@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import ViewError
+from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import MID_SPAN
 from fenics_mech.views.figures import (
     COLOURS,
@@ -175,13 +176,15 @@ def strain_figure(
     result: Result, member: str, *, rigid: Curve | None = None, s: float = 0.5, fibre: str = "+"
 ) -> Figure:
     """Build the figure of `plot_strain`."""
-    _check_place(result, member, fibre)
+    try:
+        strain = MICRO * result.strain_at(member, s, fibre)
+    except ResultError as error:
+        raise ViewError(str(error)) from error
     scene, in_time = result.scene, _in_time(result)
     figure, (axes,) = figure_of(result)
     if rigid is not None and not in_time:
         axes.plot(*curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
     method = "finite elements, quasi-static" if scene.analysis.method == "quasi-static" else "finite elements"
-    strain = MICRO * result.strain_at(member, s, fibre)
     axes.plot(*_curve(result, strain), label=method, color=COLOURS[0], linestyle="-")
     for measurement in scene.measurements if not in_time else ():
         if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
@@ -272,14 +275,8 @@ def _mark_modes(axes: Axes, result: Result, limit: float) -> None:
 def transverse_deflection(result: Result, s: float = 0.5) -> Array:
     """Deflection along each member's normal (m) from its rigid position at `s`, ``(angles, members)``."""
     normal = member_normals(member_ends(result.scene, result.data["theta"].to_numpy()))
-    return np.sum(result.data["deflection"].interp(s=s).to_numpy() * normal, axis=-1)
-
-
-def _check_place(result: Result, member: str, fibre: str) -> None:
-    for dimension, name in (("member", member), ("fibre", fibre)):
-        known = [str(label) for label in result.data[dimension].to_numpy()]
-        if name not in known:
-            raise ViewError(f"the result has no {dimension} {name!r}; it has {', '.join(known)}")
+    deflection = result.data["deflection"].transpose("theta", "member", "component", "s").to_numpy()
+    return np.sum(at_place(deflection, result.data["s"].to_numpy(), s) * normal, axis=-1)
 
 
 def figure_of(result: Result, rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:

@@ -34,7 +34,8 @@ def printed(code, **environment):
 
 def loaded(*calls):
     """Which libraries, with their first names, the command has loaded after calls with these arguments."""
-    return {name.partition(".")[0] for name in printed(CALLED.format(calls=calls), **os.environ).splitlines()[-1].split()}
+    names = printed(CALLED.format(calls=calls), **os.environ).splitlines()[-1]
+    return {name.partition(".")[0] for name in names.split()}
 
 
 def test_help_loads_no_numerical_library():

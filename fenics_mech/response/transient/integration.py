@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from petsc4py import PETSc
-from scipy.interpolate import CubicHermiteSpline
 
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
@@ -306,6 +305,8 @@ class _Run:
 
     def _kept(self, start: float, z: Array, rate: Array, pace: float, state: State) -> Callable[[Any], None]:
         """Keep steps, with cubic polynomials: accelerations of stiff modes are too rough for a higher degree."""
+        from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
+
         latest = start, (z, rate)
 
         def keep(ts: PETSc.TS) -> None:
