@@ -27,6 +27,7 @@ STYLE: Any = {
     "axes.titlesize": 11,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # no search for a place above the axes, at every draw
     "axes.edgecolor": "#555555",
     "axes.linewidth": 0.8,
     "axes.spines.top": False,
@@ -57,7 +58,7 @@ STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 def empty_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
     """Make a figure with axes below one another, on a canvas that needs no display."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(SIZE[0], height), layout="constrained")
+        figure = Figure(figsize=(SIZE[0], height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
         return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
 
@@ -75,7 +76,7 @@ def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence
 def panels_of(rows: int, columns: int, size: tuple[float, float], title: str) -> Iterator[tuple[Figure, Any]]:
     """Make a figure of panels that share their axes; when they are drawn, it gets a title and one legend below."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=size, layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
         panels = figure.subplots(rows, columns, sharey="row", sharex="col", squeeze=False)
         yield figure, panels
@@ -113,5 +114,8 @@ def save(figure: Figure, path: str | Path) -> Path:
     if path.suffix.lower() not in ENDINGS:
         raise ViewError(f"{path}: a plot's file must end in one of {', '.join(ENDINGS)}, not in {path.suffix!r}")
     with mpl.rc_context(STYLE):
-        write_whole(path, lambda temporary: figure.savefig(temporary, dpi=RESOLUTION))
+        if engine := figure.get_layout_engine():
+            engine.execute(figure)
+            figure.set_layout_engine(None)
+        write_whole(path, figure.savefig)
     return path
