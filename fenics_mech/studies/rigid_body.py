@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_mech.analysis import analyse
+from fenics_mech._guard import guarded
+from fenics_mech.analysis import solve
+from fenics_mech.recovery.fields import recover
+from fenics_mech.recovery.result import at_place
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 
 
+@guarded()
 def rigid_body_strains(scene: Scene, s: float = 0.5, fibre: str = "+") -> dict[str, tuple[np.ndarray, np.ndarray, str]]:
     """Compute the strains of the rigid-body method (Kaminski 1989, chapter 6).
 
@@ -29,10 +34,10 @@ def rigid_body_strains(scene: Scene, s: float = 0.5, fibre: str = "+") -> dict[s
         By member: drive angles (rad), strains at `s` and `fibre`, and a label for plots.
     """
     rigid = scene.changed(effects=(), tolerance=None, analysis__method="quasi-static")
-    # Deflections do not enter this method: their size and their mesh error are no reason to refuse it.
-    result = analyse(rigid.changed(analysis__allow_coarse=True, analysis__allow_large=True))
-    theta = result.data["theta"].to_numpy()
+    fields = recover(solve(rigid, mechanism(rigid))[0])
+    side = fields.coordinates["fibre"].index(fibre)
+    strain = at_place(fields.variables["strain"][1][..., side], fields.coordinates["s"], s)
     return {
-        str(member): (theta, result.strain_at(member, s, fibre), "rigid body (quasi-static)")
-        for member in result.data["member"].to_numpy()
+        member: (fields.coordinates["theta"], strain[:, i], "rigid body (quasi-static)")
+        for i, member in enumerate(fields.coordinates["member"])
     }
