@@ -51,6 +51,14 @@ def one_voice() -> bool:
     return first
 
 
+def text_of(what: RenderableType) -> str:
+    """Give what the console shows of something, without colours."""
+    plain = _Console(color_system=None, emoji=False)
+    with plain.capture() as shown:
+        plain.print(what)
+    return shown.get()
+
+
 @contextmanager
 def progress_bar(total: int) -> Iterator:
     """Show a progress bar, or where there is no terminal a line now and then; gives what names the next step."""

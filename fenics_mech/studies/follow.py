@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -160,7 +161,7 @@ def follow(
             place="tolerance",
             hint="Leave it out, and give elements and analysis.sub_intervals",
         )
-    if points < 1 or most_points < 2:
+    if not (1 <= points < math.inf and most_points >= 2):
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
     check(scene)
@@ -183,7 +184,7 @@ def follow(
             progress(point.value)
             records.append(_record(collected(solution_at(at(point.value), point), choices), point, gauge or Gauge()))
             values.append(point.value)
-            if len(values) == most_points:
+            if len(values) >= most_points:
                 ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"
                 break
     except SolverError as error:

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
+from fenics_mech._console import text_of
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
@@ -50,8 +51,15 @@ class ReportLimits:
 LIMITS = ReportLimits()
 
 
-def summary(result: Result) -> Group:
-    """Summarise a result for `rich.console.Console.print`; it needs 80 columns.
+class Summary(Group):
+    """A summary: text where it is printed, and with colours by `rich.print`."""
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+
+def summary(result: Result) -> Summary:
+    """Summarise a result, to be printed; it needs 80 columns.
 
     First how it was computed, then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
     strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
@@ -64,8 +72,7 @@ def summary(result: Result) -> Group:
 
     Examples
     --------
-    >>> import rich
-    >>> rich.print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
+    >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
@@ -84,7 +91,7 @@ def summary(result: Result) -> Group:
     if "mean_power" in result.data:
         parts.append(_energy(result))
     parts += [_validity(result), *(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
-    return Group(*parts)
+    return Summary(*parts)
 
 
 def _acting(result: Result) -> list[Effect]:

@@ -28,6 +28,26 @@ def test_quasi_static_joint_forces_are_mecqbars(quasi_static):
     assert np.allclose(on_follower_b, -np.stack([printed["XB_N"], printed["YB_N"]], 1), rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ({"member": "nope"}, "no member 'nope'; it has crank, coupler, follower"),
+        ({"member": "crank", "fibre": "top"}, r"no fibre 'top'; it has \+, -"),
+        ({"member": "crank", "s": 1.2}, "s = 1.2 is no place"),
+        ({"member": "crank", "s": np.nan}, "s = nan is no place"),
+    ],
+)
+def test_a_strain_where_there_is_none_is_refused(quasi_static, place, message):
+    with pytest.raises(ResultError, match=message):
+        quasi_static.strain_at(**place)
+
+
+@pytest.mark.parametrize("s", [0.0, 0.31, 0.5, 1.0])
+def test_strains_are_interpolated_between_stations(quasi_static, s):
+    expected = quasi_static.data["strain"].sel(member="coupler", fibre="-").interp(s=s)
+    assert quasi_static.strain_at("coupler", s, "-") == pytest.approx(expected.to_numpy(), rel=1e-13)
+
+
 def test_input_torque_is_the_rate_of_kinetic_energy(quasi_static):
     # virtual work: torque omega_1 = d/dt of the kinetic energy of the rigid linkage
     def energy(theta):

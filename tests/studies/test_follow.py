@@ -209,6 +209,12 @@ def test_a_branch_broken_off_is_kept_as_far_as_it_is(tmp_path, monkeypatch):
     assert branch.data.attrs["ended"] == "broken off: the disk is gone"
 
 
+@pytest.mark.parametrize("count", [{"points": 0}, {"points": np.nan}, {"points": np.inf}, {"most_points": 1}])
+def test_numbers_of_points_that_never_end_are_refused(count):
+    with pytest.raises(SceneError, match="a branch has a point or more"):
+        follow(beam(mesh__elements=2), "drive.speed", (0.9 * OMEGA, 1.3 * OMEGA), **count)
+
+
 def test_a_branch_that_does_not_end_says_so():
     found = follow(beam(mesh__elements=2), "drive.speed", (0.9 * OMEGA, 1.3 * OMEGA), points=4, most_points=3)
     assert not found.whole

@@ -55,6 +55,10 @@ def test_peaks_of_the_members(result):
     assert float(cells[6]) == pytest.approx(1e3 * bent, rel=1e-3)
 
 
+def test_a_summary_is_text_where_it_is_printed(result):
+    assert str(summary(result)) == printed(summary(result))
+
+
 def test_harmonics_and_vibration_of_the_members():
     result = analyse(seed_four_bar(analysis={"sub_intervals": 96, "modes": 2, "allow_coarse": True}))
     text = printed(summary(result))
