@@ -8,10 +8,7 @@ small, and threads only get in each other's way.
 """
 
 import os
-import sys
-from collections.abc import Callable
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from fenics_mech._version import __version__
@@ -191,19 +188,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
-
-
-class _TopLevel(ModuleType):
-    """The top level, whose function `modes` remains when Python binds the room of that name to it."""
-
-    @property
-    def modes(self) -> Callable[..., Any]:
-        function: Callable[..., Any] = __getattr__("modes")
-        return function
-
-    @modes.setter
-    def modes(self, room: ModuleType) -> None:
-        pass
-
-
-sys.modules[__name__].__class__ = _TopLevel

@@ -8,8 +8,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import in_member_axes
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.mechanism import System
-from fenics_mech.modes import Modes
 
 LARGEST_KNOWN = 0.2  # of a natural frequency: beyond it the first order says no more
 POSITIONS = 8  # of the cycle, at which modes are looked at

@@ -20,10 +20,10 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.feedback import FEEDBACK
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
 from fenics_mech.accuracy.periodic_errors import LITTLE, more_accurate
+from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.periodic.sub_intervals import superposed
 from fenics_mech.response.periodic.tableau import Tableau

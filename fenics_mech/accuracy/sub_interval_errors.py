@@ -17,9 +17,9 @@ from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected
 from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
 from fenics_mech.effects import Loads
+from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
-from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.periodic.sub_intervals import JOINED, SubIntervals, solve_sub_intervals, superposed
 from fenics_mech.response.solution import SubIntervalSolution

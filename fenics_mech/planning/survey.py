@@ -10,8 +10,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.effects import Entries, StressStiffening, Terms
 from fenics_mech.effects.effect import Survey
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.mechanism import System
-from fenics_mech.modes import Modes
 from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene

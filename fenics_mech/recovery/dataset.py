@@ -15,13 +15,13 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.effect import Choice
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.element_loads import point_loads
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.forces.section_forces import section_forces
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.modes import Modes
 from fenics_mech.recovery.balance import energy_balance
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.result import Result, stamp

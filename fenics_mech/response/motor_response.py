@@ -11,13 +11,13 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
 from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_with_torque
-from fenics_mech.modes import Modes
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, States

@@ -12,6 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS, NOTHING, Situation, build_terms
+from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
@@ -20,7 +21,6 @@ from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.mechanism.beam_links import links
 from fenics_mech.mechanism.rigid import LIMITS as RIGID_MODE_LIMITS
-from fenics_mech.modes import Modes, solve_modes
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fenics_mech._arrays import Array
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.impulse_work import AtImpulses
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.modes import Modes
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit

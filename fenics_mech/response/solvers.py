@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 from fenics_mech.effects import Terms, active
 from fenics_mech.effects.motor import EFFECT as MOTOR
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_dense
-from fenics_mech.modes import Modes
 from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals

@@ -9,8 +9,8 @@ from typing import ClassVar
 import xarray as xr
 
 from fenics_mech.accuracy.frequency_errors import frequency_error
+from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.mechanism import RigidModes
-from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.result import Saved, stamp, stored_scene
 from fenics_mech.response.setup import freedoms_in_words, mechanism, scene_modes

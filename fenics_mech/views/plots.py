@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from fenics_mech._arrays import Array
+from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ResultError, ViewError
-from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import MID_SPAN

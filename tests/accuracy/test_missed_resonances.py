@@ -10,7 +10,7 @@ from fenics_mech import analyse
 from fenics_mech.accuracy import missed_resonances
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.missed_resonances import Resonances, enough_modes
-from fenics_mech.modes import Modes
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar

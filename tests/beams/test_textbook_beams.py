@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
 from fenics_mech.analysis import analyse
+from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene import Weld
 from fenics_mech.scene.build import build

@@ -35,11 +35,13 @@ def test_every_public_name_is_documented(name):
         assert "Parameters\n----------" in text
 
 
-def test_the_function_modes_remains_when_the_room_of_that_name_is_imported():
-    from fenics_mech.modes import Modes
+def test_no_name_of_the_top_level_hides_a_room():
+    rooms = {room.name for room in Path(fm.__file__).parent.iterdir()}
+    assert not rooms & {form for name in NAMES for form in (name, f"{name}.py")}
+    import fenics_mech.eigenmodes.eigen as room
 
+    assert inspect.ismodule(room)
     assert inspect.isfunction(fm.modes)
-    assert inspect.isclass(Modes)
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.modes import eigen
-from fenics_mech.modes.tracking import track
+from fenics_mech.eigenmodes import eigen
+from fenics_mech.eigenmodes.tracking import track
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from fenics_mech.effects import NOTHING
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.mechanism.equation import Matrices
-from fenics_mech.modes import Modes
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.build import build
 

@@ -95,7 +95,7 @@ import fenics_mech.analysis
 import fenics_mech.scene
 from fenics_mech import cli
 from fenics_mech.errors import SolverError
-from fenics_mech.modes import eigen
+from fenics_mech.eigenmodes import eigen
 {NONLINEAR}
 fenics_mech.scene.load = lambda path: SCENE
 

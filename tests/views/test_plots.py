@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import SceneError, ViewError
-from fenics_mech.modes import simply_supported_frequencies
 from fenics_mech.recovery import Result
 from fenics_mech.views.measured import read_measurement
 from fenics_mech.views.plots import (

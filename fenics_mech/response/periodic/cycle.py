@@ -10,13 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation, Matrices
-from fenics_mech.modes import Modes
 from fenics_mech.response.axial_forces import settles, with_tension
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import between

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.impulse_work import AtImpulses
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.modes import Modes
 from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle

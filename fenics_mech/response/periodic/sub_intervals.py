@@ -18,10 +18,10 @@ import numpy as np
 from fenics_mech._arrays import Array, times
 from fenics_mech._guard import require_memory
 from fenics_mech.effects import NOTHING
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, ModalDamping
 from fenics_mech.mechanism import System
-from fenics_mech.modes import Modes
 from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.periodic.oscillator import Oscillators

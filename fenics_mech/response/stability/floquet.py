@@ -25,9 +25,9 @@ from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import configured, name_of
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Matrices
-from fenics_mech.modes import Modes
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.stability.resonance import SINGULARITY, blamed
 from fenics_mech.response.stability.turning import LinkAxes, separated, turns

@@ -5,10 +5,10 @@ import pytest
 import scipy.linalg
 
 from fenics_mech._petsc import to_scipy
+from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
+from fenics_mech.eigenmodes.eigen import _solve_among
+from fenics_mech.eigenmodes.tracking import track
 from fenics_mech.errors import SolverError
-from fenics_mech.modes import simply_supported_frequencies, solve_modes
-from fenics_mech.modes.eigen import _solve_among
-from fenics_mech.modes.tracking import track
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies import scaling

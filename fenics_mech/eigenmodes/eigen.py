@@ -16,9 +16,9 @@ from slepc4py import SLEPc
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc, to_scipy
 from fenics_mech._ranks import over_positions
+from fenics_mech.eigenmodes.tracking import Modes, track
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
-from fenics_mech.modes.tracking import Modes, track
 
 DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
 SEED = 0  # of the vector that the solver starts from

@@ -1,7 +1,0 @@
-"""Natural frequencies and modes at every position, tracked over the cycle."""
-
-from fenics_mech.modes.eigen import solve_modes
-from fenics_mech.modes.simply_supported import simply_supported_frequencies
-from fenics_mech.modes.tracking import Modes
-
-__all__ = ["Modes", "simply_supported_frequencies", "solve_modes"]
