@@ -101,7 +101,7 @@ class Analysis(Part):
     sub_intervals: Annotated[int, Field(ge=4, le=MOST_SUB_INTERVALS)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
     reduction: Literal["none", "craig-bampton"] = "none"
-    cutoff: Literal["auto"] | Frequency = "auto"
+    cutoff: Frequency | Literal["auto"] = "auto"
     static_correction: bool = True
     join: Literal["physical", "projected", "modal"] = "physical"
     load: Literal["constant", "linear"] = "linear"

@@ -114,8 +114,6 @@ def _parse(text: str, unit: str) -> float:
 
 def _by_pint(text: str, unit: str) -> float:
     """Convert the text of any quantity to a float in `unit`, or say what is wrong with it."""
-    import pint  # noqa: PLC0415
-
     plain = "a number" if unit == "1" else f"a number in SI ({unit.replace('**', '^')})"
     example = f"write {plain} or a string such as {EXAMPLES[unit]!r}"
     if len(text) > LONGEST:
@@ -123,6 +121,10 @@ def _by_pint(text: str, unit: str) -> float:
     powers = list(POWER.finditer(text))
     if len(powers) > MOST_POWERS or any(not SMALL_POWER.match(text, power.start()) for power in powers):
         raise ValueError(f"cannot read {text!r} as a quantity: an exponent is one digit, as in m^2; {example}")
+    if not any(map(str.isdigit, text)):  # as "auto"
+        raise ValueError(f"cannot read {text!r} as a quantity; {example}")
+    import pint  # noqa: PLC0415
+
     quantity: Any
     try:
         quantity = registry().Quantity(text)
