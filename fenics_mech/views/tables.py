@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from fenics_mech.studies.check import Finding
 
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
-TRAPEZOIDS = np.array([0.5, *np.ones(99), 0.5]) / 100  # weights of an integral over a unit length
 
 
 def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
@@ -92,7 +91,9 @@ def _in_si(scene: Scene) -> Table:
     table, s = table_of("The same in SI, at mid-span where they vary", *columns), np.linspace(0, 1, 101)
     for label in scene.members():
         rigidity = scene.rigidity(label, s)
-        mass = float(TRAPEZOIDS @ rigidity.line_density) * math.dist(*scene.member_ends(label))
+        density = rigidity.line_density
+        mean = float(np.sum(np.diff(s) * (density[1:] + density[:-1]) / 2))
+        mass = mean * math.dist(*scene.member_ends(label))
         ea, ei = float(rigidity.axial[50]), float(rigidity.bending[50])
         table.add_row(escape(label), number(mass), number(ea), number(ei), number(1e3 * math.sqrt(ei / ea)))
     return table
