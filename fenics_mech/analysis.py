@@ -22,7 +22,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.fields import recover
 from fenics_mech.recovery.strength import exceeded
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import CommonParts, mechanism, scene_modes
 from fenics_mech.response.solution import Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
@@ -34,7 +34,7 @@ Progress = Callable[[str], None]
 
 
 @guarded()
-def analyse(scene: Scene, progress: Progress = lambda step: None) -> Result:
+def analyse(scene: Scene, progress: Progress = lambda step: None, common: CommonParts | None = None) -> Result:
     """Analyse a scene as its `analysis` states.
 
     Parameters
@@ -43,6 +43,8 @@ def analyse(scene: Scene, progress: Progress = lambda step: None) -> Result:
         The scene.
     progress
         Called with the name of each of `STEPS` as it begins.
+    common
+        What it may have in common with other analyses of a study. The result is the same, to the last bit.
 
     Raises
     ------
@@ -61,18 +63,24 @@ def analyse(scene: Scene, progress: Progress = lambda step: None) -> Result:
     """
     refuse_undriven(scene)
     progress("effects")
+    common = common or CommonParts()
     if scene.tolerance is not None:
-        result = within(scene, lambda trial, choices: as_planned(trial, choices, progress))
+        result = within(scene, lambda trial, choices: as_planned(trial, choices, progress, common), common)
     else:
-        result = as_planned(*choose(scene), progress)
+        result = as_planned(*choose(scene, common), progress, common)
     result.data.attrs["warnings"] = json.dumps([*implausible(scene), *exceeded(scene, result.data)])
     return result
 
 
-def as_planned(scene: Scene, choices: Sequence[Choice], progress: Progress = lambda step: None) -> Result:
+def as_planned(
+    scene: Scene,
+    choices: Sequence[Choice],
+    progress: Progress = lambda step: None,
+    common: CommonParts | None = None,
+) -> Result:
     """Analyse a scene with the effects, the mesh and the steps that it states: build, solve, estimate, collect."""
     refuse_too_stiff(scene)
-    system = mechanism(scene, progress)
+    system = mechanism(scene, progress, common)
     solution, solver = solve(scene, system, progress)
     result = collected(solution, choices, progress)
     result.data.attrs["solver"] = solver

@@ -65,20 +65,24 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     SolverError
         When SLEPc does not converge, or an eigenvalue is not positive.
     """
+    return system.once("modes", lambda: _solve_all(system, count, options or {}), (count, str(options)))
+
+
+def _solve_all(system: System, count: int, options: Mapping[str, Any]) -> Modes:
     rigid, angles = RigidModes.of(system), len(system.motion.theta)
     count, first = min(count, system.size - len(rigid)), len(rigid)
     positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]]
     if rigid.separate is not None:
         squares, shapes = np.zeros((angles, first + count)), np.empty((angles, first + count, system.size))
         shapes[:, :first] = rigid.shapes
-        squares[:, first:], shapes[:, first:] = _solve_beside(rigid, system, count, options or {})
+        squares[:, first:], shapes[:, first:] = _solve_beside(rigid, system, count, options)
         positions = iter([(0, rigid.separate.mass, rigid.separate.stiffness)])
     else:
-        squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options or {}))
+        squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options))
         positions = ((k, to_scipy(m), to_scipy(s)) for k, m, s in system.positions(symmetric=True))
     dense = {f"modes_{key}": value for key, value in DENSE.items()}
-    if not first and not dense.items() <= (options or {}).items() and _misses_one(positions, squares):
-        return solve_modes(system, count, {**(options or {}), **dense})
+    if not first and not dense.items() <= options.items() and _misses_one(positions, squares):
+        return _solve_all(system, count, {**options, **dense})
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
     shapes /= norms  # (E.7)

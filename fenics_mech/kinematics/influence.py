@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.kinematics.linkage import Linkage, Path
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.scene import Scene
@@ -31,13 +33,19 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
     """
     if not scene.drives:
         return []
-    loops = Loops.of(scene)
-    unit = np.broadcast_to(np.eye(loops.drives), (len(motion.theta), loops.drives, loops.drives))
+    path = motion.path
+    if path is None:
+        q = coordinates(motion.position, motion.angle)
+        path = Path(Linkage(scene), motion.theta, q, np.zeros_like(q), np.zeros_like(q))
+    return path.once("influences", (), partial(_influences, path))
+
+
+def _influences(path: Path) -> list[Motion]:
+    loops = path.linkage.loops
+    unit = np.broadcast_to(np.eye(loops.drives), (len(path.theta), loops.drives, loops.drives))
     sides = np.stack([loops.driven(unit[:, i]) for i in range(loops.drives)], axis=-1)
-    found = np.linalg.solve(loops.jacobian(coordinates(motion.position, motion.angle)), sides)
-    rates = found.reshape(len(found), -1, 3, loops.drives)
-    still = motion.held()
-    return [replace(still, velocity=rates[:, :, :2, i], omega=rates[:, :, 2, i]) for i in range(loops.drives)]
+    found = np.moveaxis(np.linalg.solve(loops.jacobian(path.q), sides), -1, 0)
+    return [replace(path, slope=rates, curvature=np.zeros_like(rates)).motion(1.0) for rates in found]
 
 
 def drive_rates(scene: Scene, motion: Motion) -> Array:

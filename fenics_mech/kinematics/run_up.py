@@ -14,8 +14,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import Branch, derivatives, follow, follow_branch
 from fenics_mech.kinematics.conditioning import refuse_singular
+from fenics_mech.kinematics.linkage import solve_motion
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import Motion, as_motion, solve_motion
+from fenics_mech.kinematics.motion import Motion, as_motion
 from fenics_mech.scene import Scene
 
 CYCLE = 2 * np.pi

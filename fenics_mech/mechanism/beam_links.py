@@ -12,7 +12,8 @@ from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.effects import active, shaped
 from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.scene.meshing import thinned
+from fenics_mech.scene.meshing import member_nodes, thinned
+from fenics_mech.scene.models import OF_LINKS
 
 RECOVERED = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
 RECOVERED_STIFFENED = 32  # the same, where axial forces act on the bent axis: those are as good as these elements
@@ -30,6 +31,14 @@ def links(scene: Scene) -> Beams:
     cutoff = scene.analysis.cutoff
     reduction = Reduction.of(fine, seen, members, None if cutoff == "auto" else 2 * math.pi * cutoff)
     return replace(seen, reduction=reduction)
+
+
+def links_depend_on(scene: Scene) -> tuple[object, ...]:
+    """Give what the links of a scene depend on: equal for scenes that have them in common."""
+    nodes = [member_nodes(scene, label).tolist() for label in scene.members()]
+    shapes = [effect.name for effect in active(scene) if effect.beams is not None]
+    parts = [getattr(scene, key) for key in OF_LINKS]
+    return parts, nodes, shapes, most_recovered(scene), scene.analysis.reduction, scene.analysis.cutoff
 
 
 def stress_stiffened(scene: Scene) -> bool:

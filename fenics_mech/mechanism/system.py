@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +21,7 @@ from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 
+Made = TypeVar("Made")
 KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
 
 
@@ -43,6 +45,24 @@ class System:
     motion: Motion
     transformation: Transformation
     terms: Terms = NOTHING
+
+    def once(self, what: str, make: Callable[[], Made], key: Hashable = None) -> Made:
+        """Make something from M and K without turning loads; where no axial force stiffens, once for all rates.
+
+        Parameters
+        ----------
+        what
+            Kind of thing.
+        make
+            Makes it.
+        key
+            What else it is made from.
+        """
+        path = self.motion.path
+        if path is None or self.terms.stiffening is not None:
+            return make()
+        springs = (part.tobytes() for entries in self.terms.matrices.stiffness for part in vars(entries).values())
+        return path.once(what, (self.beams, self.transformation), make, (key, *springs))
 
     def with_terms(self, terms: Terms) -> System:
         """Give the same mechanism with other terms, of the same acceleration; what does not depend on them is kept."""

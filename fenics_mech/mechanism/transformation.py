@@ -67,7 +67,7 @@ class Transformation:
     base: sp.csr_matrix | None = None
     held: Inextensible | None = None
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, int]:
         """Links' coordinates by the mechanism's."""
         return int(self.place.max(initial=-1)) + 1 + self.modes, len(self.names)
@@ -119,12 +119,18 @@ class Transformation:
 
     def values(self, motion: Motion) -> Array:
         """Nonzeros of P at all angles, ``(angles, nonzeros)``."""
-        return self._jets(motion, 1)[0]
+        if motion.path is None:
+            return self._jets(motion, 1)[0]
+        return motion.path.once("P", (self,), lambda: self._jets(motion, 1)[0])
 
     def derivatives(self, motion: Motion) -> tuple[Array, Array]:
         """Nonzeros of the first and second time derivative of P, each ``(angles, nonzeros)`` (1/s, 1/s^2)."""
-        _, first, second = self._jets(motion, 3)
-        return first, second
+        path, rate = motion.path, motion.rate
+        if path is None:
+            _, first, second = self._jets(motion, 3)
+            return first, second
+        _, slope, curvature = path.once("P by theta", (self,), lambda: self._jets(path.motion(1.0), 3))
+        return rate * slope, rate**2 * curvature
 
     def _jets(self, motion: Motion, orders: int) -> Jets:
         count = len(motion.theta)
@@ -178,6 +184,12 @@ def build_transformation(
     AssemblyError
         When the joints' equations cannot be solved at some angle of the motion.
     """
+    if motion.path is None:
+        return _laid_out(scene, beams, motion, held)
+    return motion.path.once("layout of P", (beams,), lambda: _laid_out(scene, beams, motion, held))
+
+
+def _laid_out(scene: Scene, beams: Beams, motion: Motion, held: Inextensible | None) -> Transformation:
     mesh, reduction = beams.mesh, beams.reduction
     height = 3 * len(mesh.node_name)
     place = np.arange(height) if reduction is None else reduction.place

@@ -15,7 +15,7 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.kinematics import positions_for_corners, solve_motion
 from fenics_mech.planning.survey import survey
-from fenics_mech.response.setup import mechanism, scene_modes, system_at
+from fenics_mech.response.setup import CommonParts, mechanism, scene_modes, system_at
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
@@ -24,31 +24,32 @@ MOST_AT_CORNERS = 2400  # positions of it where a tolerance chooses those of the
 
 
 @guarded()
-def choose(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
+def choose(scene: Scene, common: CommonParts | None = None) -> tuple[Scene, tuple[Choice, ...]]:
     """Give a scene with the effects that it calls for, and what was decided about every effect.
 
-    Where a scene lists its effects itself, it comes back as it is.
+    Where a scene lists its effects itself, it comes back as it is. The links may be in `common` with other scenes.
     """
     if scene.effects != "auto":
         acting = {effect.name for effect in active(scene)}
         return scene, tuple(Choice(effect, None, name in acting) for name, effect in EFFECTS.items())
-    return decided(scene, examine(scene))
+    return decided(scene, examine(scene, common))
 
 
-def examine(scene: Scene) -> Survey:
+def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     """Survey a scene's mechanism at a few positions, in linear theory.
 
     There are enough of them for harmonics of the load up to twice the frequency of the second mode.
     """
-    positions = _positions(scene)
+    common = common or CommonParts()
+    positions = _positions(scene, common)
     plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=MODES)
-    system = mechanism(plain)
+    system = mechanism(plain, common=common)
     modes = scene_modes(plain, system).elastic
     if scene.drives:
         wanted = min(int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate)), MOST_POSITIONS)
         if wanted > positions:
             plain = plain.changed(analysis__sub_intervals=wanted)
-            motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals))
+            motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals), near=system.motion)
             system = system_at(plain, system.beams, motion)
             modes = scene_modes(plain, system)
         _refuse_hidden(plain)
@@ -70,13 +71,13 @@ def _refuse_hidden(scene: Scene) -> None:
             )
 
 
-def _positions(scene: Scene) -> int:
+def _positions(scene: Scene, common: CommonParts) -> int:
     """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states."""
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
         return POSITIONS
     most = MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
-    return positions_for_corners(scene, POSITIONS, most)
+    return positions_for_corners(scene, common.linkage(scene), POSITIONS, most)
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:

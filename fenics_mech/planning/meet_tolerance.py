@@ -14,13 +14,14 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
-from fenics_mech.kinematics import positions_for_corners, refuse_unresolved, solve_motion
-from fenics_mech.mechanism.beam_links import links, stress_stiffened
+from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
+from fenics_mech.mechanism.beam_links import stress_stiffened
 from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_elements
@@ -51,7 +52,7 @@ class SearchLimits:
 SEARCH = SearchLimits()
 
 
-def within(scene: Scene, analyse: Analyse) -> Result:
+def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) -> Result:
     """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
 
     Parameters
@@ -60,6 +61,8 @@ def within(scene: Scene, analyse: Analyse) -> Result:
         A scene with a tolerance. Effects that are its own to choose are chosen first; what is left out is not counted.
     analyse
         Analyses a scene as it states.
+    common
+        What scenes have in common with this one.
 
     Raises
     ------
@@ -71,9 +74,10 @@ def within(scene: Scene, analyse: Analyse) -> Result:
         scene asks for another solver, scheme or reduction than the tolerance takes, or has none of a quantity named.
     """
     _refuse_stated(scene)
-    chosen, choices = choose(scene)
+    common = common or CommonParts()
+    chosen, choices = choose(scene, common)
     _refuse_unknown(chosen)
-    discretisation, trials = _start(chosen), list[Trial]()
+    discretisation, trials = _start(chosen, common), list[Trial]()
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
@@ -250,9 +254,9 @@ def _refuse_unknown(scene: Scene) -> None:
     )
 
 
-def _start(scene: Scene) -> Discretisation:
+def _start(scene: Scene, common: CommonParts) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
-    steps = _fewest_steps(scene)
+    steps = _fewest_steps(scene, common)
     if (
         not any(EFFECTS[name].couples for name in scene.named_effects)
         or stress_stiffened(scene)
@@ -260,7 +264,7 @@ def _start(scene: Scene) -> Discretisation:
     ):
         return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
     reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
-    reduction = links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
+    reduction = common.links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
     assert reduction is not None
     if not reduction.spans:
         return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
@@ -272,7 +276,7 @@ def _jumping(scene: Scene) -> bool:
     return any(load.jumps for load in scene.loads.values())
 
 
-def _fewest_steps(scene: Scene) -> int:
+def _fewest_steps(scene: Scene, common: CommonParts) -> int:
     """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does.
 
     Loads that change may do so between few positions: there the scene's own are the fewest.
@@ -281,7 +285,7 @@ def _fewest_steps(scene: Scene) -> int:
     if not _periodic(scene):
         quasi_static = scene.drives and analysis.method == "quasi-static"
         if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
-            refuse_unresolved(scene, solve_motion(scene, scene.drive_angles(analysis.sub_intervals)))
+            refuse_unresolved(scene, common.motion(scene, scene.drive_angles(analysis.sub_intervals)))
             refuse_undersampled(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
@@ -292,7 +296,7 @@ def _fewest_steps(scene: Scene) -> int:
     taken = {"sub_intervals": steps, "stages": STAGES, "scheme": "radau"}
     coarse = scene.changed(analysis=scene.analysis.model_copy(update=taken))
     refuse_undersampled(coarse, STAGES * steps, by_collocation=True)
-    return steps if analysis.allow_coarse else positions_for_corners(scene, steps)
+    return steps if analysis.allow_coarse else positions_for_corners(scene, common.linkage(scene), steps)
 
 
 def _account(scene: Scene, elements: int, trial: Trial, rounds: int, left: float) -> str:

@@ -33,6 +33,10 @@ def modal_damping(scene: Scene, system: System) -> Array | None:
     """
     if not np.any(scene.damping.ratio):
         return None
+    return system.once("modal damping", lambda: _modal_damping(scene, system), str(scene.damping.ratio))
+
+
+def _modal_damping(scene: Scene, system: System) -> Array:
     return over_positions(len(system.values), lambda among: (_modal_damping_at(scene, system, among),))[0]
 
 

@@ -16,19 +16,66 @@ from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
-from fenics_mech.kinematics import Motion, refuse_unresolved, solve_motion
+from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.mechanism import RigidModes, System, build_system
-from fenics_mech.mechanism.beam_links import links
+from fenics_mech.mechanism.beam_links import links as build_links
+from fenics_mech.mechanism.beam_links import links_depend_on
 from fenics_mech.mechanism.rigid import LIMITS as RIGID_MODE_LIMITS
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
+MOST_KEPT = 2  # links, and linkages, that analyses have in common: those of a survey and those of its run
+
+
+class CommonParts:
+    """Links and linkages of the scenes of a study, each made once for all scenes that have it in common.
+
+    Links are in common where members, meshes and point masses are; linkages where the positions are. With them goes
+    what is made of both without a rate of the drive: P and its derivatives, and modes that no axial force changes.
+    """
+
+    def __init__(self) -> None:
+        self._links: list[tuple[object, Beams]] = []
+        self._linkages: list[Linkage] = []
+
+    def links(self, scene: Scene) -> Beams:
+        """Give the links of a scene."""
+        needed = links_depend_on(scene)
+        found = next((links for known, links in self._links if known == needed), None)
+        if found is None:
+            found = build_links(scene)
+            self._links = [*self._links, (needed, found)][-MOST_KEPT:]
+        return found
+
+    def linkage(self, scene: Scene) -> Linkage:
+        """Give the linkage of a scene that has drives."""
+        found = next((linkage for linkage in self._linkages if linkage.moves_as(scene)), None)
+        if found is None:
+            found = Linkage(scene)
+            self._linkages = [*self._linkages, found][-MOST_KEPT:]
+        return found
+
+    def motion(self, scene: Scene, theta: Array) -> Motion:
+        """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest."""
+        return self.linkage(scene).path(theta).motion(scene.cycle_rate) if scene.drives else solve_motion(scene, theta)
+
 
 @guarded()
-def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> System:
+def mechanism(
+    scene: Scene, progress: Callable[[str], None] = lambda step: None, common: CommonParts | None = None
+) -> System:
     """Build the mechanism at equal steps over a cycle, or at its one position when nothing drives it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    progress
+        Called with the name of each step as it begins.
+    common
+        What it may have in common with other scenes of a study.
 
     Raises
     ------
@@ -37,16 +84,17 @@ def mechanism(scene: Scene, progress: Callable[[str], None] = lambda step: None)
     SceneError
         When the cycle and its results need more memory than there is, or its positions miss a corner of the motion.
     """
+    common = common or CommonParts()
     require_positions(scene, scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1)
     progress("kinematics")
     if scene.analysis.method == "static":
-        motion = solve_motion(scene, np.array([scene.analysis.position])).held()
+        motion = common.motion(scene, np.array([scene.analysis.position])).held()
     else:
-        motion = solve_motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
+        motion = common.motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
         if scene.drives and scene.analysis.method != "transient" and not scene.analysis.allow_coarse:
             refuse_unresolved(scene, motion)
     progress("beams")
-    return system_at(scene, links(scene), motion)
+    return system_at(scene, common.links(scene), motion)
 
 
 def system_at(scene: Scene, beams: Beams, motion: Motion) -> System:

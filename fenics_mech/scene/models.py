@@ -78,6 +78,9 @@ def _place_in(part: Any, path: str, value: Any) -> None:
         raise SceneError("there is no such part of the scene", place=path) from error
 
 
+OF_LINKS = ("materials", "sections", "ground", "links", "joints", "masses", "mesh")  # keys that links are made of
+
+
 class Scene(Part):
     """A planar linkage, how it is driven and how it is to be analysed.
 

@@ -24,6 +24,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Saved, stored_scene
 from fenics_mech.response.continuation.arc_length import Point, continued
 from fenics_mech.response.continuation.branch import check, family_of, first_motion, solution_at
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
@@ -166,10 +167,11 @@ def follow(
     range_si = range_in_si(scene, path, ends)
     check(scene)
     refuse_too_stiff(scene)
-    first, choices = choose(build(placed(scene_data(scene), {path: range_si[0]})))
+    common = CommonParts()
+    first, choices = choose(build(placed(scene_data(scene), {path: range_si[0]})), common)
     data = scene_data(first)
     at = lru_cache(maxsize=8)(lambda value: build(placed(data, {path: value})))
-    family = family_of(at, path, range_si)
+    family = family_of(at, path, range_si, common)
     records: list[Record] = []
     values: list[float] = []
     ended = END
@@ -182,7 +184,8 @@ def follow(
     try:
         for point in continued(family, start, points):
             progress(point.value)
-            records.append(_record(collected(solution_at(at(point.value), point), choices), point, gauge or Gauge()))
+            solution = solution_at(at(point.value), point, common)
+            records.append(_record(collected(solution, choices), point, gauge or Gauge()))
             values.append(point.value)
             if len(values) >= most_points:
                 ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"

@@ -13,7 +13,7 @@ from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.mechanism import RigidModes
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.result import Saved, stamp, stored_scene
-from fenics_mech.response.setup import freedoms_in_words, mechanism, scene_modes
+from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism, scene_modes
 from fenics_mech.scene import Scene
 
 
@@ -81,8 +81,9 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     >>> found.free
     ()
     """
-    chosen, _ = choose(scene)
-    system = mechanism(chosen, progress)
+    common = CommonParts()
+    chosen, _ = choose(scene, common)
+    system = mechanism(chosen, progress, common)
     progress("modes")
     found = scene_modes(chosen, system)
     supported = simply_supported_frequencies(chosen)

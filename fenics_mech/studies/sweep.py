@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar, TypeVar
@@ -23,6 +23,7 @@ from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.result import Saved, stored_scene, write_whole
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
@@ -211,6 +212,7 @@ class _Run:
     gauge: Gauge
     comm: Any
     progress: Callable[[int, int], None]
+    common: CommonParts = field(default_factory=CommonParts)
 
     @property
     def points(self) -> Path:
@@ -250,7 +252,7 @@ class _Run:
         def work(share: Sequence[int], done: int) -> None:
             for number, index in enumerate(share, done):
                 self.progress(number, len(mine))
-                compute_point(*self.file(points[index]), self.gauge)
+                compute_point(*self.file(points[index]), self.gauge, self.common)
 
         warm = mine[: len(first)] if self.comm.rank == 0 else []
         together(self.comm, lambda: work(warm, 0))

@@ -23,6 +23,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
 from fenics_mech.recovery.result import at_place, write_whole
 from fenics_mech.recovery.signal import harmonics, last_cycle
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 
@@ -112,8 +113,10 @@ def read_point(path: Path) -> Record | None:
     return record if whole and not record["again"] else None
 
 
-def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
+def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -> None:
     """Analyse a scene and write what is kept of it, or the error that it ended with.
+
+    With the points before it, it has in common what `common` holds.
 
     An error that the program does not know is written too, but the point is tried again by the next sweep.
 
@@ -127,7 +130,7 @@ def compute_point(path: Path, data: Record, gauge: Gauge) -> None:
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        result = analyse(build(data))
+        result = analyse(build(data), common=common)
         record |= reduced(result, between_positions(result), gauge)
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error

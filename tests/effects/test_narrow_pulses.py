@@ -11,6 +11,7 @@ from fenics_mech.planning.meet_tolerance import _start
 from fenics_mech.response.continuation.branch import family_of
 from fenics_mech.response.periodic.steps import Steps, like_blows
 from fenics_mech.response.sampling_checks import refuse_undersampled
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.formulas.expression import Formula, Jet
@@ -83,7 +84,7 @@ def test_peak_that_no_step_can_be_cut_at_is_refused(factor):
     with pytest.raises(SceneError, match=r"loads\.p\.factor: "):
         analyse(scene)
     with pytest.raises(SceneError, match=r"loads\.p\.factor: "):
-        _start(scene.changed(tolerance=0.02))
+        _start(scene.changed(tolerance=0.02), CommonParts())
 
 
 def test_peak_of_a_formula_that_no_step_in_time_shows_is_refused():
@@ -95,7 +96,7 @@ def test_peak_of_a_formula_that_no_step_in_time_shows_is_refused():
 def test_steps_of_a_tolerance_are_cut_at_the_pulse():
     """Told 1.3 %, true 30 %: none of the points of any trial was in the pulse."""
     scene = struck(tolerance=0.02, analysis={"sub_intervals": 60})
-    trial = _start(scene).of(scene)
+    trial = _start(scene, CommonParts()).of(scene)
     assert np.isin(TABLE["angles"], Steps.of(trial).start).all()
 
 

@@ -16,6 +16,7 @@ from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
@@ -226,7 +227,7 @@ def test_a_narrow_pulse_is_not_missed():
     pulse = {"kind": "pulse", "start": 1.02, "end": 1.06, "ramp": 0.02}
     load = {"at": "rod@0.5", "force": [0, 2.0], "factor": pulse}
     scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=24, tolerance=0.1)
-    discretisation = fenics_mech.planning.meet_tolerance._start(scene)
+    discretisation = fenics_mech.planning.meet_tolerance._start(scene, CommonParts())
     assert discretisation.steps < 2000
     edges = Steps.of(discretisation.of(scene)).start
     for corner in (1.01, 1.03, 1.05, 1.07):
@@ -240,7 +241,7 @@ def test_a_corner_of_the_motion_is_not_missed():
         crank=0.1, coupler=0.4, follower=0.35, ground=0.65 - 1e-5, sections=[bar] * 3, material=steel, speed=10.0,
         damping={"ratio": 0.02}, tolerance=0.1,
     )  # fmt: skip
-    start = fenics_mech.planning.meet_tolerance._start(scene).sub_intervals
+    start = fenics_mech.planning.meet_tolerance._start(scene, CommonParts()).sub_intervals
     missed = missed_corner(scene, solve_motion(scene, scene.drive_angles(24)))
     assert missed is not None
     assert start >= missed.enough > 100

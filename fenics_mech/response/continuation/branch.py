@@ -19,7 +19,7 @@ from fenics_mech.response.periodic.cycle import Cycle, equation_at_points
 from fenics_mech.response.periodic.steady_state import at_starts
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import mechanism, rough_tension, scene_modes
+from fenics_mech.response.setup import CommonParts, mechanism, rough_tension, scene_modes
 from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 
@@ -44,7 +44,7 @@ def check(scene: Scene) -> None:
             raise SceneError(message, place=place)
 
 
-def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
+def family_of(at: AtValue, path: str, ends: tuple[float, float], common: CommonParts | None = None) -> Family:
     """Give the equation of a scene over a number of it.
 
     Parameters
@@ -55,6 +55,8 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
         The number's dotted path in the scene.
     ends
         Its range.
+    common
+        What the scenes have in common.
 
     Raises
     ------
@@ -66,12 +68,13 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float]) -> Family:
     if scene.cycle_rate * at(ends[1]).cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)
     tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
+    common = common or CommonParts()
     if not np.array_equal(steps.start, Steps.of(at(ends[1])).start):
         raise SceneError("the angles at which a load jumps or has corners must stay over the range", place=path)
 
     def equation_at(value: float) -> Equation:
         changed = at(value)
-        return equation_at_points(changed, mechanism(changed), Steps.of(changed), tableau)
+        return equation_at_points(changed, mechanism(changed, common=common), Steps.of(changed), tableau)
 
     stiffened = any(effect.stress_stiffening and not effect.nonlinear for effect in active(scene))
     polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness
@@ -192,7 +195,7 @@ def first_motion(scene: Scene, family: Family) -> Point:
     return Point(value, paced(orbit, 1 / family.rate(value)), tension)
 
 
-def solution_at(scene: Scene, point: Point) -> CollocationSolution:
+def solution_at(scene: Scene, point: Point, common: CommonParts | None = None) -> CollocationSolution:
     """Give the response of a point with its Floquet multipliers, stable or not.
 
     Parameters
@@ -201,8 +204,10 @@ def solution_at(scene: Scene, point: Point) -> CollocationSolution:
         The scene with the point's value of the number.
     point
         The point.
+    common
+        What it may have in common with other points.
     """
-    analysis, system = scene.analysis, mechanism(scene)
+    analysis, system = scene.analysis, mechanism(scene, common=common)
     cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
     motion = cycle.motion(orbit)
     orbit = replace(orbit, flow=cycle.flow(analysis.scheme, analysis.stages, motion))

@@ -1,0 +1,121 @@
+"""Corners of a motion that the angles of a cycle miss, as at small transmission angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech.errors import SceneError
+from fenics_mech.kinematics.assembly import derivatives, follow
+from fenics_mech.kinematics.linkage import Linkage, Path
+from fenics_mech.kinematics.motion import Motion
+from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis_options import MOST_SUB_INTERVALS
+
+LARGEST_BETWEEN = 3.0  # acceleration between the angles of a cycle over that at them
+SHARP = 10.0  # acceleration over velocity, by the drive coordinate (rad), above which a velocity has a corner
+AROUND = 101  # angles at which a corner is looked at
+
+
+@dataclass(frozen=True)
+class Corner:
+    """Where a link's velocity turns sharply.
+
+    Parameters
+    ----------
+    link, theta
+        Which link, and the drive coordinate (rad).
+    peak
+        Its angular acceleration there, over the square of the cycle's rate.
+    enough
+        Equal steps of a cycle, of which one is as long as the turn.
+    """
+
+    link: str
+    theta: float
+    peak: float
+    enough: int
+
+
+def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
+    """Find a corner of the motion, as at a small transmission angle, that the angles of a cycle miss.
+
+    A link's velocity turns sharply there, and its acceleration is larger between the angles than at any of them by
+    `LARGEST_BETWEEN`, or the links are to vibrate and it turns within one step.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+    motion
+        Its motion at all angles of the cycle.
+
+    Returns
+    -------
+    Corner or None
+        The sharpest turn, where the angles miss it.
+    """
+    periodic = scene.analysis.method == "periodic"
+    path = motion.path or Linkage(scene).path(motion.theta)
+    return path.once("corner", (), lambda: _missed_corner(path, periodic), key=periodic)
+
+
+def _missed_corner(path: Path, periodic: bool) -> Corner | None:
+    loops, branch = path.linkage.loops, path.linkage.branch(path.theta)
+    inside = np.clip(branch.theta, path.theta.min(), path.theta.max())
+    highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
+    first, last = max(highest - 1, 0), min(highest + 1, len(inside) - 1)
+    theta = np.linspace(float(inside[first]), float(inside[last]), AROUND)
+    rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, follow(loops, theta, branch), theta))
+    place, link = np.unravel_index(int(turns.argmax()), turns.shape)
+    peak, rate = float(turns[place, link]), max(float(rates[:, link].max()), 1.0)
+    if peak < SHARP * rate:
+        return None
+    missed = peak > LARGEST_BETWEEN * np.abs(path.curvature[:, 2::3]).max()
+    enough, count = int(np.ceil(2 * np.pi * peak / rate)), len(path.theta)
+    missed = missed or (periodic and count < enough)
+    enough = 2 * count if count >= enough else enough  # as many may lie on both sides of it
+    return Corner(loops.links[link], float(theta[place]), peak, enough) if missed else None
+
+
+def positions_for_corners(scene: Scene, linkage: Linkage, count: int, most: int = MOST_SUB_INTERVALS) -> int:
+    """Give a number of equal steps of a cycle that miss no corner of the motion; see `missed_corner`.
+
+    Parameters
+    ----------
+    scene, linkage
+        The scene, and its links as its drives move them.
+    count, most
+        Steps to begin with, and the largest number of them.
+    """
+    while count < most:
+        motion = linkage.path(scene.drive_angles(count)).motion(scene.cycle_rate)
+        if (corner := missed_corner(scene, motion)) is None:
+            break
+        count = int(min(max(2 * count, corner.enough), most))
+    return count
+
+
+def refuse_unresolved(scene: Scene, motion: Motion) -> None:
+    """Refuse a motion whose angles miss a corner.
+
+    Parameters
+    ----------
+    scene, motion
+        As of `missed_corner`.
+
+    Raises
+    ------
+    SceneError
+        With the link, the place of the corner and the number of positions that it takes.
+    """
+    if (corner := missed_corner(scene, motion)) is not None:
+        raise SceneError(
+            f"link {corner.link} has a corner of its motion near drive angle "
+            f"{np.degrees(corner.theta):.6g} deg, which {len(motion.theta)} positions miss: its angular "
+            f"acceleration is there {corner.peak:.3g} rad for each rad^2 of the drive",
+            place="analysis.sub_intervals",
+            hint=f"Take at least {corner.enough}, or lengths that keep away from dead centres; analysis.allow_coarse "
+            "lets it pass",
+        )

@@ -1,0 +1,180 @@
+"""Positions of a linkage at drive angles, on the scene's assembly branch, and its motion at any rate of the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.kinematics.assembly import Branch, assemble, derivatives, follow, follow_branch, side
+from fenics_mech.kinematics.conditioning import refuse_singular
+from fenics_mech.kinematics.freedom import free_motions
+from fenics_mech.kinematics.loops import Loops
+from fenics_mech.kinematics.motion import Motion, as_motion
+from fenics_mech.scene import Scene
+
+Made = TypeVar("Made")
+MOST_PATHS = 6  # sets of angles that a linkage keeps: an analysis and its survey take 2 to 5
+MOST_MADE = 2  # things of one kind that the positions at a set of angles keep
+
+
+class Linkage:
+    """The links of a scene as its drives move them, at any rate.
+
+    Its branch is followed once, and the positions at a set of angles are found once. Scenes that differ in the rate of
+    their drives alone, in loads, sections or anything else that moves no link, have them in common.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives, of which there is one or more.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.loops = Loops.of(scene)
+        self._geometry = _geometry(scene)
+        self._branch: Branch | None = None
+        self._paths: dict[tuple[bytes, bytes], Path] = {}
+
+    def moves_as(self, scene: Scene) -> bool:
+        """Whether the links of a scene go through the same positions."""
+        return self._geometry == _geometry(scene)
+
+    def branch(self, theta: Array) -> Branch:
+        """Give points of the assembly branch over the range of some drive angles (rad), or over more."""
+        known = self._branch
+        if known is None or theta.min() < known.theta[0] or theta.max() > known.theta[-1]:
+            self._branch = known = follow_branch(self.loops, theta)
+        return known
+
+    def path(self, theta: Array, near: Path | None = None) -> Path:
+        """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`."""
+        key = theta.tobytes(), b"" if near is None else near.theta.tobytes()
+        path = self._paths.pop(key, None)
+        if path is None:
+            q = follow(self.loops, theta, self.branch(theta) if near is None else near.branch)
+            refuse_singular(self.loops, theta, q)
+            path = Path(self, theta, q, *derivatives(self.loops, q, theta))
+        self._paths[key] = path
+        if len(self._paths) > MOST_PATHS:
+            del self._paths[next(iter(self._paths))]
+        return path
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Positions of the links at drive angles, and what is made from them without a rate of the drive.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    theta
+        Drive coordinate (rad), ``(angles,)``.
+    q, slope, curvature
+        Coordinates of the loops and their two derivatives by theta, ``(angles, 3 links)``.
+    """
+
+    linkage: Linkage
+    theta: Array
+    q: Array
+    slope: Array
+    curvature: Array
+    _made: dict[str, dict[Hashable, tuple[tuple[object, ...], Any]]] = field(init=False, default_factory=dict)
+
+    @cached_property
+    def branch(self) -> Branch:
+        """The positions as points of their branch."""
+        order = np.argsort(self.theta)
+        return Branch(
+            theta=self.theta[order],
+            q=self.q[order],
+            rate=self.slope[order],
+            curvature=self.curvature[order],
+            side=float(side(self.linkage.loops, self.q[:1])[0]),
+        )
+
+    def motion(self, rate: float) -> Motion:
+        """Give the motion at a constant rate of the drive coordinate (rad/s)."""
+        velocity, acceleration = rate * self.slope, rate**2 * self.curvature
+        motion = as_motion(self.linkage.loops, self.theta, self.theta / rate, self.q, velocity, acceleration)
+        object.__setattr__(motion, "path", self)
+        object.__setattr__(motion, "rate", rate)
+        return motion
+
+    def once(self, what: str, sources: tuple[object, ...], make: Callable[[], Made], key: Hashable = None) -> Made:
+        """Make something from these positions, or give it as it was made before.
+
+        Parameters
+        ----------
+        what
+            Kind of thing; of each kind the last `MOST_MADE` are kept.
+        sources
+            Objects that it is made from beside the positions. They are compared by identity.
+        make
+            Makes it.
+        key
+            Values that it is made from.
+        """
+        made = self._made.setdefault(what, {})
+        place = (key, *map(id, sources))
+        found = made.pop(place) if place in made else (sources, make())  # what keeps the sources keeps their identity
+        made[place] = found
+        if len(made) > MOST_MADE:
+            del made[next(iter(made))]
+        return found[1]
+
+
+def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Motion:
+    """Solve the loop equations of a scene and their two time derivatives.
+
+    Parameters
+    ----------
+    scene
+        The linkage and its drives.
+    theta
+        Drive coordinates (rad), in any order, shape ``(angles,)``.
+    near
+        A motion of the same scene with angles close to these, which spares following the branch from the start.
+
+    Returns
+    -------
+    Motion
+        Positions by the loop equations, velocities by (6.2), accelerations by (6.3). Without a drive, the linkage at
+        rest and the small motions that its joints leave.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be assembled at the start, or the drive cannot reach one of the angles.
+    """
+    theta = np.asarray(theta, dtype=float)
+    if not scene.drives:
+        return _at_rest(Loops.of(scene), theta)
+    known = None if near is None else near.path
+    linkage = Linkage(scene) if known is None else known.linkage
+    return linkage.path(theta, known).motion(scene.cycle_rate)
+
+
+def _at_rest(loops: Loops, theta: Array) -> Motion:
+    """Give the motion of a linkage that nothing drives; it may be held more often than it needs, or less."""
+    q = assemble(loops)
+    pose = np.broadcast_to(q, (len(theta), len(q)))
+    still = np.zeros_like(pose)
+    motion = as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
+    return replace(motion, free=free_motions(loops, q))
+
+
+def _geometry(scene: Scene) -> tuple[object, ...]:
+    """Give what the positions of a scene's links depend on."""
+    links = {
+        name: (link.points, link.angle, link.position, {label: part.ends for label, part in link.members.items()})
+        for name, link in scene.links.items()
+    }
+    rate = scene.cycle_rate
+    drives = [(drive.joint, drive.start, drive.law, drive.turns_in(rate)) for drive in scene.drives]
+    return links, scene.ground, scene.joints, drives

@@ -1,0 +1,102 @@
+"""What the analyses of a study have in common: made once, and the same result to the last bit."""
+
+import numpy as np
+import pytest
+
+from fenics_mech import load
+from fenics_mech.analysis import analyse
+from fenics_mech.eigenmodes import eigen
+from fenics_mech.kinematics import Linkage, assembly, linkage
+from fenics_mech.mechanism import beam_links, transformation
+from fenics_mech.response import setup
+from fenics_mech.response.setup import CommonParts
+from tests.common import DEMOS
+
+COARSE = {"analysis.sub_intervals": 36, "analysis.allow_coarse": True, "analysis.allow_ringing": True}
+SPRING = {"between": ("ground.O", "follower.B"), "stiffness": 50.0}
+CASES = {  # demo, what is stated, what changes
+    "truncated": ("four_bar", {}, {"drive.speed": (20, 30, -25)}),
+    "coupling": ("four_bar", {"effects": ["coupling"]}, {"drive.speed": (20, 30), "damping.ratio": (0.02, 0.05)}),
+    "moderate rotations": ("four_bar", {"effects": ["coupling", "moderate-rotations"]}, {"drive.speed": (20, 30)}),
+    "axial forces": ("four_bar", {"effects": ["coupling", "geometric-stiffness"]}, {"drive.speed": (20, 30)}),
+    "springs": (
+        "four_bar",
+        {"effects": ["coupling"], "springs.s": SPRING},
+        {"springs.s.stiffness": (50, 80), "drive.speed": (20, 30)},
+    ),
+    "sizes": ("four_bar", {}, {"sections.strip.inertia": (8.67e-12, 8e-12), "links.coupler.points.B.0": (0.27, 0.28)}),
+    "reduction": (
+        "slider_crank",
+        {"effects": ["coupling"], "analysis.reduction": "craig-bampton"},
+        {"drive.speed": (20, 30)},
+    ),
+    "quasi-static": ("quick_return", {"analysis.method": "quasi-static"}, {"drive.speed": (5, 8), "gravity.1": (0, 9)}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_result_does_not_depend_on_what_it_has_in_common_with_others(case):
+    demo, stated, changes = CASES[case]
+    scene = load(DEMOS / f"{demo}.toml").changed({"effects": [], **COARSE, **stated})
+    common = CommonParts()
+    for path, values in changes.items():
+        for value in values:
+            changed = scene.changed({path: value})
+            assert analyse(changed, common=common).data.identical(analyse(changed).data), (path, value)
+
+
+def counted(monkeypatch, calls, module, name):
+    """Count the calls of a function."""
+    function = getattr(module, name)
+
+    def counting(*arguments, **options):
+        calls[name] = calls.get(name, 0) + 1
+        return function(*arguments, **options)
+
+    monkeypatch.setattr(module, name, counting)
+
+
+def test_what_speed_and_damping_do_not_change_is_made_once(seed, monkeypatch):
+    calls = {}
+    for module, name in (
+        (setup, "build_links"),
+        (assembly, "assemble"),
+        (linkage, "follow"),
+        (transformation, "_laid_out"),
+        (eigen, "_solve_all"),
+    ):
+        counted(monkeypatch, calls, module, name)
+    scene, common = seed.changed({"effects": ["coupling"], **COARSE}), CommonParts()
+    analyse(scene, common=common)
+    first = dict(calls)
+    assert first["build_links"] == 1
+    assert first["assemble"] == 1
+    for change in ({"drive.speed": 20}, {"drive.speed": 25, "damping.ratio": 0.05}, {"gravity": (0, -9.81)}):
+        analyse(scene.changed(change), common=common)
+    assert calls == first
+
+
+def test_positions_are_shared_by_scenes_whose_links_move_alike(seed):
+    here = Linkage(seed)
+    two = seed.changed(links__crank__points__A__0=0.11)
+    assert not here.moves_as(two)
+    assert not here.moves_as(seed.changed(links__coupler__angle=1.3))
+    assert not here.moves_as(seed.changed(drive__start=0.1))
+    assert here.moves_as(seed.changed({"drive.speed": -20, "materials.material.density": 7850, "mesh.elements": 5}))
+    assert beam_links.links_depend_on(seed) == beam_links.links_depend_on(seed.changed(drive__start=0.1))
+
+
+def test_a_motion_that_is_changed_forgets_its_positions(seed):
+    motion = setup.mechanism(seed.changed(COARSE)).motion
+    assert motion.path is not None
+    assert motion.held().path is None
+    assert motion.part(slice(0, 3)).path is None
+    assert motion.part(slice(None)) is motion
+
+
+def test_rates_of_positions_scale_with_the_rate(seed):
+    theta = seed.drive_angles(24)
+    one, two = (Linkage(seed).path(theta).motion(rate) for rate in (1.0, -3.0))
+    assert two.omega == pytest.approx(-3 * one.omega, rel=1e-15)
+    assert two.alpha == pytest.approx(9 * one.alpha, rel=1e-15)
+    assert np.array_equal(two.angle, one.angle)
