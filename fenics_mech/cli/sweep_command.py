@@ -35,6 +35,9 @@ def sweep(
     s: Annotated[float, typer.Option(min=0, max=1, help="Place on the members where harmonics are kept.")] = 0.5,
     fibre: Annotated[str, typer.Option(help="Side of the members for these harmonics, + or -.")] = "+",
     harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics that are kept.")] = 20,
+    jobs: Annotated[
+        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share the points.")
+    ] = 1,
     refine: Refine = 0,
     strict: Strict = False,
 ) -> None:
@@ -60,6 +63,7 @@ def sweep(
             folder,
             gauge=gauge,
             refine_peaks=refine_peaks,
+            jobs=jobs,
             progress=lambda done, points: step(f"point {done + 1} of {points}"),
         )
     if first:

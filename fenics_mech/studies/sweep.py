@@ -1,7 +1,7 @@
 """The response over numbers of a scene: speed, damping, a length, or any other, on one process or several.
 
 Finished points are files in the sweep's folder. A sweep that was ended goes on with the points that are missing, and
-comes to the same result, to the last bit, as one that was not. Under `mpirun` the processes share the points.
+comes to the same result, to the last bit, as one that was not. Processes of this machine, or of `mpirun`, share points.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mpi4py import MPI
 from fenics_mech._arrays import Array
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
-from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery.result import Saved, stored_scene, write_whole
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
@@ -32,14 +32,18 @@ from fenics_mech.studies.sweep_points import (
     TEXTS,
     Gauge,
     Record,
+    compute_here,
     compute_point,
+    give_up,
     point_file,
     read_point,
     stacked,
     tabulated,
 )
+from fenics_mech.studies.worker_processes import over_processes
 
 Found = TypeVar("Found")
+Task = tuple[Path, Record, Gauge]
 RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation between the points may miss
 FINEST = 64  # parts that refinement may cut a step of the range into
 
@@ -84,6 +88,7 @@ def sweep(
     *,
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
+    jobs: int = 1,
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene at given values of its numbers; several numbers make a grid.
@@ -98,7 +103,7 @@ def sweep(
         Values by dotted path: numbers (SI), or texts with a unit.
     folder
         Where finished points are kept, so that a sweep that was ended goes on. Without one, nothing is written.
-    gauge, refine_peaks, progress
+    gauge, refine_peaks, jobs, progress
         As of `run_sweep`.
 
     Returns
@@ -122,7 +127,7 @@ def sweep(
     axes = axes_of(scene, values)
     with TemporaryDirectory() as made:  # one for all processes: that of the first
         kept = Path(folder) if folder is not None else Path(MPI.COMM_WORLD.bcast(made))
-        return run_sweep(scene, axes, kept, gauge=gauge, refine_peaks=refine_peaks, progress=progress)
+        return run_sweep(scene, axes, kept, gauge=gauge, refine_peaks=refine_peaks, jobs=jobs, progress=progress)
 
 
 def run_sweep(
@@ -132,6 +137,7 @@ def run_sweep(
     *,
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
+    jobs: int = 1,
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
@@ -148,6 +154,9 @@ def run_sweep(
         Where strains are split into harmonics.
     refine_peaks
         Largest number of points added where the peak strain is not resolved, for one field that is not a whole number.
+    jobs
+        Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
+        the error `sweep_points.LOST`, and the next sweep tries it again.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
@@ -163,7 +172,9 @@ def run_sweep(
     if refine_peaks and (len(axes) != 1 or axes[0].whole):
         message = "points can be added at peaks of a sweep over one field that is not a whole number"
         raise SceneError(message, place=", ".join(axis.path for axis in axes))
-    run = _Run(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress)
+    if jobs > 1 and MPI.COMM_WORLD.size > 1:
+        raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
+    run = _Run(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
     run.at_root(run.claim_folder)
     values = [axis.values for axis in axes]
     run.compute(values)
@@ -204,7 +215,7 @@ def unresolved(places: Array, peaks: Array) -> list[float]:
 
 @dataclass(frozen=True)
 class _Run:
-    """A sweep being made by the processes of a communicator."""
+    """A sweep being made by the processes of a communicator, or by several of this machine."""
 
     scene: Record
     axes: tuple[Axis, ...]
@@ -212,6 +223,7 @@ class _Run:
     gauge: Gauge
     comm: Any
     progress: Callable[[int, int], None]
+    jobs: int
     common: CommonParts = field(default_factory=CommonParts)
 
     @property
@@ -241,22 +253,34 @@ class _Run:
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
     def compute(self, values: Sequence[Sequence[float]]) -> None:
-        """Compute the missing points of a grid: one on the first process, which compiles the forms, then the rest."""
-        points = list(itertools.product(*values))
+        """Compute the missing points of a grid: one on the first process, which compiles the forms, then the rest.
+
+        Points whose links are the same follow each other, as they have them in common.
+        """
+        links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
+        points = sorted(itertools.product(*values), key=lambda point: [point[number] for number in links])
         missing = self.at_root(
             lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
         )
         first, rest = missing[:1], missing[1:]
         mine = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
 
-        def work(share: Sequence[int], done: int) -> None:
-            for number, index in enumerate(share, done):
-                self.progress(number, len(mine))
-                compute_point(*self.file(points[index]), self.gauge, self.common)
+        tasks, begun = [(*self.file(points[index]), self.gauge) for index in mine], itertools.count()
 
-        warm = mine[: len(first)] if self.comm.rank == 0 else []
-        together(self.comm, lambda: work(warm, 0))
-        together(self.comm, lambda: work(mine[len(warm) :], len(warm)))
+        def started(task: object) -> None:
+            self.progress(next(begun), len(tasks))
+
+        def work(share: Sequence[Task]) -> None:
+            for task in share:
+                started(task)
+                compute_point(*task, self.common)
+
+        def share_out(share: Sequence[Task]) -> None:
+            over_processes(self.jobs, share, compute_here, lambda task: give_up(task[0]), started)
+
+        warm = len(first) if self.comm.rank == 0 else 0
+        together(self.comm, lambda: work(tasks[:warm]))
+        together(self.comm, lambda: (work if self.jobs == 1 else share_out)(tasks[warm:]))
 
     def file(self, point: Sequence[float]) -> tuple[Path, Record]:
         """Give the file and the scene of a point."""

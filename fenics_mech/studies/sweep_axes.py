@@ -16,6 +16,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.build import build
+from fenics_mech.scene.models import OF_LINKS
 
 MOST_POINTS = 1_000_000  # of a grid
 QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
@@ -43,6 +44,11 @@ class Axis:
     values: tuple[float, ...]
     unit: str
     written: tuple[str, float] = ("1", 1.0)
+
+    @property
+    def shapes_links(self) -> bool:
+        """Whether the field changes links or joints."""
+        return self.path.split(".")[0] in OF_LINKS
 
     @property
     def whole(self) -> bool:

@@ -8,6 +8,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,7 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
     "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
 }
+LOST = "LostProcess"  # error of a point whose process was ended from outside
 TEXTS = {
     "error": "kind of error that the point ended with",
     "message": "what it said",
@@ -138,6 +140,23 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
         record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
     text = json.dumps(record | {"seconds": time.perf_counter() - start})
     write_whole(path, lambda temporary: temporary.write_text(text))
+
+
+def compute_here(point: tuple[Path, Record, Gauge]) -> None:
+    """Compute one of the points of a worker process, which has what it can in common with those before it."""
+    compute_point(*point, _common_here())
+
+
+@cache
+def _common_here() -> CommonParts:
+    return CommonParts()
+
+
+def give_up(path: Path) -> None:
+    """Write that the process of a point was lost; the point is tried again by the next sweep."""
+    said = "the process that computed this point was ended from outside: there may be too little memory"
+    record = dict.fromkeys(TEXTS, "") | {"error": LOST, "message": said, "again": True, "seconds": 0.0}
+    write_whole(path, lambda temporary: temporary.write_text(json.dumps(record)))
 
 
 def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:

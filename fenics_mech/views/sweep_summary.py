@@ -28,6 +28,7 @@ KINDS = {  # of errors, in words
     "AssemblyError": "the links cannot be put together",
     "SolverError": "no accurate answer, or no stable motion, is found",
     "UnresolvedError": "steps, modes or elements are too coarse",
+    "LostProcess": "the process was lost; a sweep into the same folder tries them again",
 }
 
 

@@ -1,0 +1,93 @@
+"""Processes of this machine that share work: each task once, and one that is killed costs its task."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from fenics_mech import load
+from fenics_mech.errors import SolverError
+from fenics_mech.studies.sweep import Sweep, run_sweep
+from fenics_mech.studies.sweep_axes import parse_axes
+from fenics_mech.studies.worker_processes import over_processes
+from tests.studies.processes import ENVIRONMENT, command
+from tests.studies.test_sweep import ARM, RANGE
+
+POINTS = 12
+OVER = RANGE.replace(":16", f":{POINTS}")
+
+
+def write(folder, task):
+    """Write the process that a task is worked on by."""
+    (folder / str(task)).write_text(str(os.getpid()))
+
+
+def write_or_die(folder, task):
+    if task == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    write(folder, task)
+
+
+def fail(task):
+    raise SolverError("no answer")
+
+
+def test_each_task_is_done_once_by_one_of_the_processes(tmp_path):
+    begun = []
+    over_processes(2, range(8), partial(write, tmp_path), pytest.fail, begun.append)
+    found = [path.read_text() for path in sorted(tmp_path.iterdir())]
+    assert len(found) == 8
+    assert 1 <= len(set(found)) <= 2
+    assert str(os.getpid()) not in found
+    assert begun == list(range(8))
+
+
+def test_a_process_that_is_killed_costs_its_task(tmp_path):
+    lost = []
+    over_processes(2, range(8), partial(write_or_die, tmp_path), lost.append)
+    assert lost == [3]
+    assert sorted(int(path.name) for path in tmp_path.iterdir()) == [0, 1, 2, 4, 5, 6, 7]
+
+
+def test_an_error_of_a_task_ends_all():
+    with pytest.raises(SolverError, match="no answer"):
+        over_processes(2, range(8), fail, pytest.fail)
+
+
+def python_children(process):
+    """Processes that a process has begun, without the daemons of MPI."""
+    with contextlib.suppress(OSError):
+        found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+        return [int(each) for each in found if "multiprocessing" in Path(f"/proc/{each}/cmdline").read_text()]
+    return []
+
+
+@pytest.mark.slow
+def test_a_killed_worker_costs_its_point_and_the_next_sweep_computes_it(tmp_path):
+    (tmp_path / "arm.toml").write_text(ARM)
+    scene, folder = load(tmp_path / "arm.toml"), tmp_path / "shared"
+    axes = parse_axes(scene, [OVER])
+    whole = run_sweep(scene, axes, tmp_path / "whole")
+    arguments = ("-m", "fenics_mech", "sweep", tmp_path / "arm.toml", "--over", OVER, "--jobs", 2, "-o", folder)
+    with subprocess.Popen(command(*arguments), env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
+        limit, workers = time.monotonic() + 60, []
+        while not workers and time.monotonic() < limit:
+            time.sleep(0.02)
+            workers = [worker for child in python_children(process.pid) for worker in python_children(child)]
+        time.sleep(0.1)
+        os.kill(workers[0], signal.SIGKILL)
+        said, _ = process.communicate(timeout=120)
+    assert process.returncode == 0
+    found = Sweep.load(folder / "sweep.nc").data
+    errors = found["error"].to_numpy()
+    assert sorted(errors)[-2:] == ["", "LostProcess"]
+    place = float(found["drive.period"][list(errors).index("LostProcess")])
+    assert f"1 at drive.period = {place:.4g}"[:28] in " ".join(said.split())
+    assert "the process was lost" in " ".join(said.split())
+    again = run_sweep(scene, axes, folder)
+    assert again.data.identical(whole.data)
