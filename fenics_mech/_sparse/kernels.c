@@ -1,0 +1,230 @@
+/* Sparse matrices of one pattern at many positions: their products with the transformation, their factors, and the march
+   of a state through the steps of a cycle. S is the number of stages of a step, set as the file is compiled.
+
+   An unknown of a step is a block of S numbers, one a stage. Blocks are eliminated in a fixed order that keeps the factors
+   sparse; rows are exchanged within a block only. Blocks are numbered: the diagonal ones by their turn, then those below
+   the diagonal, column by column, then their mirror images. */
+#include <math.h>
+#include <string.h>
+
+typedef struct {
+    long size;            /* unknowns of a stage */
+    long entries;         /* nonzeros of a matrix */
+    long blocks;          /* of the factors */
+    long below_all;       /* blocks below the diagonal */
+    const int *begin;     /* first nonzero of each row, and their number */
+    const int *columns;   /* of the nonzeros, row by row */
+    const int *place;     /* block of each nonzero */
+    const int *order;     /* unknown that is eliminated at each turn */
+    const int *turn;      /* turn of each unknown */
+    const int *first;     /* first block below the diagonal of each turn's column */
+    const int *below;     /* row of each of these, as a turn */
+    const long *update;   /* first of each turn's updates */
+    const int *target;    /* block that is changed by each update */
+} pattern;
+
+#define BLOCK(i, j) ((i) * S + (j))
+#define LOWER(z) ((p->size + (z)) * S * S)
+#define UPPER(z) ((p->size + p->below_all + (z)) * S * S)
+
+/* Replace a block by its inverse: Gauss-Jordan with exchange of rows. Returns whether it is regular. */
+static int invert(double *a)
+{
+    int moved[S];
+    for (int k = 0; k < S; k++) {
+        int best = k;
+        for (int i = k + 1; i < S; i++)
+            if (fabs(a[BLOCK(i, k)]) > fabs(a[BLOCK(best, k)])) best = i;
+        moved[k] = best;
+        if (!(fabs(a[BLOCK(best, k)]) > 0.0)) return 0;
+        for (int j = 0; best != k && j < S; j++) {
+            double swap = a[BLOCK(k, j)];
+            a[BLOCK(k, j)] = a[BLOCK(best, j)];
+            a[BLOCK(best, j)] = swap;
+        }
+        double pivot = 1.0 / a[BLOCK(k, k)];
+        a[BLOCK(k, k)] = 1.0;
+        for (int j = 0; j < S; j++) a[BLOCK(k, j)] *= pivot;
+        for (int i = 0; i < S; i++) {
+            if (i == k) continue;
+            double times = a[BLOCK(i, k)];
+            a[BLOCK(i, k)] = 0.0;
+            for (int j = 0; j < S; j++) a[BLOCK(i, j)] -= times * a[BLOCK(k, j)];
+        }
+    }
+    for (int k = S - 1; k >= 0; k--)
+        for (int i = 0; moved[k] != k && i < S; i++) {
+            double swap = a[BLOCK(i, k)];
+            a[BLOCK(i, k)] = a[BLOCK(i, moved[k])];
+            a[BLOCK(i, moved[k])] = swap;
+        }
+    return 1;
+}
+
+/* Factors of M + h A C + h^2 A^2 K in every step; without C and K, those of M at every position (S = 1).
+   Returns the first step whose matrix is singular, or -1. */
+long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
+            const double *duration, const double *inner, const double *square, double *factors)
+{
+    long singular = -1;
+    for (long k = 0; k < steps; k++) {
+        double *b = factors + k * p->blocks * S * S;
+        memset(b, 0, sizeof(double) * p->blocks * S * S);
+        for (long e = 0; e < p->entries; e++) {
+            double *o = b + (long)p->place[e] * S * S;
+            for (int i = 0; i < S; i++) { /* the equation at point i */
+                long at = (k * S + i) * p->entries + e;
+                o[BLOCK(i, i)] += mass[at];
+                if (!damping) continue;
+                double h = duration[k], c = h * damping[at], s = h * h * stiffness[at];
+                for (int j = 0; j < S; j++) o[BLOCK(i, j)] += inner[BLOCK(i, j)] * c + square[BLOCK(i, j)] * s;
+            }
+        }
+        for (long i = 0; i < p->size; i++) {
+            double *d = b + i * S * S;
+            long many = p->first[i + 1] - p->first[i];
+            if (!invert(d) && singular < 0) singular = k;
+            for (long z = p->first[i]; z < p->first[i + 1]; z++) { /* blocks of L: times the inverse */
+                double *l = b + LOWER(z), row[S];
+                for (int r = 0; r < S; r++) {
+                    for (int j = 0; j < S; j++) row[j] = l[BLOCK(r, j)];
+                    for (int j = 0; j < S; j++) {
+                        double sum = 0.0;
+                        for (int m = 0; m < S; m++) sum += row[m] * d[BLOCK(m, j)];
+                        l[BLOCK(r, j)] = sum;
+                    }
+                }
+            }
+            const int *target = p->target + p->update[i];
+            for (long y = 0; y < many; y++) {
+                const double *l = b + LOWER(p->first[i] + y);
+                for (long z = 0; z < many; z++) {
+                    const double *u = b + UPPER(p->first[i] + z);
+                    double *o = b + (long)target[y * many + z] * S * S;
+                    for (int r = 0; r < S; r++)
+                        for (int j = 0; j < S; j++) {
+                            double sum = 0.0;
+                            for (int m = 0; m < S; m++) sum += l[BLOCK(r, m)] * u[BLOCK(m, j)];
+                            o[BLOCK(r, j)] -= sum;
+                        }
+                }
+            }
+        }
+    }
+    return singular;
+}
+
+/* Solve with the factors of one step; x is (size, S), by the turns of the elimination. */
+static void substitute(const pattern *p, const double *b, double *x)
+{
+    for (long i = 0; i < p->size; i++)
+        for (long z = p->first[i]; z < p->first[i + 1]; z++) {
+            const double *l = b + LOWER(z);
+            double *o = x + (long)p->below[z] * S;
+            for (int r = 0; r < S; r++) {
+                double sum = 0.0;
+                for (int m = 0; m < S; m++) sum += l[BLOCK(r, m)] * x[i * S + m];
+                o[r] -= sum;
+            }
+        }
+    for (long i = p->size - 1; i >= 0; i--) {
+        double y[S];
+        for (int r = 0; r < S; r++) y[r] = x[i * S + r];
+        for (long z = p->first[i]; z < p->first[i + 1]; z++) {
+            const double *u = b + UPPER(z), *o = x + (long)p->below[z] * S;
+            for (int r = 0; r < S; r++) {
+                double sum = 0.0;
+                for (int m = 0; m < S; m++) sum += u[BLOCK(r, m)] * o[m];
+                y[r] -= sum;
+            }
+        }
+        for (int r = 0; r < S; r++) {
+            double sum = 0.0;
+            for (int m = 0; m < S; m++) sum += b[i * S * S + BLOCK(r, m)] * y[m];
+            x[i * S + r] = sum;
+        }
+    }
+}
+
+/* Products of the matrices at all positions with vectors (positions, many, size). */
+void multiply(const pattern *p, long positions, long many, const double *values, const double *vectors, double *result)
+{
+    for (long k = 0; k < positions * many; k++) {
+        const double *v = values + (k / many) * p->entries, *x = vectors + k * p->size;
+        for (long i = 0; i < p->size; i++) {
+            double sum = 0.0;
+            for (long e = p->begin[i]; e < p->begin[i + 1]; e++) sum += v[e] * x[p->columns[e]];
+            result[k * p->size + i] = sum;
+        }
+    }
+}
+
+/* Replace right-hand sides (positions, many, size) by answers, with factors of S = 1. work is (size,). */
+void solve(const pattern *p, long positions, long many, const double *factors, double *right, double *work)
+{
+    for (long k = 0; k < positions * many; k++) {
+        double *column = right + k * p->size;
+        for (long i = 0; i < p->size; i++) work[i] = column[p->order[i]];
+        substitute(p, factors + (k / many) * p->blocks * S * S, work);
+        for (long i = 0; i < p->size; i++) column[p->order[i]] = work[i];
+    }
+}
+
+/* Take states (q, pace q') through the steps first to last - 1: from each row of starts to that of ends. Where ends is
+   starts one row later, each step starts from where the one before it ended, and from what is gained in it.
+
+   load and accelerations are (points, size), gain has a row a step; each may be none. work is (2 S size,). */
+void march(const pattern *p, long first, long last, const double *damping, const double *stiffness, const double *load,
+           const double *gain, const double *duration, const double *inner, const double *weights,
+           const double *points, const double *factors, double pace, const double *starts, double *ends,
+           double *accelerations, double *work)
+{
+    long n = p->size;
+    double *x = work, *place = work + p->size * S, of_place[S];
+    for (int j = 0; j < S; j++) { /* b^T A, the weights of accelerations in the displacement at the end */
+        of_place[j] = 0.0;
+        for (int i = 0; i < S; i++) of_place[j] += weights[i] * inner[BLOCK(i, j)];
+    }
+    memset(place, 0, sizeof(double) * 2 * p->size);
+    for (long k = first; k < last; k++) {
+        const double *from = starts + (k - first) * 2 * n, *more = gain ? gain + (k - first) * 2 * n : 0;
+        double *to = ends + (k - first) * 2 * n, h = duration[k], *rate = place + p->size;
+        for (long i = 0; i < n; i++) rate[i] = from[n + i] / pace;
+        for (int j = 0; j < S; j++) {
+            const double *c = damping + (k * S + j) * p->entries, *s = stiffness + (k * S + j) * p->entries;
+            double ahead = h * points[j];
+            for (long i = 0; i < n; i++) place[i] = from[i] + ahead * rate[i];
+            for (long i = 0; i < p->size; i++) {
+                double sum = load ? load[(k * S + j) * n + i] : 0.0;
+                for (long e = p->begin[i]; e < p->begin[i + 1]; e++)
+                    sum -= s[e] * place[p->columns[e]] + c[e] * rate[p->columns[e]];
+                x[(long)p->turn[i] * S + j] = sum;
+            }
+        }
+        substitute(p, factors + k * p->blocks * S * S, x);
+        for (long i = 0; i < n; i++) {
+            const double *made = x + (long)p->turn[i] * S;
+            double moved = 0.0, gained = 0.0;
+            for (int j = 0; j < S; j++) {
+                moved += of_place[j] * made[j];
+                gained += weights[j] * made[j];
+                if (accelerations) accelerations[(k * S + j) * n + i] = made[j];
+            }
+            double q = from[i] + h * rate[i] + h * h * moved, v = from[n + i] + pace * h * gained;
+            to[i] = more ? q + more[i] : q;
+            to[n + i] = more ? v + more[n + i] : v;
+        }
+    }
+}
+
+/* Add to every target the products of two nonzeros, at every position. A stride of 0 belongs to numbers that are the same
+   at all positions. */
+void products(long positions, long pairs, const int *left, const int *right, const int *target, const double *one,
+              long one_stride, const double *other, long other_stride, double *result, long stride)
+{
+    for (long t = 0; t < positions; t++) {
+        const double *a = one + t * one_stride, *b = other + t * other_stride;
+        double *out = result + t * stride;
+        for (long e = 0; e < pairs; e++) out[target[e]] += a[left[e]] * b[right[e]];
+    }
+}

@@ -1,0 +1,85 @@
+"""The compiled loops of `kernels.c`, for steps of so many stages."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import shutil
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cffi import FFI  # type: ignore[import-untyped]
+from numpy.typing import NDArray
+
+from fenics_mech._compiling import compile_safely
+
+SOURCE = Path(__file__).with_name("kernels.c")
+DECLARED = """
+typedef struct {
+    long size, entries, blocks, below_all;
+    const int *begin, *columns, *place, *order, *turn, *first, *below;
+    const long *update;
+    const int *target;
+} pattern;
+long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
+            const double *duration, const double *inner, const double *square, double *factors);
+void multiply(const pattern *p, long positions, long many, const double *values, const double *vectors, double *result);
+void solve(const pattern *p, long positions, long many, const double *factors, double *right, double *work);
+void march(const pattern *p, long first, long last, const double *damping, const double *stiffness, const double *load,
+           const double *gain, const double *duration, const double *inner, const double *weights,
+           const double *points, const double *factors, double pace, const double *starts, double *ends,
+           double *accelerations, double *work);
+void products(long positions, long pairs, const int *left, const int *right, const int *target, const double *one,
+              long one_stride, const double *other, long other_stride, double *result, long stride);
+"""
+
+
+@cache
+def kernels(stages: int) -> Any:
+    """Give the compiled loops, from the cache of compiled forms or compiled now.
+
+    Parameters
+    ----------
+    stages
+        Unknowns of a block: collocation points of a step, or 1 for a matrix itself.
+
+    Raises
+    ------
+    SolverError
+        When there is no C compiler.
+    """
+    text = f"#define S {stages}\n{SOURCE.read_text(encoding='utf-8')}"
+    name = f"fenics_mech_kernels_{hashlib.sha256((text + DECLARED + sys.version).encode()).hexdigest()[:16]}"
+    return compile_safely(lambda folder: _loaded(folder, name, text))
+
+
+def _loaded(folder: Path, name: str, text: str) -> Any:
+    """Load a compiled module from a folder, where it is compiled if it is not there yet."""
+    found = list(folder.glob(f"{name}.*.so"))
+    if not found:
+        builder = FFI()
+        builder.cdef(DECLARED)
+        builder.set_source(name, text, extra_compile_args=["-O3"])
+        making = folder / f"{name}.making"
+        made = Path(builder.compile(tmpdir=str(making), verbose=False))
+        made.rename(folder / made.name)  # in one step: another process sees it whole or not at all
+        shutil.rmtree(making)
+        found = [folder / made.name]
+    spec = importlib.util.spec_from_file_location(name, found[0])
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def pointer(module: Any, array: NDArray[Any] | None) -> Any:
+    """Give C the numbers of an array, which has to be contiguous and of doubles, ints or longs; None is no array."""
+    if array is None:
+        return module.ffi.NULL
+    kind = {np.dtype(np.float64): "double", np.dtype(np.int32): "int", np.dtype(np.int64): "long"}[array.dtype]
+    assert array.flags.c_contiguous
+    return module.ffi.cast(f"{kind} *", array.ctypes.data)

@@ -1,0 +1,199 @@
+"""Sparse square matrices of one pattern, one at each position, and their factors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from fenics_mech._arrays import Array, Index, summed
+from fenics_mech._sparse.kernels import kernels, pointer
+from fenics_mech._sparse.pattern import Pattern
+from fenics_mech.errors import SolverError
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Matrices of one pattern.
+
+    Parameters
+    ----------
+    pattern
+        Where they have numbers.
+    values
+        These, ``(positions, nonzeros)``.
+    """
+
+    pattern: Pattern
+    values: Array
+
+    @classmethod
+    def of_entries(cls, pattern: Pattern, rows: Index, columns: Index, values: Array) -> Stack:
+        """Sum entries ``(positions, entries)`` at places of a pattern that need not be in order."""
+        return cls(pattern, summed(values, pattern.places(rows, columns), len(pattern.rows)))
+
+    @classmethod
+    def of_full(cls, matrices: Array) -> Stack:
+        """Take matrices that are given as a whole, ``(positions, size, size)``."""
+        size = matrices.shape[-1]
+        rows, columns = np.nonzero(np.any(matrices != 0, axis=0))
+        pattern = Pattern.of(size, rows, columns)
+        return cls(pattern, np.ascontiguousarray(matrices[:, pattern.rows, pattern.columns], dtype=float))
+
+    @property
+    def size(self) -> int:
+        """Rows of each matrix."""
+        return self.pattern.size
+
+    def __len__(self) -> int:
+        """Number of positions."""
+        return len(self.values)
+
+    def __getitem__(self, positions: slice | Index) -> Stack:
+        """Give the matrices at some of the positions."""
+        return replace(self, values=self.values[positions])
+
+    def __add__(self, other: Stack) -> Stack:
+        """Add matrices of the same size, whatever their patterns."""
+        if other.pattern is self.pattern:
+            return replace(self, values=self.values + other.values)
+        joined = self.pattern.joined(other.pattern)
+        return Stack(joined, self.on(joined).values + other.on(joined).values)
+
+    def __mul__(self, factor: float) -> Stack:
+        """Multiply all matrices by a number."""
+        return replace(self, values=factor * self.values)
+
+    __rmul__ = __mul__
+
+    def scaled(self, by: Array) -> Stack:
+        """Multiply rows and columns by a number each, ``(size,)``."""
+        return replace(self, values=self.values * (by[self.pattern.rows] * by[self.pattern.columns]))
+
+    def on(self, pattern: Pattern) -> Stack:
+        """Give the matrices on a pattern with more places, or with more unknowns that have zeros."""
+        if pattern is self.pattern:
+            return self
+        values = np.zeros((len(self.values), len(pattern.rows)))
+        values[:, pattern.places(self.pattern.rows, self.pattern.columns)] = self.values
+        return Stack(pattern, values)
+
+    def times(self, vectors: Array) -> Array:
+        """Give the products with vectors, ``(positions, ..., size)``."""
+        module, given = kernels(1), np.ascontiguousarray(vectors, dtype=float)
+        result, many = np.empty_like(given), given.size // max(1, len(given) * self.size)
+        arrays = (pointer(module, part) for part in (np.ascontiguousarray(self.values), given, result))
+        module.lib.multiply(self.pattern.layout.of(module), len(given), many, *arrays)
+        return result
+
+    @cached_property
+    def magnitude(self) -> Stack:
+        """The matrices of absolute values."""
+        return replace(self, values=np.abs(self.values))
+
+    @cached_property
+    def diagonal(self) -> Array:
+        """Diagonals, ``(positions, size)``."""
+        return self.values[:, self.pattern.diagonal]
+
+    @cached_property
+    def symmetric(self) -> Stack:
+        """Symmetric parts."""
+        return replace(self, values=(self.values + self.values[:, self.pattern.mirrored]) / 2)
+
+    @property
+    def transposed(self) -> Stack:
+        """The transposed matrices."""
+        return replace(self, values=self.values[:, self.pattern.mirrored])
+
+    def at(self, position: int) -> sp.csr_matrix:
+        """Give the matrix at one position."""
+        pointers = np.searchsorted(self.pattern.rows, np.arange(self.size + 1))
+        return sp.csr_matrix((self.values[position], self.pattern.columns, pointers), shape=(self.size,) * 2)
+
+    def dense(self, position: int) -> Array:
+        """Give the matrix at one position as a whole, ``(size, size)``."""
+        whole = np.zeros((self.size, self.size))
+        whole[self.pattern.rows, self.pattern.columns] = self.values[position]
+        return whole
+
+    @property
+    def full(self) -> Array:
+        """All matrices as a whole, ``(positions, size, size)``: for few unknowns only."""
+        whole = np.zeros((len(self.values), self.size, self.size))
+        whole[:, self.pattern.rows, self.pattern.columns] = self.values
+        return whole
+
+    @cached_property
+    def factors(self) -> Factors:
+        """Factors of all matrices.
+
+        Raises
+        ------
+        SolverError
+            When one is singular.
+        """
+        return factorised(self)
+
+    def solve(self, right: Array) -> Array:
+        """Solve for right-hand sides ``(positions, ..., size)``; answers have their shape."""
+        return self.factors.solve(right)
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """Factors of the matrices of a stack, without exchange of rows.
+
+    Parameters
+    ----------
+    pattern
+        The pattern of the matrices.
+    values
+        The blocks, ``(positions, blocks)``.
+    """
+
+    pattern: Pattern
+    values: Array
+
+    @property
+    def pivots(self) -> Array:
+        """Pivots, ``(positions, size)``: a symmetric matrix is positive where all are (Sylvester)."""
+        return 1 / self.values[:, : self.pattern.size]
+
+    def solve(self, right: Array) -> Array:
+        """Solve for right-hand sides ``(positions, ..., size)``; answers have their shape."""
+        answer = np.array(right, dtype=float, order="C")
+        module, work = kernels(1), np.empty(self.pattern.size)
+        many = answer.size // max(1, len(answer) * answer.shape[-1])
+        arrays = (pointer(module, part) for part in (self.values, answer, work))
+        module.lib.solve(self.pattern.layout.of(module), len(answer), many, *arrays)
+        return answer
+
+
+def factorised(stack: Stack) -> Factors:
+    """Factorise all matrices of a stack.
+
+    Raises
+    ------
+    SolverError
+        When one is singular.
+    """
+    module = kernels(1)
+    factors = np.empty((len(stack.values), stack.pattern.elimination.blocks))
+    values = np.ascontiguousarray(stack.values)
+    null = module.ffi.NULL
+    record, given, made = stack.pattern.layout.of(module), pointer(module, values), pointer(module, factors)
+    singular = module.lib.factor(record, len(values), given, null, null, null, null, null, made)
+    if singular >= 0:
+        raise SingularError(singular)
+    return Factors(stack.pattern, factors)
+
+
+class SingularError(SolverError):
+    """A matrix is singular at a position."""
+
+    def __init__(self, position: int) -> None:
+        super().__init__(f"the matrix at position {position} is singular")
+        self.position = position

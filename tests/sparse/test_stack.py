@@ -1,0 +1,89 @@
+"""Sparse matrices at many positions against dense ones of NumPy."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fenics_mech._sparse import Congruence, Pattern, SingularError, Stack
+
+FEW = settings(max_examples=40, deadline=None)
+
+
+def some(seed, size, count=3, filled=0.3):
+    """Matrices that need no exchange of rows, at random places."""
+    chance = np.random.default_rng(seed)
+    rows, columns = np.nonzero(chance.random((size, size)) < filled)
+    pattern = Pattern.of(size, rows, columns)
+    values = chance.standard_normal((count, len(pattern.rows)))
+    values[:, pattern.diagonal] += 2 * size
+    return Stack(pattern, values)
+
+
+@FEW
+@given(st.integers(0, 10**6), st.integers(1, 30))
+def test_products_and_answers_are_those_of_dense_matrices(seed, size):
+    stack = some(seed, size)
+    vectors = np.random.default_rng(seed + 1).standard_normal((3, 2, size))
+    expected = np.einsum("tij,tmj->tmi", stack.full, vectors)
+    assert stack.times(vectors) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+    assert stack.solve(expected) == pytest.approx(vectors, abs=1e-11)
+    assert stack.times(vectors[:, 0]) == pytest.approx(expected[:, 0], abs=1e-12 * np.abs(expected).max())
+    assert stack.at(1).toarray() == pytest.approx(stack.dense(1))
+
+
+@FEW
+@given(st.integers(0, 10**6))
+def test_sums_of_different_patterns(seed):
+    one, other = some(seed, 9), some(seed + 1, 9)
+    assert (one + other).full == pytest.approx(one.full + other.full)
+    assert (2.0 * one).symmetric.full == pytest.approx(one.full + one.full.transpose(0, 2, 1))
+    assert one.transposed.full == pytest.approx(one.full.transpose(0, 2, 1))
+    assert Stack.of_full(one.full).full == pytest.approx(one.full)
+
+
+@FEW
+@given(st.integers(0, 10**6))
+def test_signs_of_pivots_are_those_of_eigenvalues(seed):
+    """Sylvester's law of inertia."""
+    symmetric = some(seed, 12).symmetric
+    symmetric.values[:, symmetric.pattern.diagonal[:5]] *= -1
+    negative = (np.linalg.eigvalsh(symmetric.full) < 0).sum(axis=1)
+    assert ((symmetric.factors.pivots < 0).sum(axis=1) == negative).all()
+
+
+def test_a_singular_matrix_is_named():
+    stack = Stack.of_full(np.stack([np.eye(3), np.diag([1.0, 0.0, 1.0])]))
+    with pytest.raises(SingularError, match="position 1") as found:
+        stack.solve(np.ones((2, 3)))
+    assert found.value.position == 1
+
+
+@FEW
+@given(st.integers(0, 10**6))
+def test_carried_matrices_are_those_of_dense_products(seed):
+    """``P^T (X0 P0 + X1 P1)``, one of the X the same at all positions."""
+    chance = np.random.default_rng(seed)
+    rows, columns = np.nonzero(chance.random((8, 5)) < 0.4)
+    places = [np.nonzero(chance.random((8, 8)) < 0.3) for _ in range(2)]
+    products = Congruence.of(8, 5, rows, columns, places)
+    p, first = (chance.standard_normal((4, len(rows))) for _ in range(2))
+    numbers = chance.standard_normal((1, len(places[0][0]))), chance.standard_normal((4, len(places[1][0])))
+    found = products.products(p, *((products.values_of(*at, x), q) for at, x, q in zip(places, numbers, (p, first))))
+    whole = np.zeros((2, 4, 8, 5))
+    whole[:, :, rows, columns] = p, first
+    links = np.zeros((2, 4, 8, 8))
+    for link, at, x in zip(links, places, numbers):
+        link[:, at[0], at[1]] = x
+    assert found.full == pytest.approx(whole[0].transpose(0, 2, 1) @ (links @ whole).sum(axis=0), abs=1e-12)
+
+
+def test_factors_of_a_chain_have_no_more_nonzeros():
+    """A tridiagonal matrix, and one of blocks as elements join them: minimum degree fills nothing."""
+    size = 60
+    at = np.arange(size - 1)
+    assert Pattern.of(size, at, at + 1).elimination.blocks == 3 * size - 2
+    nodes = 3 * np.arange(19)[:, None] + np.arange(6)
+    rows, columns = np.broadcast_arrays(nodes[:, :, None], nodes[:, None])
+    chain = Pattern.of(60, rows.ravel(), columns.ravel())
+    assert chain.elimination.blocks == len(chain.rows)
