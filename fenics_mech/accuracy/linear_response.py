@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from fenics_mech._arrays import Array, times
-from fenics_mech.mechanism.equation import Matrices
+from fenics_mech._arrays import Array
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 
 LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
@@ -50,8 +50,9 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
         period = float(flow.duration.sum())
         load = np.stack([np.interp(start, start[regular], column, period=period) for column in load.T], axis=1)
     rise = np.roll(load, -1, axis=0) - load
-    added = flow.added_by(load[:, None] + flow.tableau.points[:, None] * rise[:, None])
-    right = np.roll(motion, -1, axis=0) - times(flow.transitions, motion)  # with it the answer is the motion itself
+    inside = load[:, None] + flow.tableau.points[:, None] * rise[:, None]
+    added = flow.added_by(inside.reshape(-1, load.shape[1]))
+    right = np.roll(motion, -1, axis=0) - flow.carried(motion)  # with it the answer is the motion itself
     return flow.parts((flow.cycle.solve(right + added) - motion)[regular])
 
 
@@ -81,11 +82,11 @@ def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) 
     )  # shares of the state before in the equation
     new, new_inertia = 1 - old, 1 - old_inertia
     of_rate, of_place = (0.5 - old_inertia + old) * step, ((1 - old_inertia + old) / 2 * step) ** 2
-    acting = new * (of_rate * matrices.damping + of_place * matrices.stiffness)
-    whole = np.linalg.inv(new_inertia * matrices.mass + acting)
+    masses, dampings, stiffnesses = matrices.full
+    whole = np.linalg.inv(new_inertia * masses + new * (of_rate * dampings + of_place * stiffnesses))
     q, rate, acceleration, lasting = before
     for k, inverse in enumerate(whole):
-        mass, damping, stiffness = matrices.mass[k], matrices.damping[k], matrices.stiffness[k]
+        mass, damping, stiffness = masses[k], dampings[k], stiffnesses[k]
         q = q + step * rate + (step**2 / 2 - of_place) * acceleration
         rate = rate + (step - of_rate) * acceleration
         acceleration = inverse @ (new * (load[k] - damping @ rate - stiffness @ q) + lasting)
@@ -109,16 +110,16 @@ def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, durat
     """
     found, largest = [], 0.0
     for k in range(0, len(motion[0]), max(1, len(motion[0]) // LOOKED_AT)):
-        stiffness = (matrices.stiffness[k] + matrices.stiffness[k].T) / 2
+        mass, stiffness = matrices.mass.symmetric.dense(k), matrices.stiffness.symmetric.dense(k)
         try:
-            square, shapes = eigh((matrices.mass[k] + matrices.mass[k].T) / 2, stiffness)  # 1 over w^2
+            square, shapes = eigh(mass, stiffness)  # 1 over w^2
         except np.linalg.LinAlgError:  # it is held by nothing, or buckles
             continue
         moves = square > np.finfo(float).eps * square[-1]
         square, shapes = square[moves], shapes[:, moves]
         elastic, kinetic = ((shapes.T @ stiffness @ part[k]) ** 2 for part in motion)
         kinetic *= square
-        decay = np.einsum("im,ij,jm->m", shapes, matrices.damping[k], shapes) / (2 * square)
+        decay = np.einsum("im,im->m", shapes, matrices.damping_at(k) @ shapes) / (2 * square)
         lasts = 1 / np.maximum(decay, 1 / max(duration, step))
         largest = max(largest, float(np.sum(elastic + kinetic)))
         found.append((1 / np.sqrt(square), kinetic, lasts))

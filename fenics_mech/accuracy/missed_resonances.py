@@ -142,7 +142,9 @@ class Resonances:
     def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
         """Take load and losses from an equation at the modes' angles."""
         shapes, matrices = modes.shapes, equation.linear
-        work = np.einsum("kmi,kij,kmj->km", shapes, matrices.damping, shapes, optimize=True)
+        work = np.sum(shapes * matrices.damping.times(shapes), axis=-1)
+        if matrices.modal is not None:
+            work = work + np.sum((shapes @ matrices.modal.by_rate.transpose(0, 2, 1)) ** 2, axis=-1)
         loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
         return cls(modes, rate, matrices.load, loss, off)
 
@@ -232,7 +234,7 @@ def vibrating_motion(equation: Equation, resonances: Resonances, missed: Mask) -
     modes = resonances.modes
     momenta = equation.system.mass_times(modes.shapes)
     inertia = [np.einsum("kmi,km->ki", momenta, modes.omega**2 * part) for part in resonances.vibration(missed)]
-    q, rate = np.moveaxis(np.linalg.solve(equation.linear.stiffness, np.stack(inertia, axis=-1)), -1, 0)
+    q, rate = np.moveaxis(equation.linear.stiffness.solve(np.stack(inertia, axis=1)), 1, 0)
     return q, rate
 
 

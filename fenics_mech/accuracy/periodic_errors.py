@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array, times
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import fed_back, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
@@ -170,16 +170,19 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     flow = orbit.flow
     states = flow.states(orbit.start, orbit.start_velocity)
     carrier = finer if finer.tableau.damps else flow
-    load = np.roll(states, -1, axis=0) - times(carrier.transitions, states)  # with it the answer is the orbit's own
+    load = np.roll(states, -1, axis=0) - carrier.carried(states)  # with it the answer is the orbit's own
 
     def carried(defect: Array) -> Array:
         error = carrier.cycle.solve(load + defect) - states
-        return error if carrier is finer else np.roll(times(carrier.transitions, error), 1, axis=0)
+        return error if carrier is finer else np.roll(carrier.carried(error), 1, axis=0)
 
     error = carried(finer.ends(states) - flow.ends(states))
     if carrier is not finer:
-        missing = finer.transitions - flow.transitions
-        error, _ = fed_back(error, lambda found: carried(times(missing, found)), np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
+
+        def again(found: Array) -> Array:
+            return carried(finer.carried(found) - flow.carried(found))
+
+        error, _ = fed_back(error, again, np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
     return flow.parts(states + error)
 
 

@@ -45,8 +45,9 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
     amplitudes, accelerations = np.zeros((2, count, *response.displacement.shape))
     free = unloaded(system)
     on_coordinates = system.transformation.backward(system.values, momenta)
+    held = held_matrices(free)
     for k in struck:
-        mass, stiffness = (part[0] for part in held_matrices(free, slice(k, k + 1)))
+        mass, stiffness = (part.dense(k) for part in held)
         last = [system.size - count, system.size - 1]
         inverse, shapes = la.eigh(mass, stiffness, subset_by_index=last)  # 1/omega^2, and shapes of unit stiffness
         omega = 1 / np.sqrt(np.maximum(inverse, MASSLESS * inverse[-1]))

@@ -38,7 +38,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
         q = yielding_to(system, load, scene.petsc)
     else:
         equation, still = Equation(system), np.zeros_like(response.displacement)
-        q = np.linalg.solve(equation.about(response.displacement, still).stiffness, load[..., None])[..., 0]
+        q = equation.about(response.displacement, still).stiffness.solve(load)
     if (law is not None or system.terms.stiffening is not None) and not scene.analysis.allow_coarse:
         _refuse_large(system, response.displacement, q)
     found = replace(response, displacement=response.displacement + q)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array, times
+from fenics_mech._arrays import Array
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 
@@ -116,20 +116,19 @@ def elastic_response(equation: Equation, q: Array, rate: Array, load: Array | No
     load
         A load beside that of the equation (N, N m), ``(angles, coordinates)``.
     """
-    system, (p, first, second) = equation.system, equation.shape
+    system, (p, first, second), forward = equation.system, equation.jets, equation.system.transformation.forward
     v, v_rate = map(system.on_nodes, equation.in_links(q, rate))
     acceleration = equation.acceleration(q, rate)
     if load is not None:
-        acceleration += np.linalg.solve(equation.linear.mass, load[..., None])[..., 0]
-    of_links = times(p, acceleration)
+        acceleration += equation.linear.mass.solve(load)
+    of_links = forward(p, acceleration)
     if first is not None and second is not None:
-        of_links += 2 * times(first, rate) + times(second, q)
+        of_links += 2 * forward(first, rate) + forward(second, q)
     inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.damping.drag * v_rate
     rotation = damping = None
-    if equation.extra_damping is not None:
-        forces = equation.extra_damping @ equation.straining(q, rate)[..., None]
-        matrices = equation.links_stiffness, equation.linear.mass
-        damping = ModalDamping(*(system.on_nodes(times(p, np.linalg.solve(m, forces)[..., 0])) for m in matrices))
+    if (modal := equation.linear.modal) is not None:
+        forces, matrices = modal.of(q, rate), (equation.links_stiffness, equation.linear.mass)
+        damping = ModalDamping(*(system.on_nodes(forward(p, matrix.solve(forces))) for matrix in matrices))
     if first is not None and second is not None:
         omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.tangential))
         rotation = RotationOfFrames(turning=2 * omega * v_rate + alpha * v, centripetal=-(omega**2) * v)

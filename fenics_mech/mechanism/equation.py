@@ -1,4 +1,4 @@
-"""The whole equation of motion (4.66) at many drive angles at once, as dense matrices over the coordinates q.
+"""The whole equation of motion (4.66) at many drive angles at once, as sparse matrices over the coordinates q.
 
 In link axes the elastic displacement is ``v = P q``, its velocity ``v' = P q' + P' q``, its acceleration
 ``v'' = P q'' + 2 P' q' + P'' q``. The links' forces in their own axes, carried back by P^T, give the equation. Without
@@ -7,64 +7,22 @@ the coupling of rigid and elastic motion P counts as constant, (5.1).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import eigh
 
-from fenics_mech._arrays import Array, Index, summed, times
-from fenics_mech._guard import ADVICE, require_memory
-from fenics_mech._ranks import over_positions
+from fenics_mech._arrays import Array, Index, summed
+from fenics_mech._guard import require_memory
+from fenics_mech._sparse import Congruence, Stack
 from fenics_mech.effects import Entries
 from fenics_mech.effects.terms import Law
-from fenics_mech.errors import SolverError, TooLargeError
+from fenics_mech.mechanism.matrices import Matrices, ModalForces
 from fenics_mech.mechanism.system import System
 
-DENSE = 44  # matrices of a position that a solver holds at a time: measured, 43 with the factors of its cycle
-RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
-MOST_COORDINATES = 1500  # beyond it the dense matrices of a cycle take more memory than a workstation has
-
-
-@dataclass(frozen=True)
-class Matrices:
-    """``M q'' + C q' + K q = f``: three of ``(angles, coordinates, coordinates)`` and ``(angles, coordinates)``."""
-
-    mass: Array
-    damping: Array
-    stiffness: Array
-    load: Array
-
-    @property
-    def weakest(self) -> int | None:
-        """Angle with the smallest eigenvalue of the stiffness' symmetric part, if it is not positive."""
-        symmetric = self.stiffness + self.stiffness.transpose(0, 2, 1)
-        try:
-            np.linalg.cholesky(symmetric)
-        except np.linalg.LinAlgError:
-            return int(np.linalg.eigvalsh(symmetric)[:, 0].argmin())
-        return None
-
-    @property
-    def growth(self) -> float:
-        """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0."""
-        if self.weakest is None:
-            return 0.0
-        squares = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness)).real
-        return float(np.sqrt(max(0.0, -squares.min())))
-
-    @property
-    def loss(self) -> float:
-        """Least loss factor of the modes at the first angle, twice a damping ratio; 0 where there are no modes."""
-        stiffness = self.stiffness[0] + self.stiffness[0].T
-        try:
-            squares, shapes = eigh(self.mass[0] + self.mass[0].T, stiffness)  # 1 over omega^2, and Phi^T 2K Phi = 1
-        except np.linalg.LinAlgError:
-            return 0.0
-        moves = squares > np.finfo(float).eps * squares[-1]
-        work = 2 * np.einsum("im,ij,jm->m", shapes, self.damping[0], shapes)[moves]
-        return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
+KEPT = 14  # numbers of a nonzero that a solver holds at each position, beside its factors
+OF_COORDINATE = 300  # the same of a coordinate, with its factors: rough, for meshes that are not yet made
 
 
 @dataclass(frozen=True)
@@ -75,31 +33,33 @@ class Equation:
     ----------
     system
         The mechanism at the angles.
-    extra_damping
-        Damping over the coordinates q, ``(angles, coordinates, coordinates)``: that of modal ratios.
+    damped_modes
+        G of the modal damping ``G^T G`` over the coordinates q, ``(angles, modes, coordinates)``.
     """
 
     system: System
-    extra_damping: Array | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what is too large to be dense."""
-        require_dense(self.system.size, len(self.system.values))
+    damped_modes: Array | None = None
 
     @cached_property
-    def shape(self) -> tuple[Array, Array | None, Array | None]:
-        """P, P' and P'' at all angles, ``(angles, links' coordinates, coordinates)``; the last two None when off."""
-        transformation = self.system.transformation
-        values = [self.system.values, *(transformation.derivatives(self.system.motion) if self.coupled else ())]
-        full = np.zeros((len(values), len(values[0]), *transformation.shape))
-        full[:, :, transformation.rows, transformation.columns] = np.stack(values)
-        return (full[0], full[1], full[2]) if self.coupled else (full[0], None, None)
+    def jets(self) -> tuple[Array, Array | None, Array | None]:
+        """Nonzeros of P, P' and P'' at all angles, ``(angles, nonzeros)``; the last two None without coupling."""
+        if not self.coupled:
+            return self.system.values, None, None
+        return (self.system.values, *self.system.transformation.derivatives(self.system.motion))
 
-    def _shape_at(self, among: slice) -> tuple[Array, Array | None, Array | None]:
-        """P, P' and P'' at some of the angles."""
-        p, *rates = self.shape
-        first, second = (None if rate is None else rate[among] for rate in rates)
-        return p[among], first, second
+    @property
+    def shape(self) -> tuple[Array, Array | None, Array | None]:
+        """P, P' and P'' in full, ``(angles, links' coordinates, coordinates)``: for few coordinates."""
+        height, width = self.system.transformation.shape[0], len(self.linear.mass.diagonal[0])
+        found: list[Array | None] = []
+        for values in self.jets:
+            whole = None if values is None else np.zeros((len(values), height, width))
+            if whole is not None:
+                whole[:, self.system.transformation.rows, self.system.transformation.columns] = values
+            found.append(whole)
+        p, first, second = found
+        assert p is not None
+        return p, first, second
 
     @property
     def coupled(self) -> bool:
@@ -107,34 +67,61 @@ class Equation:
         return self.system.terms.coupled
 
     @cached_property
+    def _congruence(self) -> Congruence:
+        """From matrices over the links' coordinates to those over q."""
+        system, transformation = self.system, self.system.transformation
+        constant = [system.link_mass, system.link_stiffness]
+        if self.coupled:
+            constant += [system.link_gyroscopic, system.link_rotary_mass]
+        places = [tuple(part.astype(np.int64) for part in matrix.nonzero()) for matrix in constant]
+        added = map(system.on_links, (*system.added_stiffness, *system.terms.matrices.damping))
+        places += [(entries.rows, entries.columns) for entries in added]
+        if (law := system.terms.law) is not None:
+            places.append(_places_of(law))
+        return Congruence.of(*transformation.shape, transformation.rows, transformation.columns, places)
+
+    @cached_property
     def linear(self) -> Matrices:
         """The linear part."""
-        drift = None if self.extra_damping is None else self.drift
-        count = len(self.system.values)
-        mass, damping, stiffness = over_positions(count, lambda among: self._linear_at(among, drift))
-        return Matrices(mass, damping, stiffness, self.system.load)
+        mass, damping, stiffness = self._assembled()
+        return Matrices(mass, damping, stiffness, self.system.load, self._modal)
 
-    def _linear_at(self, among: slice, drift: Array | None) -> tuple[Array, Array, Array]:
-        """M, C and K at some of the angles."""
-        p, first, second = self._shape_at(among)
-        m, d = self.system.link_mass, self._link_damping(among)
-        k = self._with(self.system.link_stiffness, self.system.added_stiffness, among)
-        mass, damping, stiffness = _product(m, p), _product(d, p), _product(k, p)
-        if first is not None and second is not None:
-            omega, alpha = (rate[among] for rate in (self.system.motion.omega, self.system.tangential))
-            m_v = self._scaled(self.system.link_gyroscopic, omega)  # (4.29)
-            m_a = self._scaled(self.system.link_gyroscopic, alpha)  # (4.30)
-            m_a = m_a - self._scaled(m - self.system.link_rotary_mass, omega**2)
-            damping = damping + 2 * _product(m, first) + 2 * _product(m_v, p)  # (4.52), (4.53)
-            stiffness = stiffness + _product(m, second) + 2 * _product(m_v, first) + _product(m_a, p)  # (4.49)-(4.51)
-            stiffness = stiffness + _product(d, first)
-        back = p.transpose(0, 2, 1)
-        damping = back @ damping
-        stiffness = back @ stiffness
-        if self.extra_damping is not None and drift is not None:
-            damping = damping + self.extra_damping[among]
-            stiffness = stiffness + self.extra_damping[among] @ drift[among]
-        return back @ mass, damping, stiffness
+    def _assembled(self) -> tuple[Stack, Stack, Stack]:
+        """M, C and K of the links at all angles."""
+        system, products = self.system, self._congruence
+        p, first, second = self.jets
+        m = products.values_of_matrix(system.link_mass)
+        k = self._with(system.link_stiffness, system.added_stiffness)
+        d = self._link_damping()
+        mass = products.products(p, (m, p))
+        if first is None or second is None:
+            return mass, products.products(p, (d, p)), products.products(p, (k, p))
+        link = system.link_of_coordinate[products.link_rows]
+        omega, alpha = system.motion.omega[:, link], system.tangential[:, link]
+        s = products.values_of_matrix(system.link_gyroscopic)
+        m_v = omega * s  # (4.29)
+        m_a = alpha * s - omega**2 * (m - products.values_of_matrix(system.link_rotary_mass))  # (4.30)
+        damping = products.products(p, (d + 2 * m_v, p), (2 * m, first))  # (4.52), (4.53)
+        stiffness = products.products(p, (k + m_a, p), (2 * m_v + d, first), (m, second))  # (4.49)-(4.51)
+        return mass, damping, stiffness
+
+    @cached_property
+    def _modal(self) -> ModalForces | None:
+        """Damping of modes: their rate is that of straining, ``q' + (P^T k P)^-1 P^T k P' q``.
+
+        q' alone also holds the turning of the fixed frame against the links, and would damp a link that turns with a
+        strain that does not change.
+        """
+        if self.damped_modes is None:
+            return None
+        system, p = self.system, self.system.values
+        first = self.jets[1]
+        if first is None:
+            first = system.transformation.derivatives(system.motion)[0]
+        k = self._congruence.values_of_matrix(system.link_stiffness)
+        turning = self._congruence.products(p, (k, first))
+        strained = self.links_stiffness.solve(self.damped_modes)
+        return ModalForces(self.damped_modes, strained @ turning.full)
 
     def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
@@ -171,11 +158,11 @@ class Equation:
     def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array) -> Matrices:
         """Linearise about v and v' of the links, and the tension of their strings."""
         linear, (constant, *tangents) = self.linear, law.linearised(*state, tension)
-        damping, stiffness = over_positions(len(tension), lambda among: self._tangents_at(among, law.dofs, *tangents))
-        return Matrices(
-            mass=linear.mass,
-            damping=linear.damping + damping,
-            stiffness=linear.stiffness + stiffness,
+        damping, stiffness = self._tangents(law, *tangents)
+        return replace(
+            linear,
+            damping=linear.damping if damping is None else linear.damping + damping.on(linear.damping.pattern),
+            stiffness=linear.stiffness + stiffness.on(linear.stiffness.pattern),
             load=linear.load - self._to_coordinates(constant, law.dofs),
         )
 
@@ -184,17 +171,22 @@ class Equation:
         still = np.zeros((len(tension), self.system.size))
         return self.linearised(still, still, tension)
 
-    def _tangents_at(self, among: slice, dofs: Index, by_v: Array, by_rate: Array) -> tuple[Array, Array]:
-        """Damping and stiffness at some of the angles of strings on `dofs`, from theirs in link axes."""
-        p, first, _ = self._shape_at(among)
-        back, size = p.transpose(0, 2, 1), p.shape[1]
-        stiffness = Entries.of_blocks(dofs, by_v[among]).dense(size) @ p
+    @cached_property
+    def _of_law(self) -> Congruence:
+        """From the tangents of the nonlinear law to matrices over q."""
+        transformation, law = self.system.transformation, self.system.terms.law
+        assert law is not None
+        return Congruence.of(*transformation.shape, transformation.rows, transformation.columns, [_places_of(law)])
+
+    def _tangents(self, law: Law, by_v: Array, by_rate: Array) -> tuple[Stack | None, Stack]:
+        """Damping and stiffness of the nonlinear law from its tangents in link axes; no damping where it has none."""
+        products, (p, first, _) = self._of_law, self.jets
+        k = products.values_of(*_places_of(law), by_v.reshape(len(p), -1))
         if not by_rate.any():
-            return np.zeros((len(p), 1, 1)), back @ stiffness
-        of_rate = Entries.of_blocks(dofs, by_rate[among]).dense(size)
-        if first is not None:
-            stiffness += of_rate @ first
-        return back @ (of_rate @ p), back @ stiffness
+            return None, products.products(p, (k, p))
+        d = products.values_of(*_places_of(law), by_rate.reshape(len(p), -1))
+        moved = () if first is None else ((d, first),)
+        return products.products(p, (d, p)), products.products(p, (k, p), *moved)
 
     def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:
         """Tension at a new state by the strain linearised about the old one.
@@ -223,120 +215,73 @@ class Equation:
         q, rate, second
             Coordinates and their first two time derivatives, ``(angles, coordinates)``.
         """
-        linear, law = self.linear, self.system.terms.law
-        found = times(linear.mass, second) + times(linear.damping, rate) + times(linear.stiffness, q) - linear.load
+        found, law = self.linear.left(q, rate, second) - self.linear.load, self.system.terms.law
         return found if law is None else found + self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
 
-    def straining(self, q: Array, rate: Array) -> Array:
-        """Rate of the coordinates that strains the links as they are strained, ``(angles, coordinates)``.
-
-        It is ``q' + drift q``. Modal damping goes with it: q' alone also holds the turning of the fixed frame against
-        the links, and would damp a link that turns with a strain that does not change.
-        """
-        return rate + times(self.drift, q)
-
     @cached_property
-    def drift(self) -> Array:
-        """How coordinates that stand still strain the links as these turn, ``P^T k P drift = P^T k P'`` (1/s)."""
-        return over_positions(len(self.system.values), lambda among: (self._drift_at(among),))[0]
-
-    def _drift_at(self, among: slice) -> Array:
-        p, first, _ = self._shape_at(among)
-        if first is None:
-            first, transformation = np.zeros_like(p), self.system.transformation
-            rates = transformation.derivatives(self.system.motion.part(among))[0]
-            first[:, transformation.rows, transformation.columns] = rates
-        along = p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, first)
-        return np.asarray(np.linalg.solve(self.links_stiffness[among], along))
-
-    @cached_property
-    def links_stiffness(self) -> Array:
+    def links_stiffness(self) -> Stack:
         """Stiffness of the links alone, ``P^T k P``: without springs, axial forces and coupling."""
-        p = self.shape[0]
-        return p.transpose(0, 2, 1) @ _product(self.system.link_stiffness, p)
+        p, k = self.system.values, self._congruence.values_of_matrix(self.system.link_stiffness)
+        return self._congruence.products(p, (k, p))
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates `dofs`, ``(angles, strings, n)``, to the mechanism's."""
-        p = self.shape[0]
-        whole = summed(forces.reshape(len(forces), -1), dofs.ravel(), p.shape[1])
-        return (whole[:, None] @ p)[:, 0]
+        transformation = self.system.transformation
+        whole = summed(forces.reshape(len(forces), -1), dofs.ravel(), transformation.shape[0])
+        return transformation.backward(self.jets[0], whole)
 
     def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
         """Displacement v and its velocity v' over the links' coordinates, each ``(angles, links' coordinates)``."""
-        p, first, _ = self.shape
-        v_rate = times(p, rate)
-        return times(p, q), v_rate if first is None else v_rate + times(first, q)
+        (p, first, _), forward = self.jets, self.system.transformation.forward
+        v_rate = forward(p, rate)
+        return forward(p, q), v_rate if first is None else v_rate + forward(first, q)
 
     def acceleration(self, q: Array, rate: Array) -> Array:
         """Second derivative of the coordinates at a state, ``(angles, coordinates)``."""
-        residual = self.residual(q, rate, np.zeros_like(q))
-        return np.linalg.solve(self.linear.mass, -residual[..., None])[..., 0]
+        return self.linear.mass.solve(-self.residual(q, rate, np.zeros_like(q)))
 
-    def _link_damping(self, among: slice) -> sp.csr_matrix | Array:
-        """Damping in link axes: by the material, by the surroundings, by dampers."""
+    def _link_damping(self) -> Array:
+        """Damping in link axes: by the material, by the surroundings, by dampers; nonzeros of link matrices."""
         terms = self.system.terms
         constant = terms.damping.material * self.system.link_stiffness + terms.damping.drag * self.system.link_mass
-        return self._with(constant, terms.matrices.damping, among)
+        return self._with(constant, terms.matrices.damping)
 
-    def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...], among: slice) -> sp.csr_matrix | Array:
-        """Give a constant matrix, or with entries of effects a dense one at some of the angles."""
-        if not added:
-            return constant
-        parts = (self.system.on_links(entries.part(among)) for entries in added)
-        return constant.toarray() + sum(entries.dense(constant.shape[0]) for entries in parts)
-
-    def _scaled(self, matrix: sp.csr_matrix, by_link: Array) -> sp.csr_matrix | Array:
-        """Scale the rows of each link by a factor that changes with the angle, ``(angles, links)``."""
-        rows = by_link[:, self.system.link_of_coordinate]
-        return rows[..., None] * matrix.toarray()
+    def _with(self, constant: sp.csr_matrix, added: tuple[Entries, ...]) -> Array:
+        """Nonzeros of a constant matrix and entries of effects, ``(angles or 1, nonzeros)``."""
+        found = self._congruence.values_of_matrix(constant)
+        for entries in map(self.system.on_links, added):
+            found = found + self._congruence.values_of(entries.rows, entries.columns, entries.values)
+        return found
 
 
-def require_dense(size: int, positions: int) -> None:
-    """Raise `TooLargeError` where dense matrices of so many coordinates at so many positions are too large."""
-    if size > MOST_COORDINATES:
-        raise TooLargeError(
-            f"{size} degrees of freedom are too many for this solver, which takes {MOST_COORDINATES}",
-            hint="Take fewer elements",
-        )
-    what = f"the matrices of {positions} positions with {size} degrees of freedom"
-    require_memory(DENSE * positions * size**2, what, "Take fewer sub_intervals or elements")
+def _places_of(law: Law) -> tuple[Index, Index]:
+    """Rows and columns of the blocks of a law's strings, over the links' coordinates."""
+    rows, columns = np.broadcast_arrays(law.dofs[:, :, None], law.dofs[:, None, :])
+    return rows.ravel(), columns.ravel()
 
 
-def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
-    """Raise `SolverError` where a damper is as good as rigid: in a sum with it, all else would be lost to rounding.
+def require_room(system: System, positions: int, stages: int) -> None:
+    """Raise `TooLargeError` where the matrices of a cycle and their factors do not fit into memory.
 
-    The damping is compared with inertia and stiffness, coordinate by coordinate, over a step of time (s).
+    Parameters
+    ----------
+    system
+        The mechanism, at any of its angles.
+    positions
+        Number of collocation points in the cycle.
+    stages
+        Of them, those in a step.
     """
-    mass, damping, stiffness = (
-        np.abs(np.diagonal(matrix, axis1=1, axis2=2))
-        for matrix in (matrices.mass, matrices.damping, matrices.stiffness)
-    )
-    ratio = float((step * damping / (mass + step**2 * stiffness)).max())
-    if not ratio < RIGID_DAMPING:
-        raise SolverError(
-            f"the damping is {ratio:.1e} times the inertia and stiffness that it acts against in a sub-interval: "
-            f"rounding would spoil the answer. {ADVICE}"
-        )
+    pattern = Equation(system)._congruence.pattern
+    numbers = KEPT * len(pattern.rows) + stages * pattern.elimination.blocks
+    what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
+    require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")
 
 
-def held_matrices(system: System, among: slice = slice(None)) -> tuple[Array, Array]:
-    """Mass and symmetric stiffness, held at some of the angles: two of ``(angles, coordinates, coordinates)``."""
-    values = system.values[among]
-    p = np.zeros((len(values), *system.transformation.shape))
-    p[:, system.transformation.rows, system.transformation.columns] = values
-    stiffness: sp.csr_matrix | Array = system.link_stiffness
-    if system.symmetric_stiffness:
-        parts = (system.on_links(entries.part(among)) for entries in system.symmetric_stiffness)
-        added = (entries.dense(p.shape[1]) for entries in parts)
-        stiffness = system.link_stiffness.toarray() + sum(added)
-    back = p.transpose(0, 2, 1)
-    return back @ _product(system.link_mass, p), back @ _product(stiffness, p)
-
-
-def _product(matrix: sp.csr_matrix | Array, columns: Array) -> Array:
-    """Product of a matrix, constant or at all angles, with ``(angles, nodal dofs, coordinates)``."""
-    if isinstance(matrix, np.ndarray):
-        return matrix @ columns
-    angles, rows, size = columns.shape
-    flat = columns.transpose(1, 0, 2).reshape(rows, -1)
-    return np.asarray(matrix @ flat).reshape(-1, angles, size).transpose(1, 0, 2)
+def held_matrices(system: System) -> tuple[Stack, Stack]:
+    """Mass and symmetric stiffness, held at the angles."""
+    equation, p = Equation(system), system.values
+    products = equation._congruence
+    m = products.values_of_matrix(system.link_mass)
+    k = equation._with(system.link_stiffness, system.symmetric_stiffness)
+    return products.products(p, (m, p)), products.products(p, (k, p))

@@ -13,10 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
+from fenics_mech._sparse import Stack
 from fenics_mech.effects import Entries
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices, ModalForces
 from fenics_mech.mechanism.system import System
 from fenics_mech.scene.drives import Motor
 
@@ -87,12 +89,6 @@ class MotorEquation(Equation):
     tangents: Array
 
     @cached_property
-    def shape(self) -> tuple[Array, Array | None, Array | None]:
-        """P, P' and P'', in which the twist moves nothing: the links are measured against the crank's own angle."""
-        p, first, second = self._without_twist.shape
-        return _widened(p), None if first is None else _widened(first), None if second is None else _widened(second)
-
-    @cached_property
     def linear(self) -> Matrices:
         """The equation linearised about the twist; its load makes it hold for the whole coordinates."""
         plain, rows = self._without_twist.linear, self._rows()
@@ -102,12 +98,20 @@ class MotorEquation(Equation):
             _bordered(block, row, -tangent, constant)
             for block, row, tangent, constant in zip(blocks, rows, self.tangents, motor)
         )
-        return Matrices(mass, damping, stiffness, self.load - np.einsum("iak,ia->ak", self.tangents, self.twist))
+        modal = plain.modal
+        if modal is not None:  # the twist strains nothing
+            modal = ModalForces(*(np.pad(part, ((0, 0), (0, 0), (0, 1))) for part in (modal.by_rate, modal.by_place)))
+        load = self.load - np.einsum("iak,ia->ak", self.tangents, self.twist)
+        return Matrices(mass, damping, stiffness, load, modal)
 
     @cached_property
     def _without_twist(self) -> Equation:
         """The equation of the elastic coordinates alone."""
-        return Equation(self.system, self.extra_damping)
+        return Equation(self.system, self.damped_modes)
+
+    def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
+        """Carry forces on the links' coordinates to the mechanism's; they do no work in the twist."""
+        return np.pad(super()._to_coordinates(forces, dofs), ((0, 0), (0, 1)))
 
     def _rows(self) -> tuple[Array, Array, Array]:
         """Torques on the crank of q, q' and q'', ``(angles, n)`` each.
@@ -156,14 +160,11 @@ def _quarter_back(forces: Array) -> Array:
     return np.stack([y, -x, np.zeros_like(x)], axis=-1).reshape(forces.shape)
 
 
-def _widened(matrices: Array) -> Array:
-    return np.pad(matrices, ((0, 0), (0, 0), (0, 1)))
-
-
-def _bordered(block: Array, row: Array, column: Array, constant: float) -> Array:
+def _bordered(block: Stack, row: Array, column: Array, constant: float) -> Stack:
     """Matrices with one more row and column; the constant adds to the corner."""
-    n = block.shape[1]
-    whole = np.zeros((len(block), n + 1, n + 1))
-    whole[:, :n, :n], whole[:, n, :n], whole[:, :, n] = block, row, column
-    whole[:, n, n] += constant
-    return whole
+    pattern, last, every = block.pattern.widened(1), np.full(block.size, block.size), np.arange(block.size)
+    values = block.on(pattern).values
+    values[:, pattern.places(last, every)] = row
+    values[:, pattern.places(np.arange(block.size + 1), np.append(last, block.size))] = column
+    values[:, -1] += constant
+    return Stack(pattern, values)

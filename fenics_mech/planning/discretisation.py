@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fenics_mech._guard import memory
-from fenics_mech.mechanism.equation import DENSE
+from fenics_mech.mechanism.equation import OF_COORDINATE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import MOST_STATIONS
 from fenics_mech.scene.consistency import MOST_WHOLE
@@ -16,7 +16,7 @@ from fenics_mech.scene.meshing import with_elements
 
 STAGES = 3
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
-MOST_ENTRIES = 1.5e7  # steps times the square of the coordinates: measured, 10 microseconds and 1.2 kB each
+MOST_ENTRIES = 5e6  # steps times coordinates: measured, 30 microseconds each
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
 GREW = 1.2  # ratio of two numbers, below which their errors show no convergence order
 LEAST_ORDER = 0.25  # measured, below which an observed order is none
@@ -32,14 +32,11 @@ class Discretisation:
         Per member.
     sub_intervals, stations
         Of the analysis.
-    cutoff
-        Of the reduction (Hz); None where all nodes are kept.
     """
 
     elements: float
     sub_intervals: float
     stations: float
-    cutoff: float | None
 
     @property
     def steps(self) -> int:
@@ -49,8 +46,6 @@ class Discretisation:
     def of(self, scene: Scene) -> Scene:
         """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged."""
         values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
-        if self.cutoff is not None:
-            values |= {"reduction": "craig-bampton", "cutoff": self.cutoff}
         if scene.analysis.method == "periodic":
             values |= {"solver": "collocation", "stages": STAGES, "scheme": "radau", "sub_intervals": self.steps}
         changes = {f"analysis__{name}": value for name, value in values.items()}
@@ -68,8 +63,6 @@ class Discretisation:
             return replace(self, stations=by * (self.stations - 1) + 1)
         if source == "time":
             return replace(self, sub_intervals=by * self.sub_intervals)
-        if self.cutoff is not None:
-            return replace(self, cutoff=by**2 * self.cutoff, elements=by * self.elements)
         return replace(self, elements=by * self.elements)
 
 
@@ -98,11 +91,11 @@ class Trial:
         """Say which number of a discretisation exceeds memory or time; empty where none does."""
         if discretisation.stations > MOST_STATIONS:
             return "stations"
-        if discretisation.cutoff is None and discretisation.elements > MOST_WHOLE:
+        if discretisation.elements > MOST_WHOLE:
             return "elements"
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
-        most = min(MOST_ENTRIES, memory() / (8 * DENSE * STAGES))
-        if periodic and discretisation.sub_intervals * dofs**2 > most:
+        most = min(MOST_ENTRIES, memory() / (8 * OF_COORDINATE * STAGES))
+        if periodic and discretisation.sub_intervals * dofs > most:
             return "sub_intervals and elements"
         return ""
 

@@ -10,12 +10,10 @@ import numpy as np
 
 from fenics_mech.accuracy.estimate import ORIGINS, left_out
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
-from fenics_mech.mechanism.beam_links import stress_stiffened
 from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
@@ -24,11 +22,10 @@ from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
-from fenics_mech.scene.meshing import with_elements
 
 LARGEST_STEP, MARGIN = 4.0, 1.05  # by which a number grows in a round, and by how much more than it should
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
-REDUCED_ELEMENTS, FEWEST_ELEMENTS = 16, 2
+FEWEST_ELEMENTS = 2
 WORDS = {
     "strain": "strains",
     "deflection": "deflections",
@@ -221,8 +218,8 @@ def _refuse_stated(scene: Scene) -> None:
     for name, values in taken.items():
         if (stated := getattr(scene.analysis, name)) not in values:
             raise SceneError(
-                f"{stated!r} is stated beside a tolerance, which chooses the reduction itself and takes collocation "
-                f"with {STAGES} Radau points",
+                f"{stated!r} is stated beside a tolerance, which keeps all nodes and takes collocation with {STAGES} "
+                "Radau points",
                 place=f"analysis.{name}",
                 hint=f"Leave {name} or the tolerance out",
             )
@@ -256,19 +253,7 @@ def _refuse_unknown(scene: Scene) -> None:
 
 def _start(scene: Scene, common: CommonParts) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
-    steps = _fewest_steps(scene, common)
-    if (
-        not any(EFFECTS[name].couples for name in scene.named_effects)
-        or stress_stiffened(scene)
-        or not _periodic(scene)
-    ):
-        return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
-    reduced = scene.changed(analysis__reduction="craig-bampton", analysis__cutoff="auto")
-    reduction = common.links(with_elements(reduced, REDUCED_ELEMENTS)).reduction
-    assert reduction is not None
-    if not reduction.spans:
-        return Discretisation(FEWEST_ELEMENTS, steps, FEWEST_STATIONS, None)
-    return Discretisation(REDUCED_ELEMENTS, steps, FEWEST_STATIONS, reduction.cutoff / (2 * math.pi))
+    return Discretisation(FEWEST_ELEMENTS, _fewest_steps(scene, common), FEWEST_STATIONS)
 
 
 def _jumping(scene: Scene) -> bool:
@@ -305,8 +290,6 @@ def _account(scene: Scene, elements: int, trial: Trial, rounds: int, left: float
     parts = [f"{elements} elements"]
     if analysis.method == "periodic":
         parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
-    if analysis.reduction != "none":
-        parts.append(f"reduced to modes up to {analysis.cutoff:.4g} Hz")
     parts.append(f"{analysis.stations} stations")
     met = " and ".join(f"{WORDS[what]} to {most:g}" for what, most in scene.tolerances.items())
     least = "; ".join(

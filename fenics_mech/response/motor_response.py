@@ -16,7 +16,8 @@ from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_with_torque
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
@@ -81,7 +82,8 @@ class MotorCycle(Cycle):
 
     def damping_at(self, theta: Array) -> Array | None:
         """Modal damping at drive angles where the crank is not ahead, ``(angles, coordinates, coordinates)``."""
-        return modal_damping(self.scene, _turned(self.scene, self.system, theta, np.zeros((3, len(theta)))))
+        there = _turned(self.scene, self.system, theta, np.zeros((3, len(theta))))
+        return modal_damping(self.scene, there)
 
     @cached_property
     def damping(self) -> Array | None:
@@ -184,7 +186,7 @@ def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping:
     tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
     return MotorEquation(
         system=_moved(scene, system, at[0.0], theta, twist),
-        extra_damping=damping,
+        damped_modes=damping,
         motor=motor,
         unit=units[0.0],
         twist=twist,

@@ -9,7 +9,7 @@ from fenics_mech.effects.motor import EFFECT as MOTOR
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import require_dense
+from fenics_mech.mechanism.equation import require_room
 from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
@@ -69,7 +69,7 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
     if solver == "sub-intervals":
         require_joined(modes_kept(scene, system), points)
     else:
-        require_dense(system.size, scene.analysis.stages * len(Steps.of(scene).start))
+        require_room(system, scene.analysis.stages * len(Steps.of(scene).start), scene.analysis.stages)
 
 
 def by_statics(scene: Scene, system: System) -> StaticSolution:

@@ -56,7 +56,7 @@ def jumps_at(scene: Scene, system: System, theta: Array) -> Array:
     motion = solve_motion(scene, theta, near=system.motion)
     struck = replace(system, motion=motion, terms=NOTHING)
     momenta = struck.on_coordinates(nodal_impulses(scene, system.beams, motion)[0])
-    return np.asarray(np.linalg.solve(Equation(struck).linear.mass, momenta[..., None])[..., 0])
+    return Equation(struck).linear.mass.solve(momenta)
 
 
 def blows_between(scene: Scene, system: System, start: float, end: float) -> Blows | None:

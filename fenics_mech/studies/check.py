@@ -94,7 +94,7 @@ def coupling(system: System) -> tuple[Array, Array]:
     """
     terms = (replace(system.terms, coupled=on) for on in (False, True))
     plain, coupled = (Equation(replace(system, terms=each)).linear for each in terms)
-    return coupled.damping - plain.damping, coupled.stiffness - plain.stiffness
+    return coupled.damping.full - plain.damping.full, coupled.stiffness.full - plain.stiffness.full
 
 
 def frequencies() -> list[Finding]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech.accuracy.linear_response import change_in_time, too_fast
-from fenics_mech.mechanism.equation import Matrices
+from fenics_mech.mechanism.matrices import Matrices
 
 TIME = np.linspace(0, 1, 401)
 SLOW, FAST = 2 * np.pi * 10, 2 * np.pi * 500
@@ -17,7 +17,7 @@ def found(ratio=0.0, vibration=1.0, every=1):
     matrices = (np.repeat(part[None], len(time), axis=0) for part in (mass, 2 * ratio * np.sqrt(stiffness), stiffness))
     waves = [(vibration * np.exp(1j * SLOW * time), 1j * SLOW), (SLOW / FAST * np.exp(2j * np.pi * time), 2j * np.pi)]
     q, rate = (np.stack([(factor * wave).real for wave, factor in part], axis=1) for part in _both(waves))
-    return too_fast(Matrices(*matrices, load=q), (q, rate), float(time[1]), 1.0)
+    return too_fast(Matrices.of_full(*matrices, load=q), (q, rate), float(time[1]), 1.0)
 
 
 def _both(waves):
@@ -42,7 +42,7 @@ def changed(duration, steps, turning=0.0):
     axes = np.stack([axes.real, axes.imag], axis=1)
     stiffness = axes @ np.diag([1.0, 1e10]) @ axes.transpose(0, 2, 1)
     mass = np.repeat(np.eye(2)[None], steps, axis=0)
-    matrices = Matrices(mass, 0 * mass, stiffness, load=axes[..., 0])
+    matrices = Matrices.of_full(mass, 0 * mass, stiffness, load=axes[..., 0])
     found = change_in_time(axes[..., 0], matrices, duration / steps, np.zeros((4, 2)))
     return np.einsum("dki,kij->dkj", found[:2], axes), time
 

@@ -122,12 +122,13 @@ def test_equation_is_lagranges():
     def turned(matrices):
         return matrices.transpose(0, 2, 1)
 
-    mass, damping, stiffness = near[2].mass, near[2].damping, near[2].stiffness
+    masses, dampings, stiffnesses = zip(*(equation.full for equation in near))
+    mass, damping, stiffness = masses[2], dampings[2], stiffnesses[2]
     checks = (
         (mass - turned(mass), mass),
-        (damping + turned(damping) - 2 * rate([e.mass for e in near]), damping),
+        (damping + turned(damping) - 2 * rate(masses), damping),
         (
-            stiffness - turned(stiffness) - rate([(e.damping - turned(e.damping)) / 2 for e in near]),
+            stiffness - turned(stiffness) - rate([(part - turned(part)) / 2 for part in dampings]),
             stiffness - turned(stiffness),
         ),
     )

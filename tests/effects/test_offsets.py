@@ -193,7 +193,7 @@ def test_frequencies_of_a_spinning_strip_are_those_of_the_transfer_matrix(axis, 
     speed, turning = 30.0, TURNING if len(effects) > 1 else None
     scene = spinning(axis, speed, elements=8, effects=effects, analysis={"sub_intervals": 8, "modes": 3})
     linear = Equation(mechanism(scene)).linear
-    mass, damping, stiffness = linear.mass[0], linear.damping[0], linear.stiffness[0]
+    mass, damping, stiffness = (part[0] for part in linear.full)
     count = len(mass)
     rates = np.block(
         [[np.zeros((count, count)), np.eye(count)], [-np.linalg.solve(mass, part) for part in (stiffness, damping)]]

@@ -54,7 +54,7 @@ def spinning(speed, offset=0.0, **rest):
 @pytest.mark.parametrize("ratio", [2, 4, 8])
 def test_frequencies_of_a_spinning_cantilever(ratio):
     linear = Equation(mechanism(spinning(ratio * UNIT))).linear
-    squares = eigh(linear.stiffness[0], linear.mass[0], eigvals_only=True)[:3]
+    squares = eigh(linear.stiffness.dense(0), linear.mass.dense(0), eigvals_only=True)[:3]
     expected = np.sqrt(np.square(OUT_OF_PLANE[ratio]) - ratio**2)
     # mean axial force in each of 16 elements, h^2; Coriolis forces only act along the axis, which hardly stretches
     assert np.sqrt(squares) / UNIT == pytest.approx(expected, rel=2e-3)
@@ -78,7 +78,7 @@ def test_disturbances_that_turn_more_slowly_than_the_beam(ratio):
         analysis={"sub_intervals": 96, "modes": 3, "scheme": "gauss"},
     )
     linear = Equation(mechanism(scene)).linear
-    expected = np.sqrt(eigh(linear.stiffness[0], linear.mass[0], eigvals_only=True)[0]) * np.ones(2)
+    expected = np.sqrt(eigh(linear.stiffness.dense(0), linear.mass.dense(0), eigvals_only=True)[0]) * np.ones(2)
     found = analyse(scene).data
     which = found["multiplier_mode"].to_numpy() == 1
     # the Coriolis forces left out on the right, of a beam that hardly stretches, take 2e-3 at 50 times the unit

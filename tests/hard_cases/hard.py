@@ -29,7 +29,7 @@ def natural(scene):
     """The mechanism of a scene, its natural frequencies at drive angle 0 (rad/s) and its modes."""
     system = mechanism(scene)
     mass, stiffness = held_matrices(system)
-    squares, shapes = eigh(stiffness[0], mass[0])
+    squares, shapes = eigh(stiffness.dense(0), mass.dense(0))
     return system, np.sqrt(squares), shapes
 
 

@@ -11,6 +11,7 @@ from scipy.linalg import eigvalsh
 
 from fenics_mech import analyse
 from fenics_mech._petsc import configured
+from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion
 from fenics_mech.response.static import quasi_static
@@ -93,7 +94,7 @@ class Pressed:
 
     def straight(self, tension):
         stiffness, geometric = self.parts
-        return type("Tangents", (), {"stiffness": stiffness + tension[:, :1, None] * geometric})
+        return type("Tangents", (), {"stiffness": Stack.of_full(stiffness + tension[:, :1, None] * geometric)})
 
 
 @pytest.mark.parametrize("pressure", [0.5, 1.5, 40.0, 1e7])

@@ -36,6 +36,8 @@ def folds(damping, cubic, force):
             return np.append(lack(x[:-1], x[-1], damping, cubic, force), across)
 
         solved = root(conditions, known, tol=1e-12)
+        if not solved.success:  # a step that is too long for Powell's method
+            solved = root(conditions, known, method="lm", tol=1e-14)
         assert np.abs(conditions(solved.x)).max() < 1e-9
         known = solved.x
         found.append((known[-1], np.hypot(known[0], known[len(ORDERS)])))

@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix
 
 from fenics_mech.effects import NOTHING
 from fenics_mech.eigenmodes import Modes
-from fenics_mech.mechanism.equation import Matrices
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.build import build
 
@@ -28,7 +28,7 @@ def oscillators(time, omega, damping, load=None):
     """Uncoupled oscillators of unit mass; omega and damping are ``(oscillators,)``."""
     eye = np.eye(len(omega))
     matrices = [np.broadcast_to(m, (len(time), *m.shape)).copy() for m in (eye, damping * eye, omega**2 * eye)]
-    return Matrices(*matrices, np.zeros((len(time), len(omega))) if load is None else load)
+    return Matrices.of_full(*matrices, np.zeros((len(time), len(omega))) if load is None else load)
 
 
 def modes_of(omega):
@@ -39,9 +39,9 @@ def modes_of(omega):
 
 def axes_of(matrices, count):
     """Axes of one link that does not turn, in as many steps."""
-    size = matrices.mass.shape[1]
+    size = matrices.mass.size
     each, ones = np.arange(size), np.ones((count, size))
-    return LinkAxes(each, each, ones, 0 * ones, csr_matrix(matrices.mass[0]), 0 * each, ("link",))
+    return LinkAxes(each, each, ones, 0 * ones, csr_matrix(matrices.mass.dense(0)), 0 * each, ("link",))
 
 
 class Manufactured:
@@ -64,7 +64,7 @@ class Manufactured:
         blocks.append([[30 + 6 * c, -5 + s], [-5 - s, 25 + 4 * s]])
         parts = [np.moveaxis(np.array(np.broadcast_arrays(*b[0] + b[1])), -1, 0).reshape(-1, 2, 2) for b in blocks]
         load = sum(np.einsum("tij,tj->ti", part, q) for part, q in zip(parts, self.motion(time)[::-1]))
-        return Matrices(*parts, load)
+        return Matrices.of_full(*parts, load)
 
 
 class Duffing:
@@ -76,7 +76,7 @@ class Duffing:
         q, rate = self.motion(time)
         load = -(self.rate**2) * q + self.damping * rate + self.stiffness * q + self.cubic * q**3
         ones = np.ones((len(time), 1, 1))
-        self.linear = Matrices(ones, self.damping * ones, self.stiffness * ones, load)
+        self.linear = Matrices.of_full(ones, self.damping * ones, self.stiffness * ones, load)
         self.system = SimpleNamespace(terms=SimpleNamespace(law=self), motion=SimpleNamespace(theta=time))
         self.tension = np.zeros((len(time), 1))
 
@@ -87,8 +87,10 @@ class Duffing:
 
     def linearised(self, q, rate, tension):
         """The tangent at q."""
-        stiffness = self.linear.stiffness + 3 * self.cubic * q[..., None] ** 2
-        return Matrices(self.linear.mass, self.linear.damping, stiffness, self.linear.load + 2 * self.cubic * q**3)
+        stiffness = self.linear.stiffness.full + 3 * self.cubic * q[..., None] ** 2
+        return Matrices.of_full(
+            self.linear.mass.full, self.linear.damping.full, stiffness, self.linear.load + 2 * self.cubic * q**3
+        )
 
     def predicted_tension(self, q, rate, new_q, new_rate):
         """There is none."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Matrices
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.continuation import arc_length as continuation
 from fenics_mech.response.continuation.arc_length import Family, Point, continued, paced
 from fenics_mech.response.periodic.collocation import solve_collocation
@@ -24,13 +24,15 @@ class Forced:
 
     def __init__(self, force=FORCE):
         ones = np.ones((len(ANGLES), 1, 1))
-        self.linear = Matrices(ones, DAMPING * ones, ones, force * np.cos(ANGLES)[:, None])
+        self.linear = Matrices.of_full(ones, DAMPING * ones, ones, force * np.cos(ANGLES)[:, None])
         self.system = SimpleNamespace(terms=SimpleNamespace(law=self), motion=SimpleNamespace(theta=ANGLES, omega=1))
 
     def linearised(self, q, rate, tension):
         """The tangent at q."""
-        stiffness = self.linear.stiffness + 3 * CUBIC * q[..., None] ** 2
-        return Matrices(self.linear.mass, self.linear.damping, stiffness, self.linear.load + 2 * CUBIC * q**3)
+        stiffness = self.linear.stiffness.full + 3 * CUBIC * q[..., None] ** 2
+        return Matrices.of_full(
+            self.linear.mass.full, self.linear.damping.full, stiffness, self.linear.load + 2 * CUBIC * q**3
+        )
 
     def predicted_tension(self, q, rate, new_q, new_rate):
         """There is none."""

@@ -149,7 +149,7 @@ def test_matrices_between_nodes():
     for time in (0.0123, 0.2789, 0.4321, 0.4321 + 5 * scene.period):
         exact = here.equation_at(np.array([time])).linear
         found, weight = here.at(time), here.weight
-        for part, matrix in zip(found, (exact.mass, exact.damping, exact.stiffness)):
+        for part, matrix in zip(found, exact.full):
             scaled = matrix[0] / np.outer(weight, weight)
             assert np.abs(part - scaled).max() < 1e-7 * np.abs(scaled).max()
         assert np.abs(found[3] - exact.load[0] / weight).max() < 1e-6 * np.abs(exact.load[0] / weight).max()
@@ -236,10 +236,7 @@ def test_run_up_against_another_integrator():
     for start, stop in ((0, 0.2), (0.2, end)):
         times = np.linspace(start, stop, 80)
         linear = Equation(moved(scene, system, solve_motion_in_time(scene, times))).linear
-        parts = [
-            make_interp_spline(times, part, k=7)
-            for part in (linear.mass, linear.damping, linear.stiffness, linear.load)
-        ]
+        parts = [make_interp_spline(times, part, k=7) for part in (*linear.full, linear.load)]
 
         def slope(time, state, parts=parts):
             mass, damping, stiffness, load = (part(time) for part in parts)

@@ -18,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech._arrays import Array, times
+from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.errors import MechanismError, SolverError
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.periodic.flow import Flow
@@ -161,8 +162,7 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
     SolverError
         When Newton's method does not come back to the branch, however short the step.
     """
-    mass = family.at(first.value).linear.mass[:: len(family.tableau.points)]
-    weight = np.sqrt(np.einsum("tii->ti", mass))
+    weight = np.sqrt(family.at(first.value).linear.mass.diagonal[:: len(family.tableau.points)])
     largest = PARTS / points
     metric, arc = _metric(family, weight, first), largest
     point, tangent = _corrected(family, metric, first, _Direction(_combined(0.0, first.orbit), 1.0))
@@ -300,15 +300,15 @@ def _bordered_flow(family: Family, point: Point) -> Flow:
     equation, rate = family.at(point.value), family.rate(point.value)
     now = paced(point.orbit, rate)
     tangents = equation.linearised(now.displacement, now.velocity, point.tension)
-    left_over = tangents.load - times(tangents.mass, now.acceleration) - times(tangents.damping, now.velocity)
-    left_over -= times(tangents.stiffness, now.displacement)
+    left_over = tangents.load - tangents.left(now.displacement, now.velocity, now.acceleration)
     first, last = family.ends
     step = BRANCH.difference * float(np.copysign(last - first, (first + last) / 2 - point.value))  # inside the range
     later = paced(point.orbit, family.rate(point.value + step))
     change = family.at(point.value + step).residual(later.displacement, later.velocity, later.acceleration)
     change -= equation.residual(now.displacement, now.velocity, now.acceleration)
     columns = np.stack([left_over, -change / step], axis=-1)
-    matrices = Matrices(rate**2 * tangents.mass, rate * tangents.damping, tangents.stiffness, columns)
+    modal = None if tangents.modal is None else tangents.modal.paced(rate)
+    matrices = Matrices(rate**2 * tangents.mass, rate * tangents.damping, tangents.stiffness, columns, modal)
     return Flow(matrices, family.tableau, family.step)
 
 

@@ -12,7 +12,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.effects import active
 from fenics_mech.effects.impulses import EFFECT as IMPULSES
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices, ModalForces
 from fenics_mech.response.continuation.arc_length import Family, Point, paced
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, equation_at_points
@@ -104,10 +105,10 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float], common: CommonP
 
 @dataclass(frozen=True)
 class _Known(Equation):
-    """An equation of motion whose linear part and whose P, P', P'' are known already."""
+    """An equation of motion whose linear part and whose nonzeros of P, P', P'' are known already."""
 
     matrices: Matrices = field(kw_only=True)
-    shapes: tuple[Array, Array | None, Array | None] = field(kw_only=True)
+    nonzeros: tuple[Array, Array | None, Array | None] = field(kw_only=True)
 
     @cached_property
     def linear(self) -> Matrices:
@@ -115,9 +116,9 @@ class _Known(Equation):
         return self.matrices
 
     @cached_property
-    def shape(self) -> tuple[Array, Array | None, Array | None]:
-        """P, P' and P'' at all angles."""
-        return self.shapes
+    def jets(self) -> tuple[Array, Array | None, Array | None]:
+        """Nonzeros of P, P' and P'' at all angles."""
+        return self.nonzeros
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ class Turning:
     unit
         The rate (rad/s) by which rates are divided in the polynomials.
     powers
-        Coefficients of M, C, K, the load, P and, where they count, P' and P'', with the power that each belongs to.
+        Coefficients of the arrays of `_arrays_of`, with the power that each belongs to.
     """
 
     equation: Equation
@@ -146,17 +147,30 @@ class Turning:
         """Build it from the equation at the ends and in the middle of a range."""
         values = (ends[0], (ends[0] + ends[1]) / 2, ends[1])
         equations, rates = [equation_at(value) for value in values], [at(value).cycle_rate for value in values]
-        samples = [(*vars(each.linear).values(), *(p for p in each.shape if p is not None)) for each in equations]
+        samples = [_arrays_of(each) for each in equations]
         weights = np.linalg.inv(np.vander(np.array(rates) / rates[0], increasing=True))
         return cls(equations[0], rates[0], tuple(_powers(weights, arrays) for arrays in zip(*samples)))
 
     def at_rate(self, rate: float) -> Equation:
         """Give the equation at a rate of the drive coordinate (rad/s)."""
-        mass, damping, stiffness, load, p, *rates = (_polynomial(powers, rate / self.unit) for powers in self.powers)
-        first, second = rates or (None, None)
+        arrays = [_polynomial(powers, rate / self.unit) for powers in self.powers]
+        linear = self.equation.linear
+        parts = zip((linear.mass, linear.damping, linear.stiffness), arrays)
+        mass, damping, stiffness = (replace(stack, values=values) for stack, values in parts)
+        load, p, first, second, *modal = arrays[3:]
         return _Known(
-            self.equation.system, matrices=Matrices(mass, damping, stiffness, load), shapes=(p, first, second)
+            self.equation.system,
+            matrices=Matrices(mass, damping, stiffness, load, ModalForces(*modal) if modal else None),
+            nonzeros=(p, first, second) if self.equation.coupled else (p, None, None),
         )
+
+
+def _arrays_of(equation: Equation) -> list[Array]:
+    """Nonzeros of M, C and K, the load, nonzeros of P, P' and P'', and where modes are damped G and H."""
+    linear, (p, first, second) = equation.linear, equation.jets
+    found = [linear.mass.values, linear.damping.values, linear.stiffness.values, linear.load]
+    found += [p, np.zeros(0) if first is None else first, np.zeros(0) if second is None else second]
+    return found if linear.modal is None else [*found, linear.modal.by_rate, linear.modal.by_place]
 
 
 def _polynomial(powers: Sequence[tuple[int, Array]], x: float) -> Array:

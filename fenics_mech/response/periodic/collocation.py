@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 from fenics_mech.response.periodic.tableau import Tableau
@@ -51,24 +52,29 @@ def solve_collocation(
         When the cycle cannot be closed, or Newton's method does not converge, with the drive angle where it fails.
     """
     if equation.system.terms.law is None or tension is None:
-        return _solve_linear(equation.linear, tableau, step, options, jump)
+        return periodic_orbit(Flow(equation.linear, tableau, step, options), jump)
+
+    before: list[Array] = []
 
     def solve(matrices: Matrices) -> Orbit:
-        return _solve_linear(matrices, tableau, step, options, jump)
+        flow = Flow(matrices, tableau, step, options)
+        orbit = periodic_orbit(flow, jump, *before)
+        before[:] = [flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]]
+        return orbit
 
     return solve_nonlinear(equation, solve, tension)
 
 
-def _solve_linear(
-    matrices: Matrices, tableau: Tableau, step: float | Array, options: Mapping[str, Any], jump: Array | None
-) -> Orbit:
-    """Solve ``M q'' + C q' + K q = f``, given at the collocation points."""
-    flow = Flow(matrices, tableau, step, options)
+def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = None) -> Orbit:
+    """Solve ``M q'' + C q' + K q = f``, given at the collocation points of steps.
+
+    `jump` is that of `solve_collocation`, `guess` that of `Closing.solve`.
+    """
     added = flow.added
     if jump is not None:
         added = added.copy()
         added[:, flow.size :] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
-    return replace(orbit_of(flow, flow.cycle.solve(added)), flow=flow)
+    return replace(orbit_of(flow, flow.cycle.solve(added, guess)), flow=flow)
 
 
 def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbit:
@@ -76,7 +82,8 @@ def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbi
     n, tableau = flow.size, flow.tableau
     q, rate = flow.parts(states)
     h = flow.duration[:, None, None]
-    acceleration = flow.accelerations(states, loads)
+    load = flow.matrices.load
+    acceleration = flow.accelerations(states, load if load.ndim == 2 else load @ np.asarray(loads))
     velocity = rate[:, None] + h * (tableau.inner @ acceleration)
     displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
     displacement += h**2 * (tableau.square @ acceleration)

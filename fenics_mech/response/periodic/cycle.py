@@ -16,7 +16,8 @@ from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_tension
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import between
@@ -27,6 +28,7 @@ from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import rough_tension, system_at
 from fenics_mech.response.stability.floquet import Stability, floquet
+from fenics_mech.response.stability.multipliers import FEW_STATES
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene import Scene
@@ -96,6 +98,10 @@ class Cycle:
             self._flows[scheme, stages] = Flow(matrices, tableau, self.steps.duration, self.scene.petsc)
         return self._flows[scheme, stages]
 
+    def keep(self, flow: Flow) -> None:
+        """Keep the steps that a motion was solved for with, as those linearised about it."""
+        self._flows.setdefault((self.scene.analysis.scheme, len(self.tableau.points)), flow)
+
     def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
         """Linearise about a motion at the collocation points of all steps."""
         equation = self.at_points(scheme, stages)
@@ -112,7 +118,7 @@ class Cycle:
     def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
         """Give the equation with the axial forces of a motion."""
         tension = mean_tension(equation.system, elastic_response(equation, q, rate))
-        return Equation(with_tension(equation.system, tension), equation.extra_damping)
+        return Equation(with_tension(equation.system, tension), equation.damped_modes)
 
     def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
         """Judge a motion, if the scene wants it.
@@ -138,8 +144,10 @@ class Cycle:
                 f"{self.massless} has almost no mass: rounding spoils the Floquet multipliers of its vibration. Give "
                 "its link a density or a mass, or write analysis.stability = false"
             )
-        flow = self.flow("gauss", self.scene.analysis.stages, motion)
-        return floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc)
+        stages = self.scene.analysis.stages
+        flow = self.flow("gauss", stages, motion)
+        damped = self.flow("radau", stages, motion) if 2 * flow.size > FEW_STATES else None
+        return floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc, damped)
 
     @cached_property
     def axes(self) -> LinkAxes:
@@ -151,7 +159,7 @@ class Cycle:
     @cached_property
     def massless(self) -> str | None:
         """Coordinate whose own vibration turns so far in a step that its multipliers are lost to rounding."""
-        mass, stiffness = (np.diag(part[0]) for part in (self.start.linear.mass, self.start.linear.stiffness))
+        mass, stiffness = (part.diagonal[0] for part in (self.start.linear.mass, self.start.linear.stiffness))
         heavy = np.flatnonzero(mass > 0)  # with lumped masses rotations have none
         pace = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
         lost = pace.max() > FASTEST / float(np.max(self.steps.duration)) and pace.max() > LARGEST_SPREAD * pace.min()

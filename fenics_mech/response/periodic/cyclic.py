@@ -66,6 +66,10 @@ class BlockCyclic:
         states[1::2] = right[first] + self.transitions[first] @ starts
         return states
 
+    def terms(self, states: Array) -> Array:
+        """Give the size of what adds up to the states at the ends of the steps, from those at their starts."""
+        return times(np.abs(self.transitions), np.abs(states))
+
     @cached_property
     def _march(self) -> _March | None:
         """The preconditioner, if nothing is factorised."""

@@ -1,22 +1,31 @@
-"""How a linear equation of motion carries the state through the steps of a cycle, by collocation in each step."""
+"""How a linear equation of motion carries the state through the steps of a cycle, by collocation in each step.
+
+The accelerations at the points of a step follow from the state at its start by a sparse matrix of blocks, one row and
+column of blocks a coordinate. All steps have one pattern, so that each is factorised by the same compiled loop, once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array, times
-from fenics_mech._ranks import over_positions
-from fenics_mech.mechanism.equation import Matrices, refuse_rigid_damping
-from fenics_mech.response.periodic.cyclic import BlockCyclic
+from fenics_mech._arrays import Array
+from fenics_mech._sparse import Stack, kernels, pointer
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.matrices import Matrices, refuse_rigid_damping
+from fenics_mech.response.periodic.closing import Closing
 from fenics_mech.response.periodic.tableau import Tableau
 
+Complex = NDArray[np.complex128]
+SMALLEST = 1e-150  # norm of a state, from which it is scaled up again before it is lost
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Flow:
     """The steps of a cycle. The state at a start is ``(q, pace q')``.
 
@@ -38,30 +47,30 @@ class Flow:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
-    def cycle(self) -> BlockCyclic:
+    def cycle(self) -> Closing:
         """The system that closes the cycle."""
-        return BlockCyclic(self.transitions, self.options)
+        return Closing(self, self.options)
 
     @property
     def pace(self) -> float:
         """Mean duration of the steps (s)."""
         return float(np.mean(self.step))
 
-    @property
+    @cached_property
     def duration(self) -> Array:
         """Duration of each step (s), ``(steps,)``."""
-        return np.broadcast_to(self.step, len(self.matrices.load) // len(self.tableau.points))
+        return np.full(len(self.matrices.load) // len(self.tableau.points), self.step)
 
     @property
     def size(self) -> int:
         """Number n of coordinates."""
-        return self.matrices.mass.shape[1]
+        return self.matrices.mass.size
 
     @cached_property
     def unit(self) -> Array:
         """Root of a coordinate's stiffness and inertia in a step, ``(n,)``: times it, m and rad are alike."""
-        parts = self.matrices.stiffness, self.matrices.mass / self.pace**2
-        size = sum(np.abs(np.einsum("tii->ti", part)).mean(axis=0) for part in parts)
+        parts = self.matrices.stiffness.diagonal, self.matrices.mass.diagonal / self.pace**2
+        size = sum(np.abs(part).mean(axis=0) for part in parts)
         return np.sqrt(np.where(size, size, 1.0))
 
     def states(self, q: Array, rate: Array) -> Array:
@@ -72,69 +81,150 @@ class Flow:
         """Take q and q' out of states, ``(steps, coordinates)`` each."""
         return states[:, : self.size], states[:, self.size :] / self.pace
 
-    @property
-    def transitions(self) -> Array:
-        """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
-        return self._ends[..., : 2 * self.size]
-
-    @property
+    @cached_property
     def added(self) -> Array:
         """What the load adds to the state in each step, ``(steps, 2n)``, or with several ``(steps, 2n, loads)``."""
-        added = self._ends[..., 2 * self.size :]
-        return added[..., 0] if self.matrices.load.ndim == 2 else added
+        if self.matrices.load.ndim == 2:
+            return self.added_by(self.matrices.load)
+        return np.stack([self.added_by(load) for load in np.moveaxis(self.matrices.load, -1, 0)], axis=-1)
+
+    def added_by(self, load: Array) -> Array:
+        """What another load adds to the state in each step, ``(steps, 2n)``; it is ``(points, n)``."""
+        return self._stepped(np.zeros((len(self.duration), 2 * self.size)), load)[0]
 
     def ends(self, starts: Array) -> Array:
         """Give the states at the ends of the steps from those at their starts, ``(steps, 2n)`` each."""
-        return times(self.transitions, starts) + self.added
+        return self.carried(starts) + self.added
 
-    def accelerations(self, starts: Array, loads: Sequence[float] = (1.0,)) -> Array:
-        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts and so much of each load."""
-        by_state, by_load = np.split(self._response, [2 * self.size], axis=-1)
-        return times(by_state, starts[:, None]) + by_load @ np.asarray(loads)
+    def carried(self, starts: Array) -> Array:
+        """Give the states at the ends of the steps from those at their starts, without load."""
+        return self._stepped(starts)[0]
 
-    def added_by(self, load: Array) -> Array:
-        """What another load adds to the state in each step, ``(steps, 2n)``; it is ``(steps, s, n)`` at the points."""
-        parts = self.matrices.mass, self.matrices.damping, self.matrices.stiffness
-        blocks = (part.reshape(*load.shape, self.size) for part in parts)
-        matrix = self.tableau.stage_matrix(self.duration, *blocks)
-        found = np.linalg.solve(matrix, load.reshape(len(load), -1, 1)).reshape(load.shape)
-        return (self._to_ends @ found).reshape(len(load), -1)
+    def accelerations(self, starts: Array, load: Array | None = None) -> Array:
+        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts, with the load or another one."""
+        made = self._stepped(starts, self.matrices.load if load is None else load, inside=True)[1]
+        return made.reshape(len(starts), -1, self.size)
+
+    def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
+        """Carry a state through steps, one after the other.
+
+        Parameters
+        ----------
+        start
+            State at the first of their starts, ``(2n,)``.
+        gain
+            What is added to the state in each of them, ``(steps, 2n)``.
+        steps
+            Which steps.
+
+        Returns
+        -------
+        numpy.ndarray
+            States at the starts of the steps, and at the last end, ``(steps + 1, 2n)``.
+        """
+        first, last, _ = steps.indices(len(self.duration))
+        states = np.empty((last - first + 1, 2 * self.size))
+        states[0] = start
+        self._run(first, last, states[:-1], states[1:], gain=gain)
+        return states
+
+    def passed(self, start: Complex) -> tuple[Complex, Array]:
+        """Carry a complex state through the cycle, and keep it from being lost as it dies out.
+
+        Returns
+        -------
+        tuple
+            States at the starts of the steps and at the last end, ``(steps + 1, 2n)``, and the power of e by which each
+            is to be multiplied, ``(steps + 1,)``.
+        """
+        count = len(self.duration)
+        states, power, done = np.empty((count + 1, 2 * self.size), dtype=complex), np.zeros(count + 1), 0
+        states[0] = start
+        while done < count:
+            steps, now = slice(done, count), states[done].copy()
+            states[done:] = self.march(now.real, steps=steps)
+            if now.imag.any():
+                states[done:] += 1j * self.march(now.imag, steps=steps)
+            size = np.linalg.norm(states[done:], axis=1)
+            lost = np.flatnonzero(size[1:] < SMALLEST * size[0])
+            if not len(lost) or not size[0]:
+                break
+            done += max(1, int(lost[0]))
+            size = float(np.linalg.norm(states[done]))
+            if not size:
+                states[done:] = 0.0
+                break
+            states[done] /= size
+            power[done:] += np.log(size)
+        return states, power
 
     @property
-    def _to_ends(self) -> Array:
-        """From accelerations at the points to displacement and ``pace q'`` at the ends, ``(steps, 2, s)``."""
-        h, weights = self.duration[:, None, None], self.tableau.weights
-        return h * np.concatenate([h * (weights @ self.tableau.inner), np.full_like(h, self.pace) * weights], axis=1)
+    def monodromy(self) -> Array:
+        """From the state at the start of the cycle to that at its end, ``(2n, 2n)``: for few coordinates.
 
-    @cached_property
-    def _response(self) -> Array:
-        """Accelerations at the points by a state at the start, and in the last columns by the loads.
-
-        They are ``(steps, s, n, 2n + loads)``.
+        Neighbours are multiplied, two at a time: that rounds less than marches of single states.
         """
-        refuse_rigid_damping(self.matrices, self.pace)
-        return over_positions(len(self.duration), lambda steps: (self._response_of(steps),))[0]
+        parts = self.transitions
+        while len(parts) > 1:
+            even = len(parts) - len(parts) % 2
+            parts = np.concatenate([parts[1:even:2] @ parts[:even:2], parts[even:]])
+        return parts[0]
 
-    def _response_of(self, steps: slice) -> Array:
-        """Give the response in some of the steps."""
-        tableau, s, n = self.tableau, len(self.tableau.points), self.size
-        unit = self.unit
-        pairs, parts = np.outer(unit, unit), (self.matrices.mass, self.matrices.damping, self.matrices.stiffness)
-        mass, damping, stiffness = (m.reshape(-1, s, n, n)[steps] / pairs for m in parts)
-        load = self.matrices.load.reshape(len(self.duration), s, n, -1)[steps] / unit[:, None]
-        h = self.duration[steps, None, None]
-        by_velocity = -(damping + (h * tableau.points[:, None])[..., None] * stiffness) / self.pace
-        right = np.concatenate([-stiffness * unit, by_velocity * unit, load], axis=-1)
-        matrix = tableau.stage_matrix(self.duration[steps], mass, damping, stiffness)
-        found = np.linalg.solve(matrix, right.reshape(-1, s * n, right.shape[-1])).reshape(right.shape)
-        found /= unit[:, None]
-        return np.asarray(found)
+    @property
+    def transitions(self) -> Array:
+        """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``: for few coordinates."""
+        count = len(self.duration)
+        return np.stack([self.carried(np.tile(state, (count, 1))) for state in np.eye(2 * self.size)], axis=-1)
+
+    def _stepped(self, starts: Array, load: Array | None = None, inside: bool = False) -> tuple[Array, Array]:
+        """Take each step from a start of its own: the ends, and if wanted the accelerations at the points."""
+        ends = np.empty_like(starts)
+        made = np.empty((len(self.matrices.load), self.size)) if inside else np.zeros(0)
+        self._run(0, len(starts), np.ascontiguousarray(starts), ends, load=load, made=made if inside else None)
+        return ends, made
+
+    def _run(
+        self,
+        first: int,
+        last: int,
+        starts: Array,
+        ends: Array,
+        load: Array | None = None,
+        gain: Array | None = None,
+        made: Array | None = None,
+    ) -> None:
+        """Call the compiled march; see there."""
+        module, damping, stiffness, factors = self._factorised
+        work, tableau = np.empty(2 * damping.pattern.size * max(2, len(self.tableau.points))), self.tableau
+        given = None if load is None else np.ascontiguousarray(load)
+        more = None if gain is None else np.ascontiguousarray(gain)
+        arrays = (damping.values, stiffness.values, given, more, self.duration, tableau.inner, tableau.weights)
+        module.lib.march(
+            damping.pattern.layout.of(module),
+            first,
+            last,
+            *(pointer(module, part) for part in arrays),
+            pointer(module, tableau.points),
+            pointer(module, factors),
+            self.pace,
+            *(pointer(module, part) for part in (starts, ends, made, work)),
+        )
 
     @cached_property
-    def _ends(self) -> Array:
-        """State at the ends by that at the start, and by the loads, ``(steps, 2n, 2n + loads)``."""
-        n, h, s = self.size, self.duration[:, None, None], len(self.tableau.points)
-        found = (self._to_ends @ self._response.reshape(len(h), s, -1)).reshape(len(h), 2 * n, -1)
-        found[..., : 2 * n] += np.eye(2 * n)
-        found[:, :n, n : 2 * n] += h / self.pace * np.eye(n)
-        return found
+    def _factorised(self) -> tuple[Any, Stack, Stack, Array]:
+        """The compiled loops, C and K with the damping of modes, and the steps' factors."""
+        refuse_rigid_damping(self.matrices, self.pace)
+        damping, stiffness = self.matrices.whole_damping, self.matrices.whole_stiffness
+        stages, pattern = len(self.tableau.points), damping.pattern.joined(stiffness.pattern)
+        pattern = pattern.joined(self.matrices.mass.pattern)
+        mass, damping, stiffness = (part.on(pattern) for part in (self.matrices.mass, damping, stiffness))
+        module = kernels(stages)
+        factors = np.empty((len(self.duration), pattern.elimination.blocks, stages, stages))
+        tableau = self.tableau
+        parts = (mass.values, damping.values, stiffness.values, self.duration, tableau.inner, tableau.square, factors)
+        singular = module.lib.factor(
+            pattern.layout.of(module), len(self.duration), *(pointer(module, part) for part in parts)
+        )
+        if singular >= 0:
+            raise SolverError(f"the equations of step {singular + 1} of the cycle are singular")
+        return module, damping, stiffness, factors

@@ -18,10 +18,12 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
-from fenics_mech._arrays import Array, times
+from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
+from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
 KRYLOV = {
@@ -135,14 +137,14 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
     tuple
         Q, ``(1 + 2 harmonics, coordinates)``, the estimate of its error, and its condition.
     """
-    _, count, kept = basis.shape
+    count, kept = basis.shape[1:]
     n = matrices.load.shape[1]
-    weight = np.sqrt(np.abs(np.einsum("tii->i", matrices.stiffness)) / count)  # axial and bending made alike
-    parts = [part / np.outer(weight, weight) for part in (matrices.stiffness, matrices.damping, matrices.mass)]
+    weight = np.sqrt(np.abs(matrices.stiffness.diagonal.mean(axis=0)))  # axial and bending made alike
+    parts = [part.scaled(1 / weight) for part in (matrices.whole_stiffness, matrices.whole_damping, matrices.mass)]
     load, back = matrices.load / weight, basis[0].T * (2 / count)
 
     def force(series: Array) -> Array:
-        return np.sum([times(part, motion) for part, motion in zip(parts, basis @ series.reshape(kept, n))], axis=0)
+        return np.sum([part.times(motion) for part, motion in zip(parts, basis @ series.reshape(kept, n))], axis=0)
 
     differences = _Differences(parts, basis)
 
@@ -153,7 +155,7 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
     motion = basis @ answer.reshape(kept, n)
     size = max(np.abs(motion[0]).max(), 1e-300)
     left = differences.solve(load - force(answer))  # the harmonics left out, and what they do to the others
-    parts_of = np.sum([times(np.abs(part), np.abs(term) / size) for part, term in zip(parts, motion)], axis=0)
+    parts_of = np.sum([part.magnitude.times(np.abs(term) / size) for part, term in zip(parts, motion)], axis=0)
     try:  # as in `magnification`
         changed = solved(np.random.default_rng(0).choice([-1.0, 1.0], load.shape) * parts_of)
         condition = float(np.abs(basis[0] @ changed.reshape(kept, n)).max())
@@ -207,15 +209,17 @@ class _Differences:
     mean matrices of harmonic balance as usual do not, as the links' stiff directions turn with the drive.
     """
 
-    def __init__(self, parts: Sequence[Array], basis: Array) -> None:
-        stiffness, damping, mass = parts
-        count = len(mass)
+    def __init__(self, parts: Sequence[Stack], basis: Array) -> None:
+        pattern = parts[0].pattern.joined(parts[1].pattern).joined(parts[2].pattern)
+        stiffness, damping, mass = (part.on(pattern).values for part in parts)
+        count, size = len(mass), pattern.size
         step = 2 * np.pi / (basis[1, 0, 2] * count)  # a sine's slope at the start is the drive's rate
-        neighbours = (np.arange(count)[:, None] + [-1, 0, 1]) % count
         mass, damping = mass / step**2, damping / (2 * step)
-        blocks = np.stack([mass - damping, stiffness - 2 * mass, mass + damping], axis=1)
-        blocks = blocks.reshape(-1, *mass.shape[1:])
-        matrix = sp.bsr_matrix((blocks, neighbours.ravel(), 3 * np.arange(count + 1)))
+        values = np.stack([mass - damping, stiffness - 2 * mass, mass + damping])
+        at = np.arange(count)[:, None]
+        rows = np.broadcast_to(at * size + pattern.rows, values.shape)
+        columns = np.stack([(at + ahead) % count * size + pattern.columns for ahead in (-1, 0, 1)])
+        matrix = sp.coo_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(count * size,) * 2)
         self.factors = splu(matrix.tocsc())  # with pivoting, which PETSc's own LU has not: the equation is indefinite
         self.basis = basis[0]
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 
 
@@ -108,7 +109,7 @@ def _at_load(
 ) -> tuple[Orbit, Array]:
     """Iterate at a share of the load until nothing changes."""
     lowered = (factor - 1) * equation.linear.load
-    weight = np.sqrt(np.abs(np.einsum("tii->ti", equation.linear.stiffness)))  # makes energies of forces and moments
+    weight = np.sqrt(np.abs(equation.linear.stiffness.diagonal))  # makes energies of forces and moments
     zero = np.zeros_like(lowered)
     old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
     changes: list[float] = []

@@ -13,7 +13,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.axial_forces import settle, settles
-from fenics_mech.response.periodic.collocation import solve_collocation
+from fenics_mech.response.periodic.collocation import periodic_orbit, solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.periodic.newton import Orbit
@@ -64,6 +64,8 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
         at_points = _settled(cycle, at_points)
     with cycle.determined(modes):
         orbit = _orbit(cycle, at_points)
+    assert orbit.flow is not None
+    cycle.keep(orbit.flow)
     condition = condition_of(orbit)
     cycle.refuse_magnified(modes, condition, None if cycle.linear else cycle.motion(orbit))
     if not cycle.linear:
@@ -125,6 +127,8 @@ def _orbit(cycle: Cycle, at_points: Equation) -> Orbit:
     scene, steps = cycle.scene, cycle.steps
     jump, tension = velocity_jumps(scene, at_points.system, steps), rough_tension(scene, at_points.system)
     with naming_buckled(at_points, tension):
+        if cycle.linear:
+            return periodic_orbit(cycle.flow(scene.analysis.scheme, scene.analysis.stages), jump)
         return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump)
 
 
@@ -132,11 +136,11 @@ def _settled(cycle: Cycle, at_points: Equation) -> Equation:
     """Give the equation with the axial forces of the response."""
 
     def respond(system: System) -> ElasticResponse:
-        equation = Equation(system, at_points.extra_damping)
+        equation = Equation(system, at_points.damped_modes)
         orbit = _orbit(cycle, equation)
         return elastic_response(equation, orbit.displacement, orbit.velocity)
 
-    return Equation(settle(at_points.system, respond), at_points.extra_damping)
+    return Equation(settle(at_points.system, respond), at_points.damped_modes)
 
 
 def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicSolution:

@@ -20,17 +20,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._petsc import configured, name_of
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Matrices
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.stability.multipliers import eigenpairs
 from fenics_mech.response.stability.resonance import SINGULARITY, blamed
-from fenics_mech.response.stability.turning import LinkAxes, separated, turns
+from fenics_mech.response.stability.turning import LinkAxes, alike, separated, turns
 
 Complex = NDArray[np.complex128]
 FEW = 6  # multipliers that are kept
@@ -40,6 +38,7 @@ FEW = 6  # multipliers that are kept
 class StabilityLimits:
     """Limits of the judgement of stability."""
 
+    beside: float = 0.1  # distance of a multiplier from 1, beyond which it shows no resonance
     longest_step: float = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
     tolerance: float = (
         1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
@@ -126,7 +125,12 @@ class Stability:
 
 
 def floquet(
-    flow: Flow, start: Matrices, axes: LinkAxes, modes: Modes, options: Mapping[str, Any] | None = None
+    flow: Flow,
+    start: Matrices,
+    axes: LinkAxes,
+    modes: Modes,
+    options: Mapping[str, Any] | None = None,
+    damped: Flow | None = None,
 ) -> Stability:
     """Find the multipliers that decide on stability.
 
@@ -140,21 +144,22 @@ def floquet(
         The links' axes at the starts of the steps.
     options
         PETSc options with the prefix "stability_".
+    damped
+        The same steps at Radau points, by which slow disturbances are found without the others.
 
     Raises
     ------
     SolverError
         When SLEPc does not converge.
     """
-    n, unit = flow.size, np.tile(flow.unit, 2)
-    values, states = _eigenpairs(flow.transitions * unit[:, None] / unit, options or {})
-    states /= unit
-    limit = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step))
-    judged = _slow_enough(flow.transitions, states, start, limit * flow.pace)
-    if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
-        judged |= (values.real > 1 + STABILITY.tolerance) & (np.abs(values.imag) < STABILITY.tolerance * np.abs(values))
+    limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
+    diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
+    for (values, states), every in eigenpairs(flow, None if diverging else damped, options or {}):
+        judged, enough = _judged(flow, values, states, start, limit * flow.pace)
+        if enough or every:
+            break
     states[judged] = separated(axes, flow, values[judged], states[judged])
-    kept = _leading(values, np.flatnonzero(judged))
+    kept = _leading(values, judged)
     values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
     mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.pace, modes)
@@ -164,6 +169,28 @@ def floquet(
     return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi))
 
 
+def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit: float) -> tuple[Index, bool]:
+    """Find the disturbances that count: those that the steps can follow, and those that grow without turning.
+
+    The largest are looked at, few at a time, until there are enough, with that next to 1 if there is one: those of a
+    smaller magnitude are further off. Beside them, whether there were enough: so it is also where many
+    are too fast, as Radau points damp these more than the others.
+    """
+    order, found = np.argsort(-np.abs(values), kind="stable"), np.zeros(0, dtype=np.int64)
+    for first in range(0, len(order), FEW):
+        some = order[first : first + FEW]
+        nearest = min(np.abs(values[found] - 1).min(initial=np.inf), STABILITY.beside)
+        if len(found) >= FEW and 1 - np.abs(values[some[0]]) > nearest:
+            return np.sort(found), True
+        counts = _slow_enough(flow, states[some], start, limit)
+        if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
+            counts |= (values[some].real > 1 + STABILITY.tolerance) & (
+                np.abs(values[some].imag) < STABILITY.tolerance * np.abs(values[some])
+            )
+        found = np.append(found, some[counts])
+    return np.sort(found), 2 * len(found) <= len(order)
+
+
 def _leading(values: Complex, judged: Index) -> Index:
     """Few of those that count, largest magnitude first, and the one next to 1, which shows a resonance."""
     kept = judged[np.argsort(-np.abs(values[judged]), kind="stable")]
@@ -171,72 +198,33 @@ def _leading(values: Complex, judged: Index) -> Index:
     return np.concatenate([kept[:FEW], nearest[~np.isin(nearest, kept[:FEW])]])
 
 
-def _slow_enough(transitions: Array, states: Complex, start: Matrices, limit: float) -> NDArray[np.bool_]:
+def _slow_enough(flow: Flow, states: Complex, start: Matrices, limit: float) -> NDArray[np.bool_]:
     """Whether the steps can follow disturbances: their velocity is below limit times the displacement over a cycle.
 
     Parameters
     ----------
-    transitions, states
-        Transitions of the steps, and the disturbances at the start of the cycle, ``(disturbances, states)``.
+    flow, states
+        The steps, and the disturbances at the start of the cycle, ``(disturbances, states)``.
     limit
         Angle (rad) of a vibration in a step, which the steps can follow. Both are weighed by mass, which the links'
         stiff directions do not upset.
     """
-    n, passed = states.shape[1] // 2, []
-    for transition in transitions:
-        states = states / np.linalg.norm(states, axis=1, keepdims=True)  # what dies out counts no less
-        passed.append(states)
-        states = states @ transition.T
-    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in np.split(np.stack(passed), [n], axis=-1))
+    passed = alike(flow, states)[:-1]  # what dies out counts no less
+    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in np.split(passed, [flow.size], axis=-1))
     return np.asarray(np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny)) < limit)
 
 
 def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[Index, Array]:
     """Find the mode with the largest part of each disturbance, displacement and velocity alike, and that part."""
-    momenta = modes.shapes[0] @ start.mass[0]
-    parts = [np.abs(states @ momenta.T) ** 2 / _norm(start, states)[:, None] ** 2 for states in (q, rate)]
+    momenta = start.mass.at(0).T @ modes.shapes[0].T
+    parts = [np.abs(states @ momenta) ** 2 / _norm(start, states)[:, None] ** 2 for states in (q, rate)]
     share = np.mean(parts, axis=0)
     return share.argmax(axis=1), share.max(axis=1)
 
 
 def _norm(start: Matrices, states: Complex) -> Array:
     """Root of ``x^H M x`` of each state, ``(..., states)``."""
-    square = np.sum(states.conj() * (states @ start.mass[0]), axis=-1).real
+    flat = states.reshape(-1, states.shape[-1])
+    momenta = (start.mass.at(0) @ flat.T).T.reshape(states.shape)
+    square = np.sum(states.conj() * momenta, axis=-1).real
     return np.sqrt(np.maximum(square, np.finfo(float).tiny))
-
-
-def _product(transitions: Array) -> Array:
-    """Multiply all transitions, two neighbours at a time, ``(states, states)``."""
-    while len(transitions) > 1:
-        odd = transitions[-1:] if len(transitions) % 2 else transitions[:0]
-        even = len(transitions) - len(odd)
-        transitions = np.concatenate([transitions[1:even:2] @ transitions[:even:2], odd])
-    return transitions[0]
-
-
-def _eigenpairs(transitions: Array, options: Mapping[str, Any]) -> tuple[Complex, Complex]:
-    """Eigenvalues of the monodromy matrix and its eigenvectors, ``(pairs,)`` and ``(pairs, states)``."""
-    size = transitions.shape[1]
-    matrix = PETSc.Mat().createDense((size, size), array=_product(transitions), comm=PETSc.COMM_SELF)
-    matrix.setUp()
-    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
-    eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
-    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
-    real, imaginary = matrix.createVecs()
-    with configured(eps, "stability_", {"eps_type": "lapack"}, options):
-        eps.setOperators(matrix)
-        eps.solve()
-        count = eps.getConverged()
-        if not count:
-            found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
-            raise SolverError(
-                f"no Floquet multiplier converged (SLEPc says {found}). Other options stability_eps_* may help; "
-                "analysis.stability = false does without"
-            )
-        values, states = np.empty(count, complex), np.empty((count, size), complex)
-        for i in range(count):
-            values[i] = eps.getEigenpair(i, real, imaginary)
-            states[i] = real.array_r + 1j * imaginary.array_r
-    for thing in (matrix, real, imaginary):
-        thing.destroy()
-    return values, states

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from fenics_mech._arrays import Array, times
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cyclic import BlockCyclic
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,21 @@ class SingularityLimits:
 SINGULARITY = SingularityLimits()
 
 
-def magnification(cycle: BlockCyclic, states: Array, unit: Array | float = 1.0) -> float:
-    """How many times a relative error of the transitions comes out in the states of a cycle, by estimate.
+class Cycle(Protocol):
+    """A system that closes a cycle."""
 
-    The load is that of an error in each coefficient. Source: Skeel, J. ACM 26 (1979) 494.
+    def solve(self, right: Array) -> Array:
+        """Solve for the states at the starts of all steps."""
+
+    def terms(self, states: Array) -> Array:
+        """Give the size of what adds up to the states at the ends of the steps, from those at their starts."""
+
+
+def magnification(cycle: Cycle, states: Array, unit: Array | float = 1.0) -> float:
+    """How many times a relative error of each step comes out in the states of a cycle, by estimate.
+
+    The load is an error of each number, in proportion to what adds up to it, with signs by chance. Source: Skeel,
+    J. ACM 26 (1979) 494.
 
     Parameters
     ----------
@@ -54,7 +65,7 @@ def magnification(cycle: BlockCyclic, states: Array, unit: Array | float = 1.0) 
         return 0.0
     signs = np.random.default_rng(0).choice([-1.0, 1.0], states.shape)
     try:
-        answer = cycle.solve(signs * times(np.abs(cycle.transitions), np.abs(states) / size))
+        answer = cycle.solve(signs * cycle.terms(states) / size)
     except SolverError:
         return np.inf
     return float(np.abs(answer * unit).max())

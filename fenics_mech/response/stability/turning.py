@@ -169,18 +169,38 @@ def _by_speed(axes: LinkAxes, flow: Flow, states: Complex, size: float) -> Compl
     return np.asarray((combined * unit[:, None]).T @ states)
 
 
+def alike(flow: Flow, states: Complex) -> Complex:
+    """Give disturbances at the starts of all steps and at the end, each of the same size at every start.
+
+    `states` are ``(disturbances, states)``; what is given is ``(steps + 1, disturbances, states)``.
+    """
+    passed = _passed(flow, states)[0]
+    return passed / np.maximum(np.linalg.norm(passed, axis=-1, keepdims=True), np.finfo(float).tiny)
+
+
+def _passed(flow: Flow, states: Complex) -> tuple[Complex, Array]:
+    """Carry disturbances through the cycle, with the powers of e that they are to be multiplied by."""
+    passed = np.zeros((len(flow.duration) + 1, *states.shape), dtype=complex)
+    powers = np.zeros(passed.shape[:2])
+    for i, state in enumerate(states):
+        if i and np.array_equal(state, states[i - 1].conj()):
+            passed[:, i], powers[:, i] = passed[:, i - 1].conj(), powers[:, i - 1]
+        else:
+            passed[:, i], powers[:, i] = flow.passed(state)
+    return passed, powers
+
+
 def _through(flow: Flow, states: Complex, size: float | None) -> tuple[Complex, Complex]:
     """Give q and q' of disturbances at the starts of all steps and at the end.
 
     Both are ``(steps + 1, disturbances, coordinates)``. Each is scaled to the same size at every start, or by the
     growth to `size` in a cycle, so that what dies out counts no less.
     """
-    passed = []
-    for transition in (*flow.transitions, None):
-        if size is None:
-            states = states / np.linalg.norm(states, axis=1, keepdims=True)
-        passed.append(states)
-        if transition is not None:
-            states = states @ transition.T / (1.0 if size is None else size ** (1 / len(flow.duration)))
-    q, rate = np.split(np.stack(passed), [flow.size], axis=-1)
+    if size is None:
+        passed = alike(flow, states)
+    else:
+        passed, powers = _passed(flow, states)
+        even = np.log(size) / len(flow.duration) * np.arange(len(passed))
+        passed = passed * np.exp(powers - even[:, None])[..., None]
+    q, rate = np.split(passed, [flow.size], axis=-1)
     return q, rate / flow.pace

@@ -64,7 +64,7 @@ def naming_buckled(equation: Equation, tension: Array | None) -> Iterator[None]:
         straight = equation.linear if tension is None else equation.straight(tension)
         if (k := straight.weakest) is None:
             raise
-        theta, link = equation.system.motion.theta[k], weakest_link(equation.system, k, straight.stiffness[k])
+        theta, link = equation.system.motion.theta[k], weakest_link(equation.system, k, straight.stiffness.dense(k))
         raise type(error)(
             f"{error}. The straight link {link} buckles: under its axial forces the stiffness is not positive at drive "
             f"angle {np.degrees(theta):.6g} deg"

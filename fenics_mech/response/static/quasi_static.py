@@ -16,7 +16,8 @@ from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import RigidModes, System
-from fenics_mech.mechanism.equation import Equation, Matrices
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices, not_positive
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 from fenics_mech.response.static.equilibrium import LARGEST_LOSS, loss, naming_buckled, refuse_buckled, refuse_lost
 
@@ -118,12 +119,12 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Elast
     tension = equation.predicted_tension(still, still, start, still)
 
     def solve(matrices: Matrices) -> Orbit:
-        found = np.linalg.solve(matrices.stiffness, matrices.load[..., None])[..., 0]
+        found = matrices.stiffness.solve(matrices.load)
         return Orbit(found, still, still, found, still)
 
     def accept(tangents: Matrices) -> None:
-        for k, stiffness in enumerate(tangents.stiffness):
-            refuse_buckled(system, k, stiffness)
+        for k in not_positive(tangents.stiffness):
+            refuse_buckled(system, int(k), tangents.stiffness.dense(k))
 
     with naming_buckled(equation, tension):
         found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
@@ -146,12 +147,11 @@ def _lowered(equation: Equation, tension: Array) -> Array:
         Where the stiffness is not positive without any tension of the members.
     """
     whole = equation.straight(tension).stiffness
-    buckled = np.flatnonzero(np.linalg.eigvalsh(whole)[:, 0] <= 0)
-    if not len(buckled):
+    if not len(buckled := not_positive(whole)):
         return tension
     free, share = equation.straight(np.zeros_like(tension)).stiffness, np.ones((len(tension), 1))
     for k in buckled:
-        refuse_buckled(equation.system, int(k), free[k])
-        (least,) = eigh(whole[k], free[k], eigvals_only=True, subset_by_index=(0, 0))
+        refuse_buckled(equation.system, int(k), free.dense(k))
+        (least,) = eigh(whole.dense(k), free.dense(k), eigvals_only=True, subset_by_index=(0, 0))
         share[k] = SMALLER ** (math.floor(math.log1p(-min(least, 0.0)) / -math.log(SMALLER)) + 1)
     return share * tension

@@ -101,10 +101,10 @@ class Coefficients:
         equation = self.equation_at(np.linspace(self.start, last, count))
         linear, self.law = equation.linear, equation.system.terms.law
         self.growth = linear.growth
-        diagonal = np.abs(np.einsum("tii->i", linear.stiffness)) / count
+        diagonal = np.abs(linear.whole_stiffness.diagonal.mean(axis=0))
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         self.dofs = None if self.law is None else self.law.dofs
-        still = np.linalg.solve(linear.stiffness, linear.load[..., None])[..., 0]
+        still = linear.stiffness.solve(linear.load)
         self.largest = float(np.abs(still * self.weight).max())
         self.energy = float(np.sqrt(np.abs(np.einsum("ti,ti->t", still, linear.load)).max()))
         self._shapes = [part.shape[1:] for part in self._parts(equation)]
@@ -227,7 +227,7 @@ class Coefficients:
         """Scaled M, C, K, load, and with a nonlinear law P and P', at all times of an equation."""
         linear, weight = equation.linear, self.weight
         square = np.outer(weight, weight)
-        parts = [linear.mass / square, linear.damping / square, linear.stiffness / square, linear.load / weight]
+        parts = [*(matrix / square for matrix in linear.full), linear.load / weight]
         if self.law is not None:
             p, first, _ = equation.shape
             parts += [p / weight, (np.zeros_like(p) if first is None else first) / weight]

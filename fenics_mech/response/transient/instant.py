@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.transient.coefficients import Coefficients
 
 
@@ -47,10 +46,23 @@ class Instant:
         """Rate at which a nonlinear law lets a motion grow from a state (1/s); 0 without a law."""
         if self.coefficients.law is None:
             return 0.0
-        mass, damping, stiffness = (part[None] for part in self.tangents(time, z, rate))
-        return Matrices(mass, damping, stiffness, np.zeros_like(z[None])).growth
+        mass, _, stiffness = (part[None] for part in self.tangents(time, z, rate))
+        return growth(mass, stiffness)
 
     def acceleration(self, time: float, z: Array, rate: Array) -> Array:
         """Give z'' at a state."""
         residual = self.residual(time, z, rate, np.zeros_like(z))
         return np.linalg.solve(self.coefficients.at(time)[0], -residual)
+
+
+def growth(mass: Array, stiffness: Array) -> float:
+    """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0.
+
+    Both are ``(instants, coordinates, coordinates)``.
+    """
+    try:
+        np.linalg.cholesky(stiffness + stiffness.transpose(0, 2, 1))
+    except np.linalg.LinAlgError:
+        squares = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real
+        return float(np.sqrt(max(0.0, -squares.min())))
+    return 0.0

@@ -18,9 +18,8 @@ from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.equation import Matrices
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.instant import Instant
+from fenics_mech.response.transient.instant import Instant, growth
 
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
 Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
@@ -138,8 +137,8 @@ class Collocation:
             if self.instant.coefficients.law is None:
                 return found, 0.0
             if moved <= STEP.newton * self.tolerance * self.size:
-                mass, damping, stiffness = (np.stack(part) for part in zip(*tangents))
-                return found, Matrices(mass, damping, stiffness, np.zeros_like(found)).growth
+                mass, _, stiffness = (np.stack(part) for part in zip(*tangents))
+                return found, growth(mass, stiffness)
         return None
 
     def _guess(self, length: float, size: int) -> Array:

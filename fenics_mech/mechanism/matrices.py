@@ -1,0 +1,172 @@
+"""The matrices of a linear equation of motion at many drive angles, ``M q'' + C q' + K q + modal damping = f``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse.linalg import LinearOperator, eigs, splu
+
+from fenics_mech._arrays import Array, Index, times
+from fenics_mech._guard import ADVICE
+from fenics_mech._sparse import Pattern, Stack
+from fenics_mech.errors import SolverError
+
+MANY, LOOKED_AT, NEXT_TO_ZERO = 300, 8, 12  # coordinates, of which few angles and eigenvalues are looked at for growth
+RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
+
+
+@dataclass(frozen=True)
+class ModalForces:
+    """Damping of modes: the force ``G^T (G q' + H q)``, of few rows where few modes are damped.
+
+    Parameters
+    ----------
+    by_rate
+        G, ``(angles, modes, coordinates)``.
+    by_place
+        H, of the same shape: G times how coordinates that stand still strain the links as these turn.
+    """
+
+    by_rate: Array
+    by_place: Array
+
+    def of(self, q: Array, rate: Array) -> Array:
+        """Force on the coordinates, ``(angles, coordinates)``, of q and q'."""
+        return times(self.by_rate.transpose(0, 2, 1), times(self.by_rate, rate) + times(self.by_place, q))
+
+    def at(self, position: int) -> Array:
+        """Damping matrix at one angle, ``(coordinates, coordinates)``."""
+        return np.asarray(self.by_rate[position].T @ self.by_rate[position])
+
+    def paced(self, rate: float) -> ModalForces:
+        """Give the same force, where rates are taken by an angle that turns at a rate (rad/s) in place of time."""
+        return ModalForces(np.sqrt(rate) * self.by_rate, self.by_place / np.sqrt(rate))
+
+    @property
+    def damping(self) -> Stack:
+        """Damping matrices ``G^T G``, which are full."""
+        return self._full(self.by_rate)
+
+    @property
+    def stiffness(self) -> Stack:
+        """Stiffness matrices ``G^T H``, which are full."""
+        return self._full(self.by_place)
+
+    def _full(self, right: Array) -> Stack:
+        size = right.shape[2]
+        rows, columns = (part.ravel() for part in np.indices((size, size)))
+        return Stack(Pattern.of(size, rows, columns), (self.by_rate.transpose(0, 2, 1) @ right).reshape(len(right), -1))
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """``M q'' + C q' + K q + modal damping = f``.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        M, C and K at all angles.
+    load
+        f, ``(angles, coordinates)``, or of several loads ``(angles, coordinates, loads)``.
+    modal
+        Damping of modes, where there is some.
+    """
+
+    mass: Stack
+    damping: Stack
+    stiffness: Stack
+    load: Array
+    modal: ModalForces | None = None
+
+    @classmethod
+    def of_full(cls, mass: Array, damping: Array, stiffness: Array, load: Array) -> Matrices:
+        """Take M, C and K that are given as a whole, ``(angles, coordinates, coordinates)`` each."""
+        return cls(Stack.of_full(mass), Stack.of_full(damping), Stack.of_full(stiffness), load)
+
+    def left(self, q: Array, rate: Array, second: Array) -> Array:
+        """Give the left side of the equation for q, q' and q'', ``(angles, coordinates)`` each."""
+        found = self.mass.times(second) + self.damping.times(rate) + self.stiffness.times(q)
+        return found if self.modal is None else found + self.modal.of(q, rate)
+
+    @property
+    def full(self) -> tuple[Array, Array, Array]:
+        """M, C and K with the modal damping in them, ``(angles, coordinates, coordinates)``: for few coordinates."""
+        return self.mass.full, self.whole_damping.full, self.whole_stiffness.full
+
+    @property
+    def whole_damping(self) -> Stack:
+        """C with the damping of modes."""
+        return self.damping if self.modal is None else self.damping + self.modal.damping
+
+    @property
+    def whole_stiffness(self) -> Stack:
+        """K with what the damping of modes adds."""
+        return self.stiffness if self.modal is None else self.stiffness + self.modal.stiffness
+
+    def damping_at(self, position: int) -> Array:
+        """Whole damping matrix at one angle, ``(coordinates, coordinates)``."""
+        found = self.damping.dense(position)
+        return found if self.modal is None else found + self.modal.at(position)
+
+    @cached_property
+    def weakest(self) -> int | None:
+        """Angle with the smallest eigenvalue of the stiffness' symmetric part, if it is not positive."""
+        if not len(indefinite := not_positive(self.stiffness)):
+            return None
+        least = [np.linalg.eigvalsh(dense + dense.T)[0] for dense in map(self.stiffness.dense, indefinite)]
+        return int(indefinite[int(np.argmin(least))])
+
+    @cached_property
+    def growth(self) -> float:
+        """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0."""
+        where = not_positive(self.stiffness)
+        if self.mass.size > MANY:
+            where = where[:: -(-len(where) // LOOKED_AT) or 1]
+        return float(np.sqrt(max(0.0, *(-self._least_square(k) for k in where)))) if len(where) else 0.0
+
+    def _least_square(self, k: int) -> float:
+        """Least real part of ``omega^2`` of ``K x = omega^2 M x`` at an angle; of many, those next to 0."""
+        if self.mass.size <= MANY:
+            return float(np.linalg.eigvals(np.linalg.solve(self.mass.dense(k), self.stiffness.dense(k))).real.min())
+        factors, mass, ones = splu(self.stiffness.at(k).tocsc()), self.mass.at(k), np.ones(self.mass.size)
+        compliance = LinearOperator(mass.shape, lambda vector: factors.solve(mass @ vector), dtype=float)
+        return float((1 / eigs(compliance, NEXT_TO_ZERO, v0=ones, return_eigenvectors=False)).real.min())
+
+    @cached_property
+    def loss(self) -> float:
+        """Least loss factor of the modes at the first angle, twice a damping ratio; 0 where there are no modes."""
+        mass, stiffness = self.mass.dense(0), self.stiffness.dense(0)
+        try:
+            squares, shapes = eigh(mass + mass.T, stiffness + stiffness.T)  # 1 over omega^2, and Phi^T 2K Phi = 1
+        except np.linalg.LinAlgError:
+            return 0.0
+        moves = squares > np.finfo(float).eps * squares[-1]
+        work = 2 * np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
+        return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
+
+
+def not_positive(stiffness: Stack) -> Index:
+    """Angles at which the symmetric part of a matrix is not positive, by the signs of its pivots (Sylvester)."""
+    try:
+        positive = (stiffness.symmetric.factors.pivots > 0).all(axis=1)
+    except SolverError:
+        positive = np.array([np.linalg.eigvalsh(stiffness.symmetric.dense(k))[0] > 0 for k in range(len(stiffness))])
+    return np.flatnonzero(~positive)
+
+
+def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
+    """Raise `SolverError` where a damper is as good as rigid: in a sum with it, all else would be lost to rounding.
+
+    The damping is compared with inertia and stiffness, coordinate by coordinate, over a step of time (s).
+    """
+    parts = matrices.mass, matrices.damping, matrices.stiffness
+    mass, damping, stiffness = (np.abs(part.diagonal) for part in parts)
+    ratio = float((step * damping / (mass + step**2 * stiffness)).max())
+    if not ratio < RIGID_DAMPING:
+        raise SolverError(
+            f"the damping is {ratio:.1e} times the inertia and stiffness that it acts against in a sub-interval: "
+            f"rounding would spoil the answer. {ADVICE}"
+        )

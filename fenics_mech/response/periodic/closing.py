@@ -1,0 +1,216 @@
+"""A cycle that closes: ``z_{k+1} = T_k z_k + r_k`` with ``z_n = z_0``, (5.16), by marches through its steps.
+
+A march from a guess of z_0 comes to another state at the end. The difference depends on z_0 by ``1 - T``, with T the
+product of all T_k, whose eigenvalues are the Floquet multipliers: what dies out in a cycle costs GMRES no iteration.
+Where motions grow within a cycle, the march is cut, and the states at all cuts are unknowns (multiple shooting).
+
+Source: Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Problems (1995), ch. 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_mech._arrays import Array
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.response.periodic.cyclic import BlockCyclic
+
+KRYLOV = {
+    "ksp_type": "gmres",
+    "pc_type": "none",
+    "ksp_gmres_restart": 300,
+    "ksp_gmres_cgs_refinement_type": "refine_always",
+    "ksp_max_it": 600,
+}
+TOLERANCE = 1e-13  # of the system, relative to what is added in the steps
+LEAST_REDUCTION = 1e-2  # of the residual, however good the guess is
+LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
+TINY = float(np.finfo(float).tiny)
+MOST_DIRECT = 5e7  # numbers of the matrices of a cycle, up to which they are made
+TERMS = 4.0  # of the size of a number, that add up to it in a step
+GROWTH = 1e3  # of a state since the last cut, at which the march is cut
+
+
+class Steps(Protocol):
+    """Linear steps of a cycle."""
+
+    @property
+    def unit(self) -> Array:
+        """What coordinates are multiplied by for their numbers to be alike, ``(n,)``."""
+
+    @property
+    def duration(self) -> Array:
+        """Duration of each step (s), ``(steps,)``."""
+
+    @property
+    def transitions(self) -> Array:
+        """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
+
+    def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
+        """Carry a state through steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Closing:
+    """The system of a cycle.
+
+    Parameters
+    ----------
+    steps
+        The steps.
+    options
+        PETSc options with the prefix "periodic_".
+    """
+
+    steps: Steps
+    options: Mapping[str, Any]
+
+    @cached_property
+    def unit(self) -> Array:
+        """What states are multiplied by for their numbers to be alike, ``(2n,)``."""
+        return np.tile(self.steps.unit, 2)
+
+    @cached_property
+    def cuts(self) -> list[slice]:
+        """Parts of the cycle in which no state grows much, found by a random state in its second cycle."""
+        state = np.random.default_rng(0).standard_normal(len(self.unit)) / self.unit
+        for _ in range(2):
+            begins, count = [0], len(self.steps.duration)
+            while begins[-1] < count:
+                passed = self.steps.march(state, steps=slice(begins[-1], count)) * self.unit
+                sizes = np.linalg.norm(passed, axis=1)
+                grown = np.flatnonzero(sizes > GROWTH * np.minimum.accumulate(sizes))
+                begins.append(begins[-1] + int(grown[0]) if len(grown) else count)
+                at = begins[-1] - begins[-2]
+                state = passed[at] / (max(sizes[at], TINY) * self.unit)
+        return [slice(first, last) for first, last in pairwise(begins)]
+
+    def solve(self, right: Array, guess: Array | None = None) -> Array:
+        """Solve for the states at the starts of all steps, ``(steps, state)``, or of several cycles.
+
+        Parameters
+        ----------
+        right
+            What is added to the state in each step, ``(steps, state)``, or of several loads ``(steps, state, loads)``.
+        guess
+            A state at the start of the cycle to begin from, ``(state,)``.
+
+        Raises
+        ------
+        SolverError
+            When the KSP does not converge or its answer is not accurate, as at an undamped resonance.
+        """
+        if right.ndim == 3:
+            return np.stack([self.solve(part) for part in np.moveaxis(right, -1, 0)], axis=-1)
+        if "_direct" in vars(self):
+            return self._direct.solve(right)
+        try:
+            return self._marched(right, guess)
+        except SolverError:
+            asked = any(name.startswith("periodic_") for name in self.options)
+            if asked or len(self.steps.duration) * len(self.unit) ** 2 > MOST_DIRECT:
+                raise
+            return self._direct.solve(right)
+
+    def terms(self, states: Array) -> Array:
+        """Give the size of what adds up to the states at the ends of the steps: a few terms of their own size."""
+        return np.broadcast_to(TERMS * np.abs(states).max(axis=0), states.shape)
+
+    @cached_property
+    def _direct(self) -> BlockCyclic:
+        """The system with its matrices, where marches round too much: a matrix rounds always alike."""
+        return BlockCyclic(self.steps.transitions, self.options)
+
+    def _marched(self, right: Array, guess: Array | None) -> Array:
+        """Solve by marches."""
+        cuts, size = self.cuts, len(self.unit)
+
+        def misfit(starts: Array, gain: Array | None) -> Array:
+            """By how much parts that begin with these states miss the start of the next one, scaled."""
+            ends = [
+                self.steps.march(start, None if gain is None else gain[part], part)[-1]
+                for start, part in zip(starts.reshape(-1, size) / self.unit, cuts)
+            ]
+            return starts - (np.roll(ends, 1, axis=0) * self.unit).ravel()
+
+        start = np.zeros(len(cuts) * size)
+        if guess is not None and len(cuts) == 1:
+            start = guess * self.unit
+        load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
+        tolerance = min(TOLERANCE * whole / max(float(np.linalg.norm(load)), TINY), LEAST_REDUCTION)
+        change, reason = krylov(lambda starts: misfit(starts, None), load, {"ksp_rtol": tolerance}, self.options)
+        starts = (start + change).reshape(-1, size) / self.unit
+        parts = [self.steps.march(state, right[part], part) for state, part in zip(starts, cuts)]
+        states = np.concatenate([part[:-1] for part in parts])
+        self._check(states, [part[-1] for part in parts], right, reason)
+        return states
+
+    def _check(self, states: Array, ends: list[Array], right: Array, reason: int) -> None:
+        """Raise `SolverError` where an answer does not close the cycle."""
+        begins = np.array([part.start for part in self.cuts])
+        gap = np.roll(np.array(ends), 1, axis=0) - states[begins]
+        size = max(float(np.linalg.norm(right * self.unit)), TINY)
+        residual = float(np.linalg.norm(gap * self.unit)) / size
+        if not np.isfinite(states).all() or not residual < LARGEST_RESIDUAL:
+            why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
+            if len(self.cuts) > 1:
+                why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"
+            raise SolverError(
+                f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, "
+                f"relative residual {residual:.1e}). {why}"
+            )
+
+
+def krylov(
+    apply: Callable[[Array], Array], right: Array, defaults: Mapping[str, Any], options: Mapping[str, Any]
+) -> tuple[Array, int]:
+    """Solve a linear system by a KSP that needs products only.
+
+    Parameters
+    ----------
+    apply
+        Gives the product of the matrix with a vector.
+    right
+        The right-hand side, ``(size,)``.
+    defaults
+        Options beside those of GMRES, without prefix.
+    options
+        PETSc options with the prefix "periodic_", which win.
+
+    Returns
+    -------
+    tuple
+        The answer and PETSc's reason to stop.
+    """
+    matrix = PETSc.Mat().createPython((len(right), len(right)), context=Products(apply), comm=PETSc.COMM_SELF)
+    matrix.setUp()
+    b, x = matrix.createVecs()
+    b.array[:] = right
+    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
+    with configured(ksp, "periodic_", KRYLOV | dict(defaults), options):
+        ksp.setOperators(matrix)
+        ksp.solve(b, x)
+        reason = ksp.getConvergedReason()
+    answer = x.array_r.copy()
+    for thing in (matrix, b, x):
+        thing.destroy()
+    return answer, reason
+
+
+class Products:
+    """A matrix of which PETSc knows products only."""
+
+    def __init__(self, apply: Callable[[Array], Array]) -> None:
+        self.apply = apply
+
+    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """Multiply; PETSc calls this."""
+        y.array[:] = self.apply(x.array_r)

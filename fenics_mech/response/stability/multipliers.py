@@ -1,0 +1,108 @@
+"""Eigenvalues of the monodromy matrix, by SLEPc: all of them, or the largest of those that the steps can follow.
+
+Steps at Gauss points hardly damp what is too fast for them. Krylov spaces of their monodromy matrix fill with that.
+Radau points damp it, so that they give the space of the slow disturbances, in which Gauss points then give the
+multipliers. What they leave of the fast ones there is damped by another cycle at Radau points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from fenics_mech._arrays import Array
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SolverError
+from fenics_mech.response.periodic.closing import Products
+from fenics_mech.response.periodic.flow import Flow
+
+Complex = NDArray[np.complex128]
+Pairs = tuple[Complex, Complex]  # eigenvalues, and with each its state at the start of the cycle, (pairs, states)
+FEW_STATES = 80  # of which all multipliers are found as fast as some
+WANTED = 12  # slow disturbances that are looked for first
+LOST = 1e-8  # of the largest multiplier at Radau points: disturbances that are hardly left after a cycle
+
+
+def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Pairs, bool]]:
+    """Give multipliers, more with each try, and whether they are all.
+
+    Parameters
+    ----------
+    flow
+        The steps at Gauss points.
+    damped
+        The same steps at Radau points; None where all multipliers are wanted at once.
+    options
+        PETSc options with the prefix "stability_".
+
+    Raises
+    ------
+    SolverError
+        When SLEPc does not converge.
+    """
+    states, wanted = 2 * flow.size, WANTED
+    while damped is not None and states > FEW_STATES and 4 * wanted <= states:
+        yield _slow(flow, damped, wanted, options), False
+        wanted *= 4
+    unit = np.tile(flow.unit, 2)
+    monodromy = flow.monodromy * unit[:, None] / unit
+    matrix = PETSc.Mat().createDense(monodromy.shape, array=monodromy, comm=PETSc.COMM_SELF)
+    matrix.setUp()
+    values, found = _solved(matrix, {"eps_type": "lapack"}, options)
+    yield (values, found / unit), True
+
+
+def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> Pairs:
+    """Give the multipliers in the space of the disturbances that Radau points damp least."""
+    unit = np.tile(flow.unit, 2)
+
+    def carried(states: Array, steps: Flow) -> Array:
+        """States ``(states, disturbances)`` after a cycle, all numbers alike."""
+        return np.stack([steps.march(state)[-1] for state in (states / unit[:, None]).T], axis=1) * unit[:, None]
+
+    matrix = products(len(unit), lambda state: carried(state[:, None], damped)[:, 0])
+    values, states = _solved(matrix, {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": 1e-10}, options)
+    kept = states[np.abs(values) > LOST * np.abs(values).max(initial=0.0)]
+    if not len(kept):
+        return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
+    space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]
+    left, right = carried(space, damped), carried(carried(space, flow), damped)
+    values, parts = np.linalg.eig(np.linalg.lstsq(left, right, rcond=None)[0])
+    return values.astype(complex), (space @ parts).T.astype(complex) / unit
+
+
+def products(size: int, apply: Callable[[Array], Array]) -> PETSc.Mat:
+    """Give a square matrix of which products with vectors are known."""
+    matrix = PETSc.Mat().createPython((size, size), context=Products(apply), comm=PETSc.COMM_SELF)
+    matrix.setUp()
+    return matrix
+
+
+def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Pairs:
+    """Solve for eigenvalues of largest magnitude; the matrix is destroyed."""
+    eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
+    eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
+    real, imaginary = matrix.createVecs()
+    with configured(eps, "stability_", defaults, options):
+        eps.setOperators(matrix)
+        eps.solve()
+        count = eps.getConverged()
+        if not count:
+            found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
+            raise SolverError(
+                f"no Floquet multiplier converged (SLEPc says {found}). Other options stability_eps_* may help; "
+                "analysis.stability = false does without"
+            )
+        values, states = np.empty(count, complex), np.empty((count, matrix.size[0]), complex)
+        for i in range(count):
+            values[i] = eps.getEigenpair(i, real, imaginary)
+            states[i] = real.array_r + 1j * imaginary.array_r
+    for thing in (matrix, real, imaginary):
+        thing.destroy()
+    return values, states
