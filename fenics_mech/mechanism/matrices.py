@@ -114,7 +114,7 @@ class Matrices:
     @cached_property
     def weakest(self) -> int | None:
         """Angle with the smallest eigenvalue of the stiffness' symmetric part, if it is not positive."""
-        if not len(indefinite := not_positive(self.stiffness)):
+        if not len(indefinite := self._looked_at):
             return None
         least = [np.linalg.eigvalsh(dense + dense.T)[0] for dense in map(self.stiffness.dense, indefinite)]
         return int(indefinite[int(np.argmin(least))])
@@ -122,10 +122,13 @@ class Matrices:
     @cached_property
     def growth(self) -> float:
         """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0."""
+        return float(np.sqrt(max([0.0, *(-self._least_square(k) for k in self._looked_at)])))
+
+    @cached_property
+    def _looked_at(self) -> Index:
+        """Angles at which the stiffness is not positive; of many coordinates a few of these."""
         where = not_positive(self.stiffness)
-        if self.mass.size > MANY:
-            where = where[:: -(-len(where) // LOOKED_AT) or 1]
-        return float(np.sqrt(max(0.0, *(-self._least_square(k) for k in where)))) if len(where) else 0.0
+        return where if self.mass.size <= MANY else where[:: max(1, -(-len(where) // LOOKED_AT))]
 
     def _least_square(self, k: int) -> float:
         """Least real part of ``omega^2`` of ``K x = omega^2 M x`` at an angle; of many, those next to 0."""

@@ -34,6 +34,7 @@ TOLERANCE = 1e-13  # of the system, relative to what is added in the steps
 LEAST_REDUCTION = 1e-2  # of the residual, however good the guess is
 LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
 TINY = float(np.finfo(float).tiny)
+ROUNDING = 100.0  # times the limit of a residual, as a share of the states: what very fine meshes round by is less
 MOST_DIRECT = 5e7  # numbers of the matrices of a cycle, up to which they are made
 TERMS = 4.0  # of the size of a number, that add up to it in a step
 GROWTH = 1e3  # of a state since the last cut, at which the march is cut
@@ -115,10 +116,14 @@ class Closing:
         try:
             return self._marched(right, guess)
         except SolverError:
-            asked = any(name.startswith("periodic_") for name in self.options)
-            if asked or len(self.steps.duration) * len(self.unit) ** 2 > MOST_DIRECT:
+            if self._large or any(name.startswith("periodic_") for name in self.options):
                 raise
             return self._direct.solve(right)
+
+    @property
+    def _large(self) -> bool:
+        """Whether the matrices of all steps are too many numbers to be made."""
+        return len(self.steps.duration) * len(self.unit) ** 2 > MOST_DIRECT
 
     def terms(self, states: Array) -> Array:
         """Give the size of what adds up to the states at the ends of the steps: a few terms of their own size."""
@@ -158,6 +163,8 @@ class Closing:
         begins = np.array([part.start for part in self.cuts])
         gap = np.roll(np.array(ends), 1, axis=0) - states[begins]
         size = max(float(np.linalg.norm(right * self.unit)), TINY)
+        if self._large:  # rounding of marches is in proportion to the states, and there is no other way
+            size = max(size, ROUNDING * float(np.linalg.norm(states[begins] * self.unit)))
         residual = float(np.linalg.norm(gap * self.unit)) / size
         if not np.isfinite(states).all() or not residual < LARGEST_RESIDUAL:
             why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"

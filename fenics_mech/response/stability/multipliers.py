@@ -25,6 +25,8 @@ Complex = NDArray[np.complex128]
 Pairs = tuple[Complex, Complex]  # eigenvalues, and with each its state at the start of the cycle, (pairs, states)
 FEW_STATES = 80  # of which all multipliers are found as fast as some
 WANTED = 12  # slow disturbances that are looked for first
+MOST_STATES = 800  # of which all are found where some are not enough
+TOLERANCE, RESTARTS = 1e-6, 30  # of Krylov spaces: rounding of very fine meshes leaves no less
 LOST = 1e-8  # of the largest multiplier at Radau points: disturbances that are hardly left after a cycle
 
 
@@ -46,8 +48,10 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
         When SLEPc does not converge.
     """
     states, wanted = 2 * flow.size, WANTED
-    while damped is not None and states > FEW_STATES and 4 * wanted <= states:
-        yield _slow(flow, damped, wanted, options), False
+    if damped is None and states > MOST_STATES:
+        damped = flow  # what diverges is the largest there, too
+    while damped is not None and states > FEW_STATES and 4 * wanted <= min(states, MOST_STATES):
+        yield _slow(flow, damped, wanted, options), 16 * wanted > MOST_STATES and states > MOST_STATES
         wanted *= 4
     unit = np.tile(flow.unit, 2)
     monodromy = flow.monodromy * unit[:, None] / unit
@@ -66,7 +70,8 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
         return np.stack([steps.march(state)[-1] for state in (states / unit[:, None]).T], axis=1) * unit[:, None]
 
     matrix = products(len(unit), lambda state: carried(state[:, None], damped)[:, 0])
-    values, states = _solved(matrix, {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": 1e-10}, options)
+    krylov = {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": TOLERANCE, "eps_max_it": RESTARTS}
+    values, states = _solved(matrix, krylov, options)
     kept = states[np.abs(values) > LOST * np.abs(values).max(initial=0.0)]
     if not len(kept):
         return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
