@@ -25,7 +25,7 @@ from fenics_mech.studies.timing import machine, timed
 
 LONGEST = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike
-RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, and by the material (s)
+RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, which makes matrices full, and by the material (s)
 SOLVERS = {"sub-intervals": (), "collocation": ("coupling",)}  # and the effects that they are run with
 PER_POSITION = "per position"
 NUMBERS = {  # by variable: unit, meaning
@@ -78,7 +78,7 @@ class Size:
 
     def scene(self) -> Scene:
         """Give the scene of the run. It is as coarse as it is asked for: what it costs counts, not how good it is."""
-        damping = {"material": RETARDATION} if self.solver == "collocation" else {"ratio": RATIO}  # that of modes is full
+        damping = {"material": RETARDATION} if self.solver == "collocation" else {"ratio": RATIO}
         return chain(
             self.links // 2,
             effects=SOLVERS[self.solver],

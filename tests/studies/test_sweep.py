@@ -232,7 +232,9 @@ def test_what_error_estimates_lack_is_told(arm, tmp_path):
     loads = {"tap": {"at": "arm.P", "force": (0.0, 1e-3), "factor": pulse}}
     struck = arm.changed(loads=loads, analysis__solver="collocation", analysis__allow_coarse=True)
     sweep = swept(struck, tmp_path, "loads.tap.factor.end=1.001:2:2")
-    alone = [analyse(struck.changed(loads__tap__factor__end=end)).data.attrs["not_estimated"] for end in (1.001, 2.0)]
+    alone = [
+        analyse(struck.changed(loads__tap__factor__end=end)).data.attrs.get("not_estimated", "") for end in (1.001, 2.0)
+    ]
     assert "pulses much shorter than a step" in alone[0]
     assert "pulses" not in alone[1]
     assert sweep.data["not_estimated"].to_numpy().tolist() == alone

@@ -56,9 +56,9 @@ def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     assert result.data.attrs["chosen"].startswith(f"strains to {tolerance:g}, met by collocation")
 
 
-def test_whole_equation_is_reduced_and_the_truncated_one_is_not():
-    assert analysed(scene_of("seed").changed(tolerance=1e-2)).scene.analysis.reduction == "craig-bampton"
-    assert analysed(scene_of("slider_crank").changed(tolerance=1e-2)).scene.analysis.reduction == "none"
+@pytest.mark.parametrize("name", ["seed", "slider_crank"])
+def test_all_nodes_are_kept(name):
+    assert analysed(scene_of(name).changed(tolerance=1e-2)).scene.analysis.reduction == "none"
 
 
 def test_effects_are_chosen_by_the_tolerance():
@@ -131,7 +131,7 @@ def jump(tolerance):
 def falling(power, count):
     """Trials with twice the steps each, whose error of the time falls from 0.1 with a power, and should with 5."""
     return [
-        Trial(Discretisation(16, 100 * 2**k, 41, 2e3), {"strain": {"time": 0.1 * 2 ** (-power * k)}}, {"time": 5.0}, 22)
+        Trial(Discretisation(16, 100 * 2**k, 41), {"strain": {"time": 0.1 * 2 ** (-power * k)}}, {"time": 5.0}, 22)
         for k in range(count)
     ]
 
@@ -150,13 +150,13 @@ def test_what_falls_too_slowly_is_told_early():
 
 @pytest.mark.parametrize(
     ("name", "value", "found"),
-    [("MOST_ENTRIES", 1e5, "so many sub_intervals and elements"), ("MOST_STATIONS", 20, "so many stations")],
+    [("MOST_ENTRIES", 2e3, "so many sub_intervals and elements"), ("MOST_STATIONS", 20, "so many stations")],
 )
 def test_what_takes_too_much_is_told_before_it_is_tried(monkeypatch, runs, name, value, found):
     monkeypatch.setattr(fenics_mech.planning.discretisation, name, value)
     with pytest.raises(SolverError, match=rf"tolerance of 0.0001 is not met.* it would take about .*{found}"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
-    assert all(scene.analysis.sub_intervals * 22**2 < 1e5 for scene in runs)
+    assert all(scene.analysis.sub_intervals < 2e3 / 18 for scene in runs)  # two elements a link have 18 coordinates
 
 
 @pytest.mark.parametrize("error", [TooLargeError("too much"), MemoryError()])
