@@ -9,7 +9,7 @@ Source: Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Probl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -19,9 +19,10 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cyclic import BlockCyclic
+from fenics_mech.response.periodic.krylov import krylov
 
 KRYLOV = {
     "ksp_type": "gmres",
@@ -151,7 +152,9 @@ class Closing:
             start = guess * self.unit
         load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
         tolerance = min(TOLERANCE * whole / max(float(np.linalg.norm(load)), TINY), LEAST_REDUCTION)
-        change, reason = krylov(lambda starts: misfit(starts, None), load, {"ksp_rtol": tolerance}, self.options)
+        change, reason = krylov(
+            lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": tolerance}, self.options
+        )
         starts = (start + change).reshape(-1, size) / self.unit
         parts = [self.steps.march(state, right[part], part) for state, part in zip(starts, cuts)]
         states = np.concatenate([part[:-1] for part in parts])
@@ -174,50 +177,3 @@ class Closing:
                 f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, "
                 f"relative residual {residual:.1e}). {why}"
             )
-
-
-def krylov(
-    apply: Callable[[Array], Array], right: Array, defaults: Mapping[str, Any], options: Mapping[str, Any]
-) -> tuple[Array, int]:
-    """Solve a linear system by a KSP that needs products only.
-
-    Parameters
-    ----------
-    apply
-        Gives the product of the matrix with a vector.
-    right
-        The right-hand side, ``(size,)``.
-    defaults
-        Options beside those of GMRES, without prefix.
-    options
-        PETSc options with the prefix "periodic_", which win.
-
-    Returns
-    -------
-    tuple
-        The answer and PETSc's reason to stop.
-    """
-    matrix = PETSc.Mat().createPython((len(right), len(right)), context=Products(apply), comm=PETSc.COMM_SELF)
-    matrix.setUp()
-    b, x = matrix.createVecs()
-    b.array[:] = right
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    with configured(ksp, "periodic_", KRYLOV | dict(defaults), options):
-        ksp.setOperators(matrix)
-        ksp.solve(b, x)
-        reason = ksp.getConvergedReason()
-    answer = x.array_r.copy()
-    for thing in (matrix, b, x):
-        thing.destroy()
-    return answer, reason
-
-
-class Products:
-    """A matrix of which PETSc knows products only."""
-
-    def __init__(self, apply: Callable[[Array], Array]) -> None:
-        self.apply = apply
-
-    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """Multiply; PETSc calls this."""
-        y.array[:] = self.apply(x.array_r)

@@ -19,11 +19,12 @@ from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import name_of
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.response.periodic.krylov import krylov
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
 KRYLOV = {
@@ -149,7 +150,7 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
     differences = _Differences(parts, basis)
 
     def solved(load: Array) -> Array:
-        return _krylov(lambda series: (back @ force(series)).ravel(), (back @ load).ravel(), differences, options)
+        return _balanced(lambda series: (back @ force(series)).ravel(), (back @ load).ravel(), differences, options)
 
     answer = solved(load)
     motion = basis @ answer.reshape(kept, n)
@@ -164,24 +165,11 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
     return answer.reshape(kept, n) / weight, float(np.abs(left).max() / size), condition
 
 
-def _krylov(
+def _balanced(
     apply: Callable[[Array], Array], right: Array, differences: _Differences, options: Mapping[str, Any]
 ) -> Array:
-    """Solve by a KSP that needs products only."""
-    matrix = PETSc.Mat().createPython((len(right), len(right)), context=_Shell(apply), comm=PETSc.COMM_SELF)
-    matrix.setUp()
-    b, x = matrix.createVecs()
-    b.array[:] = right
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    ksp.getPC().setType("python")
-    ksp.getPC().setPythonContext(differences)
-    with configured(ksp, "periodic_", KRYLOV, options):
-        ksp.setOperators(matrix)
-        ksp.solve(b, x)
-        reason = ksp.getConvergedReason()
-    answer = x.array_r.copy()
-    for thing in (matrix, b, x):
-        thing.destroy()
+    """Solve the balance of the harmonics."""
+    answer, reason = krylov(apply, right, KRYLOV, options, differences)
     residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
     if reason <= 0 or not residual < LARGEST_RESIDUAL:
         raise SolverError(
@@ -190,16 +178,6 @@ def _krylov(
             "solver options"
         )
     return answer
-
-
-class _Shell:
-    """The system as a product of whole arrays."""
-
-    def __init__(self, apply: Callable[[Array], Array]) -> None:
-        self.apply = apply
-
-    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        y.array[:] = self.apply(x.array_r)
 
 
 class _Differences:

@@ -7,7 +7,7 @@ multipliers. What they leave of the fast ones there is damped by another cycle a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,8 @@ from slepc4py import SLEPc
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.closing import Products
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.krylov import products
 
 Complex = NDArray[np.complex128]
 Pairs = tuple[Complex, Complex]  # eigenvalues, and with each its state at the start of the cycle, (pairs, states)
@@ -79,13 +79,6 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
     left, right = carried(space, damped), carried(carried(space, flow), damped)
     values, parts = np.linalg.eig(np.linalg.lstsq(left, right, rcond=None)[0])
     return values.astype(complex), (space @ parts).T.astype(complex) / unit
-
-
-def products(size: int, apply: Callable[[Array], Array]) -> PETSc.Mat:
-    """Give a square matrix of which products with vectors are known."""
-    matrix = PETSc.Mat().createPython((size, size), context=Products(apply), comm=PETSc.COMM_SELF)
-    matrix.setUp()
-    return matrix
 
 
 def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Pairs:
