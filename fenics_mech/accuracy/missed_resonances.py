@@ -142,9 +142,7 @@ class Resonances:
     def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
         """Take load and losses from an equation at the modes' angles."""
         shapes, matrices = modes.shapes, equation.linear
-        work = np.sum(shapes * matrices.damping.times(shapes), axis=-1)
-        if matrices.modal is not None:
-            work = work + np.sum((shapes @ matrices.modal.by_rate.transpose(0, 2, 1)) ** 2, axis=-1)
+        work = np.sum(shapes * matrices.whole_damping.times(shapes), axis=-1)
         loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
         return cls(modes, rate, matrices.load, loss, off)
 

@@ -33,12 +33,12 @@ class Equation:
     ----------
     system
         The mechanism at the angles.
-    damped_modes
-        G of the modal damping ``G^T G`` over the coordinates q, ``(angles, modes, coordinates)``.
+    modal_damping
+        Damping D of the modes over the coordinates q, ``(angles, coordinates, coordinates)``.
     """
 
     system: System
-    damped_modes: Array | None = None
+    modal_damping: Array | None = None
 
     @cached_property
     def jets(self) -> tuple[Array, Array | None, Array | None]:
@@ -112,7 +112,7 @@ class Equation:
         q' alone also holds the turning of the fixed frame against the links, and would damp a link that turns with a
         strain that does not change.
         """
-        if self.damped_modes is None:
+        if self.modal_damping is None:
             return None
         system, p = self.system, self.system.values
         first = self.jets[1]
@@ -120,8 +120,8 @@ class Equation:
             first = system.transformation.derivatives(system.motion)[0]
         k = self._congruence.values_of_matrix(system.link_stiffness)
         turning = self._congruence.products(p, (k, first))
-        strained = self.links_stiffness.solve(self.damped_modes)
-        return ModalForces(self.damped_modes, strained @ turning.full)
+        strained = self.links_stiffness.solve(self.modal_damping)  # D is symmetric: its rows are its columns
+        return ModalForces(Stack.of_full(self.modal_damping), Stack.of_full(strained @ turning.full))
 
     def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.

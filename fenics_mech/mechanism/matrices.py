@@ -9,9 +9,9 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigs, splu
 
-from fenics_mech._arrays import Array, Index, times
+from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import ADVICE
-from fenics_mech._sparse import Pattern, Stack
+from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
 
 MANY, LOOKED_AT, NEXT_TO_ZERO = 300, 8, 12  # coordinates, of which few angles and eigenvalues are looked at for growth
@@ -20,45 +20,22 @@ RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 
 
 @dataclass(frozen=True)
 class ModalForces:
-    """Damping of modes: the force ``G^T (G q' + H q)``, of few rows where few modes are damped.
+    """Damping of all modes, whose matrices are full: the force ``D q' + E q``.
 
     Parameters
     ----------
-    by_rate
-        G, ``(angles, modes, coordinates)``.
-    by_place
-        H, of the same shape: G times how coordinates that stand still strain the links as these turn.
+    damping
+        D.
+    stiffness
+        E, which is D times how coordinates that stand still strain the links as these turn.
     """
 
-    by_rate: Array
-    by_place: Array
+    damping: Stack
+    stiffness: Stack
 
     def of(self, q: Array, rate: Array) -> Array:
         """Force on the coordinates, ``(angles, coordinates)``, of q and q'."""
-        return times(self.by_rate.transpose(0, 2, 1), times(self.by_rate, rate) + times(self.by_place, q))
-
-    def at(self, position: int) -> Array:
-        """Damping matrix at one angle, ``(coordinates, coordinates)``."""
-        return np.asarray(self.by_rate[position].T @ self.by_rate[position])
-
-    def paced(self, rate: float) -> ModalForces:
-        """Give the same force, where rates are taken by an angle that turns at a rate (rad/s) in place of time."""
-        return ModalForces(np.sqrt(rate) * self.by_rate, self.by_place / np.sqrt(rate))
-
-    @property
-    def damping(self) -> Stack:
-        """Damping matrices ``G^T G``, which are full."""
-        return self._full(self.by_rate)
-
-    @property
-    def stiffness(self) -> Stack:
-        """Stiffness matrices ``G^T H``, which are full."""
-        return self._full(self.by_place)
-
-    def _full(self, right: Array) -> Stack:
-        size = right.shape[2]
-        rows, columns = (part.ravel() for part in np.indices((size, size)))
-        return Stack(Pattern.of(size, rows, columns), (self.by_rate.transpose(0, 2, 1) @ right).reshape(len(right), -1))
+        return self.damping.times(rate) + self.stiffness.times(q)
 
 
 @dataclass(frozen=True)
@@ -96,20 +73,15 @@ class Matrices:
         """M, C and K with the modal damping in them, ``(angles, coordinates, coordinates)``: for few coordinates."""
         return self.mass.full, self.whole_damping.full, self.whole_stiffness.full
 
-    @property
+    @cached_property
     def whole_damping(self) -> Stack:
         """C with the damping of modes."""
         return self.damping if self.modal is None else self.damping + self.modal.damping
 
-    @property
+    @cached_property
     def whole_stiffness(self) -> Stack:
         """K with what the damping of modes adds."""
         return self.stiffness if self.modal is None else self.stiffness + self.modal.stiffness
-
-    def damping_at(self, position: int) -> Array:
-        """Whole damping matrix at one angle, ``(coordinates, coordinates)``."""
-        found = self.damping.dense(position)
-        return found if self.modal is None else found + self.modal.at(position)
 
     @cached_property
     def weakest(self) -> int | None:
@@ -147,7 +119,7 @@ class Matrices:
         except np.linalg.LinAlgError:
             return 0.0
         moves = squares > np.finfo(float).eps * squares[-1]
-        work = 2 * np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
+        work = 2 * np.einsum("im,im->m", shapes, self.whole_damping.dense(0) @ shapes)[moves]
         return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
 
 

@@ -100,14 +100,14 @@ class MotorEquation(Equation):
         )
         modal = plain.modal
         if modal is not None:  # the twist strains nothing
-            modal = ModalForces(*(np.pad(part, ((0, 0), (0, 0), (0, 1))) for part in (modal.by_rate, modal.by_place)))
+            modal = ModalForces(*(part.on(part.pattern.widened(1)) for part in (modal.damping, modal.stiffness)))
         load = self.load - np.einsum("iak,ia->ak", self.tangents, self.twist)
         return Matrices(mass, damping, stiffness, load, modal)
 
     @cached_property
     def _without_twist(self) -> Equation:
         """The equation of the elastic coordinates alone."""
-        return Equation(self.system, self.damped_modes)
+        return Equation(self.system, self.modal_damping)
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates to the mechanism's; they do no work in the twist."""

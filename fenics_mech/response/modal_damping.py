@@ -20,10 +20,10 @@ def damping_ratios(scene: Scene, omega: Array) -> Array:
 
 
 def modal_damping(scene: Scene, system: System) -> Array | None:
-    """Give the root G of ``M Phi 2 zeta omega Phi^T M = G^T G``, ``(angles, modes, coordinates)``; None if undamped.
+    """Give ``M Phi 2 zeta omega Phi^T M`` at every angle, ``(angles, coordinates, coordinates)``; None if undamped.
 
     The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid. With shapes
-    ``Psi`` of unit stiffness, G is the transpose of ``K Psi (2 zeta/omega)^(1/2)``. All modes are damped. The fast ones
+    ``Psi`` of unit stiffness, the matrix is ``K Psi (2 zeta/omega) Psi^T K``. All modes are damped. The fast ones
     count: without those beyond the eighth of each member, strains of the seed four-bar change by 1.5e-3.
 
     Raises
@@ -34,7 +34,7 @@ def modal_damping(scene: Scene, system: System) -> Array | None:
     if not np.any(scene.damping.ratio):
         return None
     mass, stiffness = system.once("held matrices", lambda: _held(system))
-    return system.once("damped modes", lambda: _roots(scene, mass, stiffness), str(scene.damping.ratio))
+    return system.once("modal damping", lambda: _damping(scene, mass, stiffness), str(scene.damping.ratio))
 
 
 def _held(system: System) -> tuple[Stack, Stack]:
@@ -47,8 +47,8 @@ def _held(system: System) -> tuple[Stack, Stack]:
     return mass, stiffness
 
 
-def _roots(scene: Scene, mass: Stack, stiffness: Stack) -> Array:
-    """Root of the damping of all modes, which LAPACK finds in whole arrays."""
+def _damping(scene: Scene, mass: Stack, stiffness: Stack) -> Array:
+    """Damping of all modes, which LAPACK finds in whole arrays."""
     unit = np.sqrt(stiffness.diagonal)
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
     lower = np.linalg.cholesky(stiffness.full / pairs)
@@ -56,4 +56,4 @@ def _roots(scene: Scene, mass: Stack, stiffness: Stack) -> Array:
     squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
     times = np.sqrt(np.maximum(squares, 0))
     forces = unit[:, :, None] * (lower @ shapes)
-    return (forces * np.sqrt(2 * damping_ratios(scene, times) * times)[:, None]).transpose(0, 2, 1)  # (E.12)
+    return (forces * (2 * damping_ratios(scene, times) * times)[:, None]) @ forces.transpose(0, 2, 1)  # (E.12)

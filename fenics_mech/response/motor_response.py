@@ -186,7 +186,7 @@ def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping:
     tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
     return MotorEquation(
         system=_moved(scene, system, at[0.0], theta, twist),
-        damped_modes=damping,
+        modal_damping=damping,
         motor=motor,
         unit=units[0.0],
         twist=twist,

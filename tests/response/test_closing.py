@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices, ModalForces
 from fenics_mech.response.periodic.collocation import periodic_orbit
@@ -41,7 +42,7 @@ def test_a_march_that_does_not_grow_is_not_cut():
 
 @pytest.mark.parametrize("modes", [1, 2])
 def test_damped_modes_are_like_their_damping_matrix(modes):
-    """``G^T (G q' + H q)``, from few rows or as a full matrix."""
+    """The force ``D q' + E q``, beside the matrices of the links or in them."""
     tableau, count = Tableau.of("radau", 3), 24
     plain = Manufactured().matrices(places(tableau.points, count))
     chance = np.random.default_rng(1)
@@ -49,8 +50,9 @@ def test_damped_modes_are_like_their_damping_matrix(modes):
     load = np.pad(plain.load, ((0, 0), (0, 4)), constant_values=1.0)
     g, h = chance.standard_normal((2, len(load), modes, 6))
     whole = Matrices.of_full(*padded, load)
-    with_modes = Matrices(whole.mass, whole.damping, whole.stiffness, load, ModalForces(g, h))
     back = g.transpose(0, 2, 1)
+    modal = ModalForces(Stack.of_full(back @ g), Stack.of_full(back @ h))
+    with_modes = Matrices(whole.mass, whole.damping, whole.stiffness, load, modal)
     expected = Matrices.of_full(padded[0], padded[1] + back @ g, padded[2] + back @ h, load)
     one, other = (periodic_orbit(Flow(part, tableau, PERIOD / count)) for part in (with_modes, expected))
     assert one.displacement == pytest.approx(other.displacement, abs=1e-10 * np.abs(other.displacement).max())

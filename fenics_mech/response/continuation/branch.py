@@ -157,20 +157,24 @@ class Turning:
         linear = self.equation.linear
         parts = zip((linear.mass, linear.damping, linear.stiffness), arrays)
         mass, damping, stiffness = (replace(stack, values=values) for stack, values in parts)
-        load, p, first, second, *modal = arrays[3:]
+        load, p, first, second, *of_modes = arrays[3:]
+        modal = linear.modal
+        if modal is not None:
+            stacks = zip((modal.damping, modal.stiffness), of_modes)
+            modal = ModalForces(*(replace(stack, values=values) for stack, values in stacks))
         return _Known(
             self.equation.system,
-            matrices=Matrices(mass, damping, stiffness, load, ModalForces(*modal) if modal else None),
+            matrices=Matrices(mass, damping, stiffness, load, modal),
             nonzeros=(p, first, second) if self.equation.coupled else (p, None, None),
         )
 
 
 def _arrays_of(equation: Equation) -> list[Array]:
-    """Nonzeros of M, C and K, the load, nonzeros of P, P' and P'', and where modes are damped G and H."""
+    """Nonzeros of M, C and K, the load, nonzeros of P, P' and P'', and where modes are damped their matrices."""
     linear, (p, first, second) = equation.linear, equation.jets
     found = [linear.mass.values, linear.damping.values, linear.stiffness.values, linear.load]
     found += [p, np.zeros(0) if first is None else first, np.zeros(0) if second is None else second]
-    return found if linear.modal is None else [*found, linear.modal.by_rate, linear.modal.by_place]
+    return found if linear.modal is None else [*found, linear.modal.damping.values, linear.modal.stiffness.values]
 
 
 def _polynomial(powers: Sequence[tuple[int, Array]], x: float) -> Array:

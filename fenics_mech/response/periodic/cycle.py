@@ -118,7 +118,7 @@ class Cycle:
     def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
         """Give the equation with the axial forces of a motion."""
         tension = mean_tension(equation.system, elastic_response(equation, q, rate))
-        return Equation(with_tension(equation.system, tension), equation.damped_modes)
+        return Equation(with_tension(equation.system, tension), equation.modal_damping)
 
     def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
         """Judge a motion, if the scene wants it.

@@ -136,11 +136,11 @@ def _settled(cycle: Cycle, at_points: Equation) -> Equation:
     """Give the equation with the axial forces of the response."""
 
     def respond(system: System) -> ElasticResponse:
-        equation = Equation(system, at_points.damped_modes)
+        equation = Equation(system, at_points.modal_damping)
         orbit = _orbit(cycle, equation)
         return elastic_response(equation, orbit.displacement, orbit.velocity)
 
-    return Equation(settle(at_points.system, respond), at_points.damped_modes)
+    return Equation(settle(at_points.system, respond), at_points.modal_damping)
 
 
 def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicSolution:
