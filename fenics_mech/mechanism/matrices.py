@@ -137,7 +137,7 @@ def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
 
     The damping is compared with inertia and stiffness, coordinate by coordinate, over a step of time (s).
     """
-    parts = matrices.mass, matrices.damping, matrices.stiffness
+    parts = matrices.mass, matrices.whole_damping, matrices.whole_stiffness
     mass, damping, stiffness = (np.abs(part.diagonal) for part in parts)
     ratio = float((step * damping / (mass + step**2 * stiffness)).max())
     if not ratio < RIGID_DAMPING:
