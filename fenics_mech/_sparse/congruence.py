@@ -51,10 +51,19 @@ class Congruence:
         return cls(height, size, rows, columns, keys // height, keys % height)
 
     @cached_property
+    def _begin(self) -> Index:
+        """First nonzero of P in each row, and their number."""
+        return np.searchsorted(self.rows, np.arange(self.height + 1))
+
+    @cached_property
+    def _keys(self) -> Index:
+        """Number of each place of the link matrices, ascending."""
+        return self.link_rows * np.int64(self.height) + self.link_columns
+
+    @cached_property
     def _first(self) -> tuple[_Pairs, Index, Index]:
         """Products of link matrices with P: their pairs, and the rows and columns of their nonzeros."""
-        begin = np.searchsorted(self.rows, np.arange(self.height + 1))
-        link, of_p = _met(begin, self.link_columns)
+        link, of_p = _met(self._begin, self.link_columns)
         keys, target = np.unique(self.link_rows[link] * np.int64(self.size) + self.columns[of_p], return_inverse=True)
         return _Pairs.of(link, of_p, target), keys // self.size, keys % self.size
 
@@ -62,8 +71,7 @@ class Congruence:
     def _second(self) -> tuple[_Pairs, Pattern]:
         """Products of P^T with those: their pairs, and the pattern of the matrices over the coordinates."""
         _, rows, columns = self._first
-        begin = np.searchsorted(self.rows, np.arange(self.height + 1))
-        product, of_p = _met(begin, rows)
+        product, of_p = _met(self._begin, rows)
         pattern = Pattern.of(self.size, self.columns[of_p], columns[product])
         return _Pairs.of(of_p, product, pattern.places(self.columns[of_p], columns[product])), pattern
 
@@ -74,8 +82,8 @@ class Congruence:
 
     def values_of(self, rows: Index, columns: Index, values: Array) -> Array:
         """Place entries ``(positions or 1, entries)`` among the nonzeros of the link matrices."""
-        keys = self.link_rows * np.int64(self.height) + self.link_columns
-        return summed(values, np.searchsorted(keys, rows * np.int64(self.height) + columns), len(keys))
+        places = np.searchsorted(self._keys, rows * np.int64(self.height) + columns)
+        return summed(values, places, len(self._keys))
 
     def values_of_matrix(self, matrix: sp.csr_matrix) -> Array:
         """Place the entries of a constant matrix, ``(1, nonzeros)``."""

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fenics_mech._arrays import Array, Index, summed
+from fenics_mech._arrays import Array, Index
 from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
 from fenics_mech.errors import SolverError
@@ -28,11 +28,6 @@ class Stack:
 
     pattern: Pattern
     values: Array
-
-    @classmethod
-    def of_entries(cls, pattern: Pattern, rows: Index, columns: Index, values: Array) -> Stack:
-        """Sum entries ``(positions, entries)`` at places of a pattern that need not be in order."""
-        return cls(pattern, summed(values, pattern.places(rows, columns), len(pattern.rows)))
 
     @classmethod
     def of_full(cls, matrices: Array) -> Stack:
@@ -101,7 +96,7 @@ class Stack:
     @cached_property
     def symmetric(self) -> Stack:
         """Symmetric parts."""
-        return replace(self, values=(self.values + self.values[:, self.pattern.mirrored]) / 2)
+        return replace(self, values=(self.values + self.transposed.values) / 2)
 
     @property
     def transposed(self) -> Stack:
