@@ -3,6 +3,6 @@
 from fenics_mech._sparse.congruence import Congruence
 from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
-from fenics_mech._sparse.stack import Factors, SingularError, Stack
+from fenics_mech._sparse.stack import DENSE, Factors, SingularError, Stack
 
-__all__ = ["Congruence", "Factors", "Pattern", "SingularError", "Stack", "kernels", "pointer"]
+__all__ = ["DENSE", "Congruence", "Factors", "Pattern", "SingularError", "Stack", "kernels", "pointer"]

@@ -9,9 +9,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech._guard import require_memory
 from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
 from fenics_mech.errors import SolverError
+
+DENSE = 44  # full matrices of a position that a solver holds at a time: measured, 43 with the factors of its cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +119,15 @@ class Stack:
 
     @property
     def full(self) -> Array:
-        """All matrices as a whole, ``(positions, size, size)``: for few unknowns only."""
+        """All matrices as a whole, ``(positions, size, size)``: for few unknowns only.
+
+        Raises
+        ------
+        TooLargeError
+            When they, and what is made of them, do not fit into memory.
+        """
+        what = f"the matrices of {len(self.values)} positions with {self.size} degrees of freedom"
+        require_memory(DENSE * len(self.values) * self.size**2, what, "Take fewer sub_intervals or elements")
         whole = np.zeros((len(self.values), self.size, self.size))
         whole[:, self.pattern.rows, self.pattern.columns] = self.values
         return whole

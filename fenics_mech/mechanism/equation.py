@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech._guard import require_memory
-from fenics_mech._sparse import Congruence, Stack
+from fenics_mech._sparse import DENSE, Congruence, Stack
 from fenics_mech.effects import Entries
 from fenics_mech.effects.terms import Law
 from fenics_mech.mechanism.matrices import Matrices, ModalForces
@@ -260,7 +260,7 @@ def _places_of(law: Law) -> tuple[Index, Index]:
     return rows.ravel(), columns.ravel()
 
 
-def require_room(system: System, positions: int, stages: int) -> None:
+def require_room(system: System, positions: int, stages: int, full: bool) -> None:
     """Raise `TooLargeError` where the matrices of a cycle and their factors do not fit into memory.
 
     Parameters
@@ -271,9 +271,14 @@ def require_room(system: System, positions: int, stages: int) -> None:
         Number of collocation points in the cycle.
     stages
         Of them, those in a step.
+    full
+        Whether damping of modes makes the matrices full.
     """
-    pattern = Equation(system)._congruence.pattern
-    numbers = KEPT * len(pattern.rows) + stages * pattern.elimination.blocks
+    if full:
+        numbers = DENSE * system.size**2
+    else:
+        pattern = Equation(system)._congruence.pattern
+        numbers = KEPT * len(pattern.rows) + stages * pattern.elimination.blocks
     what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
     require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fenics_mech._guard import memory
+from fenics_mech._sparse import DENSE
 from fenics_mech.mechanism.equation import OF_COORDINATE
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import MOST_STATIONS
@@ -16,7 +17,8 @@ from fenics_mech.scene.meshing import with_elements
 
 STAGES = 3
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
-MOST_ENTRIES = 5e6  # steps times coordinates: measured, 30 microseconds each
+MOST_ENTRIES = 1.5e7  # steps times the square of the coordinates: measured, 10 microseconds and 1.2 kB each
+MOST_SPARSE = 5e6  # steps times the coordinates, where matrices are sparse: 30 microseconds each, as a rough measure
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
 GREW = 1.2  # ratio of two numbers, below which their errors show no convergence order
 LEAST_ORDER = 0.25  # measured, below which an observed order is none
@@ -87,15 +89,18 @@ class Trial:
     orders: Mapping[str, float]
     dofs: int
 
-    def too_large(self, discretisation: Discretisation, periodic: bool) -> str:
-        """Say which number of a discretisation exceeds memory or time; empty where none does."""
+    def too_large(self, discretisation: Discretisation, periodic: bool, full: bool) -> str:
+        """Say which number of a discretisation exceeds memory or time; empty where none does.
+
+        The cycle of a periodic motion has full matrices where modes are damped, and sparse ones else.
+        """
         if discretisation.stations > MOST_STATIONS:
             return "stations"
         if discretisation.elements > MOST_WHOLE:
             return "elements"
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
-        most = min(MOST_ENTRIES, memory() / (8 * OF_COORDINATE * STAGES))
-        if periodic and discretisation.sub_intervals * dofs > most:
+        size, most, numbers = (dofs**2, MOST_ENTRIES, DENSE) if full else (dofs, MOST_SPARSE, OF_COORDINATE)
+        if periodic and discretisation.sub_intervals * size > min(most, memory() / (8 * numbers * STAGES)):
             return "sub_intervals and elements"
         return ""
 

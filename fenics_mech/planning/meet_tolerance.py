@@ -154,10 +154,11 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     finer = least = last.discretisation
     for source, (by, least_by) in more.items():
         finer, least = finer.finer(source, by), least.finer(source, least_by)
-    if what := last.too_large(least, _periodic(scene)):
+    kind = _periodic(scene), bool(np.any(scene.damping.ratio))
+    if what := last.too_large(least, *kind):
         too_many = f"so many {what} take too much memory or time"
         raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")
-    return least if last.too_large(finer, _periodic(scene)) else finer
+    return least if last.too_large(finer, *kind) else finer
 
 
 def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from fenics_mech.effects import Terms, active
 from fenics_mech.effects.motor import EFFECT as MOTOR
 from fenics_mech.eigenmodes import Modes
@@ -69,7 +71,8 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
     if solver == "sub-intervals":
         require_joined(modes_kept(scene, system), points)
     else:
-        require_room(system, scene.analysis.stages * len(Steps.of(scene).start), scene.analysis.stages)
+        stages = scene.analysis.stages
+        require_room(system, stages * len(Steps.of(scene).start), stages, bool(np.any(scene.damping.ratio)))
 
 
 def by_statics(scene: Scene, system: System) -> StaticSolution:

@@ -83,7 +83,7 @@ def test_fast_modes_of_a_linkage_ring_and_are_refused():
 @pytest.mark.parametrize(
     ("module", "name", "effects", "needed"),
     [
-        (fenics_mech.mechanism.equation, "KEPT", ("coupling",), "180 positions with 27 degrees of freedom"),
+        (fenics_mech.mechanism.equation, "DENSE", ("coupling",), "180 positions with 27 degrees of freedom"),
         (fenics_mech.response.periodic.sub_intervals, "JOINED", (), "60 sub-intervals with 20 modes"),
     ],
 )
