@@ -77,9 +77,11 @@ def _loaded(folder: Path, name: str, text: str) -> Any:
 
 
 def pointer(module: Any, array: NDArray[Any] | None) -> Any:
-    """Give C the numbers of an array, which has to be contiguous and of doubles, ints or longs; None is no array."""
+    """Give C the numbers of an array, which has to be contiguous and of doubles, ints or longs; None is no array.
+
+    The pointer keeps the array alive: a copy made for the call only must not be freed before it.
+    """
     if array is None:
         return module.ffi.NULL
     kind = {np.dtype(np.float64): "double", np.dtype(np.int32): "int", np.dtype(np.int64): "long"}[array.dtype]
-    assert array.flags.c_contiguous
-    return module.ffi.cast(f"{kind} *", array.ctypes.data)
+    return module.ffi.from_buffer(f"{kind}[]", array)

@@ -39,6 +39,8 @@ def test_sums_of_different_patterns(seed):
     assert (one + other).full == pytest.approx(one.full + other.full)
     assert (2.0 * one).symmetric.full == pytest.approx(one.full + one.full.transpose(0, 2, 1))
     assert one.transposed.full == pytest.approx(one.full.transpose(0, 2, 1))
+    vectors = np.random.default_rng(seed).standard_normal((3, 40, 9))  # so many that freed memory is taken again
+    assert one.transposed.times(vectors) == pytest.approx(vectors @ one.full)
     assert Stack.of_full(one.full).full == pytest.approx(one.full)
 
 
