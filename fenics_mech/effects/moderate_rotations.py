@@ -84,6 +84,19 @@ class VonKarman:
         change = np.sum((turned + swing) * (new_v - v), -1) + self.material * np.sum(turned * (new_rate - rate), -1)
         return found + self.rigidity * change
 
+    def axial(self, v: Array) -> Array:
+        """Axial force of each string by the linear strain (N), ``(angles, ..., strings)`` of ``(angles, ..., v)``."""
+        return self.rigidity * np.sum(self.stretching.line * v[..., self.dofs], axis=-1)
+
+    def gradient(self, v: Array) -> Array:
+        """Gradient of the nonlinear part of each string's elongation, ``(angles, strings, n)``; it is linear in v."""
+        return each(self.stretching.bow, v[:, self.dofs])
+
+    @property
+    def bow(self) -> Array:
+        """Second derivative of each string's elongation (1/m ...), ``(strings, n, n)``."""
+        return self.stretching.bow
+
     def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Tension, and the change of the string's elongation with its dofs, ``line + bow v``."""
         elongation, turned = self.stretching.elongation(v)
@@ -138,6 +151,10 @@ class OnElements:
         """
         bent = self.stretching.bowed(v[:, self.dofs], v[:, self.dofs]) / 2
         return self._of_strings(bent)[:, self.string] / self.rigidity - bent
+
+    def turned(self, tension: Array, v: Array) -> Array:
+        """Forces on the elements' ends by a tension of their strings on the bent axis, ``(angles, elements, 6)``."""
+        return tension[:, self.string, None] * each(self.stretching.bow, v[:, self.dofs])
 
     def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Tension, and the gradient of the elements' elongation."""

@@ -128,6 +128,16 @@ class Law(Protocol):
     def tension(self, v: Array, rate: Array) -> Array:
         """Axial force of each string, with the linear part (N), ``(angles, strings)``."""
 
+    def axial(self, v: Array) -> Array:
+        """Axial force of each string by the linear strain (N), ``(angles, ..., strings)`` of ``(angles, ..., v)``."""
+
+    def gradient(self, v: Array) -> Array:
+        """Gradient of the nonlinear part of each string's elongation, ``(angles, strings, n)``; it is linear in v."""
+
+    @property
+    def bow(self) -> Array:
+        """Second derivative of each string's elongation (1/m ...), ``(strings, n, n)``."""
+
 
 class ElementLaw(Protocol):
     """A nonlinear force on the elements, from their nodal v and v'."""
@@ -146,6 +156,9 @@ class ElementLaw(Protocol):
 
     def lengthening(self, v: Array) -> Array:
         """Elongation of each element beside that of linear theory (m), ``(angles, elements)``."""
+
+    def turned(self, tension: Array, v: Array) -> Array:
+        """Forces on the elements' ends by a tension of their strings on the bent axis, ``(angles, elements, 6)``."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.modal_forces import NonlinearModalForces
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,8 @@ class RotationOfFrames:
 class ModalDamping:
     """The forces ``D q'`` of modal damping, as a stress of the links and as their inertia.
 
-    Springs carry no share of them, nor do axial forces: those act on the axis as it is bent, and would turn a link by
-    forces from nowhere.
+    Springs carry no share of them. Axial forces act on the bent axis with a nonlinear strain only: in linear theory
+    they would turn a link by forces from nowhere.
 
     Parameters
     ----------
@@ -41,10 +42,13 @@ class ModalDamping:
         Displacement in link axes (m, rad) whose elastic forces they are, ``P^T k v = D q'``, ``(angles, nodal dofs)``.
     acceleration
         Acceleration (m/s^2, rad/s^2) whose inertia would balance them, ``P^T m a = D q'``, ``(angles, nodal dofs)``.
+    on_bent_axis
+        Forces on the elements' ends by the axial forces on the bent axis, ``(angles, elements, 6)`` (N, N m).
     """
 
     displacement: Array
     acceleration: Array
+    on_bent_axis: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -125,12 +129,22 @@ def elastic_response(equation: Equation, q: Array, rate: Array, load: Array | No
     if first is not None and second is not None:
         of_links += 2 * forward(first, rate) + forward(second, q)
     inertia = system.on_nodes(of_links) + system.rigid_acceleration + system.terms.damping.drag * v_rate
-    rotation = damping = None
-    if (modal := equation.linear.modal) is not None:
-        forces, matrices = modal.of(q, rate), (equation.links_stiffness, equation.linear.mass)
-        damping = ModalDamping(*(system.on_nodes(forward(p, matrix.solve(forces))) for matrix in matrices))
+    rotation, damping = None, _modal_damping(equation, q, rate, v)
     if first is not None and second is not None:
         omega, alpha = (by_link[:, system.link_of_dof] for by_link in (system.motion.omega, system.tangential))
         rotation = RotationOfFrames(turning=2 * omega * v_rate + alpha * v, centripetal=-(omega**2) * v)
         inertia += rotation.centripetal
     return ElasticResponse(q, inertia, v_rate, rotation, damping)
+
+
+def _modal_damping(equation: Equation, q: Array, rate: Array, v: Array) -> ModalDamping | None:
+    """Give the forces of modal damping at a state with the nodal displacement v; None where there are none."""
+    if (modal := equation.modal) is None:
+        return None
+    rates, on_bent_axis, linear = modal.rates(q, rate), None, equation.linear.modal
+    assert linear is not None
+    if isinstance(modal, NonlinearModalForces):
+        on_bent_axis = modal.law.on_elements.turned(modal.tension(rates), v)
+    system, forces = equation.system, (linear.forces(rates), modal.of(q, rate))
+    strain, acceleration = equation.links_stiffness.solve(forces[0]), equation.linear.mass.solve(forces[1])
+    return ModalDamping(system.to_links(strain), system.to_links(acceleration), on_bent_axis)

@@ -52,9 +52,9 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
         ends -= beams.layout.work_equivalent(terms.loads.line)
     if terms.loads.ends is not None:
         ends -= terms.loads.ends
-    if terms.stiffening is None and terms.law is None:
-        return ends
     v, rotation = system.to_links(response.displacement), member_rotation(beams.mesh)
+    if response.modal_damping is not None and response.modal_damping.on_bent_axis is not None:
+        ends += each(rotation, response.modal_damping.on_bent_axis)
     if terms.stiffening is not None:
         of_elements = v[:, element_dofs(beams.mesh)]
         ends += each(rotation, times(terms.stiffening.blocks, of_elements))
@@ -74,7 +74,7 @@ def element_tension(system: System, response: ElasticResponse) -> Array | None:
 def mean_tension(system: System, response: ElasticResponse) -> Array:
     """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
 
-    The share of modal damping does not, as it is linear in the coordinates; nor does it with moderate rotations.
+    The share of modal damping does not, as it is linear in the coordinates.
     """
     ends = element_forces(system, response.undamped)
     return (ends[..., 3] - ends[..., 0]) / 2

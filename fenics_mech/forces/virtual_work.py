@@ -259,6 +259,8 @@ class Forces:
         forces = {Cause.ELASTIC: elastic, Cause.MATERIAL: material}
         if (damping := self.response.modal_damping) is not None:
             forces[Cause.MODAL_DAMPING] = (stiffness @ damping.displacement.T).T
+            if damping.on_bent_axis is not None:
+                forces[Cause.MODAL_DAMPING] += system.assembled(damping.on_bent_axis)
         return {name: -np.sum(force * rates.deformation, axis=1) for name, force in forces.items()}
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:

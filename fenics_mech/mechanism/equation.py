@@ -18,7 +18,8 @@ from fenics_mech._guard import require_memory
 from fenics_mech._sparse import DENSE, Congruence, Stack
 from fenics_mech.effects import Entries
 from fenics_mech.effects.terms import Law
-from fenics_mech.mechanism.matrices import Matrices, ModalForces
+from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
 from fenics_mech.mechanism.system import System
 
 KEPT = 14  # numbers of a nonzero that a solver holds at each position, beside its factors
@@ -34,7 +35,7 @@ class Equation:
     system
         The mechanism at the angles.
     modal_damping
-        Damping D of the modes over the coordinates q, ``(angles, coordinates, coordinates)``.
+        Factor F of the modes' damping ``F^T F`` over the coordinates q, ``(angles, modes, coordinates)``.
     """
 
     system: System
@@ -47,19 +48,18 @@ class Equation:
             return self.system.values, None, None
         return (self.system.values, *self.system.transformation.derivatives(self.system.motion))
 
-    @property
-    def shape(self) -> tuple[Array, Array | None, Array | None]:
-        """P, P' and P'' in full, ``(angles, links' coordinates, coordinates)``: for few coordinates."""
+    @cached_property
+    def turned(self) -> Array:
+        """Nonzeros of P' at all angles, ``(angles, nonzeros)``, with coupling or without."""
+        first = self.jets[1]
+        return self.system.transformation.derivatives(self.system.motion)[0] if first is None else first
+
+    def full_jet(self, values: Array) -> Array:
+        """P, P' or P'' of its nonzeros, ``(angles, links' coordinates, coordinates)``: for few coordinates."""
         height, width = self.system.transformation.shape[0], len(self.linear.mass.diagonal[0])
-        found: list[Array | None] = []
-        for values in self.jets:
-            whole = None if values is None else np.zeros((len(values), height, width))
-            if whole is not None:
-                whole[:, self.system.transformation.rows, self.system.transformation.columns] = values
-            found.append(whole)
-        p, first, second = found
-        assert p is not None
-        return p, first, second
+        whole = np.zeros((len(values), height, width))
+        whole[:, self.system.transformation.rows, self.system.transformation.columns] = values
+        return whole
 
     @property
     def coupled(self) -> bool:
@@ -114,14 +114,26 @@ class Equation:
         """
         if self.modal_damping is None:
             return None
-        system, p = self.system, self.system.values
-        first = self.jets[1]
-        if first is None:
-            first = system.transformation.derivatives(system.motion)[0]
-        k = self._congruence.values_of_matrix(system.link_stiffness)
-        turning = self._congruence.products(p, (k, first))
-        strained = self.links_stiffness.solve(self.modal_damping)  # D is symmetric: its rows are its columns
-        return ModalForces(Stack.of_full(self.modal_damping), Stack.of_full(strained @ turning.full))
+        k = self._congruence.values_of_matrix(self.system.link_stiffness)
+        turning = self._congruence.products(self.system.values, (k, self.turned))
+        by_place = turning.transposed.times(self._modes_strain)
+        return ModalForces(self.modal_damping, self.modal_damping, by_place)
+
+    @cached_property
+    def _modes_strain(self) -> Array:
+        """Coordinates whose elastic forces are those of each mode, ``(angles, modes, coordinates)``."""
+        assert self.modal_damping is not None
+        return self.links_stiffness.solve(self.modal_damping)
+
+    @cached_property
+    def modal(self) -> ModalForces | NonlinearModalForces | None:
+        """Forces of modal damping, of the whole strain."""
+        law, linear, p = self.system.terms.law, self.linear.modal, self.jets[0]
+        if law is None or linear is None:
+            return linear
+        transformation = self.system.transformation
+        axial = law.axial(transformation.forward(p[:, None], self._modes_strain))
+        return NonlinearModalForces(linear, axial, law, transformation, (p, self.turned))
 
     def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
@@ -134,7 +146,9 @@ class Equation:
             Axial force of each string of the nonlinear law that goes with them (N), ``(angles, strings)``.
         """
         law = self.system.terms.law
-        return self.linear if law is None else self._linearised(law, self.in_links(q, rate), tension)
+        if law is None:
+            return self.linear
+        return self._with_modes(self._linearised(law, self.in_links(q, rate), tension), q, rate)
 
     def about(self, q: Array, rate: Array) -> Matrices:
         """Linearise about a motion, with the axial forces that its strains give.
@@ -153,7 +167,16 @@ class Equation:
         if law is None:
             return self.linear
         state = self.in_links(q, rate)
-        return self._linearised(law, state, law.tension(*state))
+        return self._with_modes(self._linearised(law, state, law.tension(*state)), q, rate)
+
+    def _with_modes(self, tangents: Matrices, q: Array, rate: Array) -> Matrices:
+        """Give the tangents with those of modal damping."""
+        if not isinstance(self.modal, NonlinearModalForces):
+            return tangents
+        modal, tension, load = self.modal.linearised(q, rate)
+        blocks = tension[..., None, None] * self.modal.law.bow
+        stiffness = tangents.stiffness + self._tangents(self.modal.law, blocks, np.zeros(1))[1]
+        return replace(tangents, stiffness=stiffness, load=tangents.load + load, modal=modal)
 
     def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array) -> Matrices:
         """Linearise about v and v' of the links, and the tension of their strings."""
@@ -215,8 +238,11 @@ class Equation:
         q, rate, second
             Coordinates and their first two time derivatives, ``(angles, coordinates)``.
         """
-        found, law = self.linear.left(q, rate, second) - self.linear.load, self.system.terms.law
-        return found if law is None else found + self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
+        law, linear = self.system.terms.law, replace(self.linear, modal=None)
+        found = linear.left(q, rate, second) - linear.load
+        if law is not None:
+            found += self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
+        return found if self.modal is None else found + self.modal.of(q, rate)
 
     @cached_property
     def links_stiffness(self) -> Stack:

@@ -13,29 +13,10 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import ADVICE
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.modal_forces import ModalForces
 
 MANY, LOOKED_AT, NEXT_TO_ZERO = 300, 8, 12  # coordinates, of which few angles and eigenvalues are looked at for growth
 RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
-
-
-@dataclass(frozen=True)
-class ModalForces:
-    """Damping of all modes, whose matrices are full: the force ``D q' + E q``.
-
-    Parameters
-    ----------
-    damping
-        D.
-    stiffness
-        E, which is D times how coordinates that stand still strain the links as these turn.
-    """
-
-    damping: Stack
-    stiffness: Stack
-
-    def of(self, q: Array, rate: Array) -> Array:
-        """Force on the coordinates, ``(angles, coordinates)``, of q and q'."""
-        return self.damping.times(rate) + self.stiffness.times(q)
 
 
 @dataclass(frozen=True)

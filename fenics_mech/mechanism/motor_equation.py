@@ -18,7 +18,7 @@ from fenics_mech._sparse import Stack
 from fenics_mech.effects import Entries
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.mechanism.matrices import Matrices, ModalForces
+from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.system import System
 from fenics_mech.scene.drives import Motor
 
@@ -98,9 +98,7 @@ class MotorEquation(Equation):
             _bordered(block, row, -tangent, constant)
             for block, row, tangent, constant in zip(blocks, rows, self.tangents, motor)
         )
-        modal = plain.modal
-        if modal is not None:  # the twist strains nothing
-            modal = ModalForces(*(part.on(part.pattern.widened(1)) for part in (modal.damping, modal.stiffness)))
+        modal = None if plain.modal is None else plain.modal.widened(1)  # the twist strains nothing
         load = self.load - np.einsum("iak,ia->ak", self.tangents, self.twist)
         return Matrices(mass, damping, stiffness, load, modal)
 

@@ -1,4 +1,4 @@
-"""Modal damping as a matrix over the coordinates."""
+"""Modal damping as a factor of its matrix over the coordinates."""
 
 from __future__ import annotations
 
@@ -20,11 +20,15 @@ def damping_ratios(scene: Scene, omega: Array) -> Array:
 
 
 def modal_damping(scene: Scene, system: System) -> Array | None:
-    """Give ``M Phi 2 zeta omega Phi^T M`` at every angle, ``(angles, coordinates, coordinates)``; None if undamped.
+    """Give F of ``F^T F = M Phi 2 zeta omega Phi^T M`` at every angle; None if nothing is damped.
 
     The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid. With shapes
-    ``Psi`` of unit stiffness, the matrix is ``K Psi (2 zeta/omega) Psi^T K``. All modes are damped. The fast ones
-    count: without those beyond the eighth of each member, strains of the seed four-bar change by 1.5e-3.
+    ``Psi`` of unit stiffness, the matrix is ``K Psi (2 zeta/omega) Psi^T K``. F changes smoothly with the angle.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        ``(angles, modes, coordinates)``.
 
     Raises
     ------
@@ -48,12 +52,12 @@ def _held(system: System) -> tuple[Stack, Stack]:
 
 
 def _damping(scene: Scene, mass: Stack, stiffness: Stack) -> Array:
-    """Damping of all modes, which LAPACK finds in whole arrays."""
+    """Factor of the damping of all modes, which LAPACK finds in whole arrays."""
     unit = np.sqrt(stiffness.diagonal)
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
     lower = np.linalg.cholesky(stiffness.full / pairs)
     scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass.full / pairs).transpose(0, 2, 1))
     squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
     times = np.sqrt(np.maximum(squares, 0))
-    forces = unit[:, :, None] * (lower @ shapes)
-    return (forces * (2 * damping_ratios(scene, times) * times)[:, None]) @ forces.transpose(0, 2, 1)  # (E.12)
+    root = (shapes * np.sqrt(2 * damping_ratios(scene, times) * times)[:, None]) @ shapes.transpose(0, 2, 1)  # (E.12)
+    return root @ (unit[:, :, None] * lower).transpose(0, 2, 1)

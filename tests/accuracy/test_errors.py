@@ -491,11 +491,11 @@ def test_mesh_under_a_slider_that_passes_nodes():
 
 
 def test_error_of_the_mesh_where_members_bend_far():
-    """What a motion lacks is linear for little of it only. The true errors are 0.006 to 0.018."""
+    """What a motion lacks is linear for little of it only. The true errors are 0.014 to 0.036."""
     scene = seed_four_bar(
         drive__speed=45.93, effects=("coupling", "moderate-rotations"), analysis=WHOLE | {"sub_intervals": 90}
     )
     found = analysed(scene).data
     told = found["strain_error"].sel(source="mesh") / np.abs(found["strain"]).max(EVERY)
-    assert (told > 0.004).all()
-    assert (told < 0.03).all()
+    assert (told > 0.01).all()
+    assert (told < 0.06).all()

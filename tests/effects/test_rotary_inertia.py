@@ -103,7 +103,8 @@ def test_deflection_inside_an_element_is_that_of_many_elements(effects):
 def felt(system):
     """The coupling in damping and stiffness, less ``2 P^T m P'`` and ``P^T m P''`` of the turning sections."""
     damping, stiffness = coupling(system)
-    p, first, second = Equation(replace(system, terms=replace(system.terms, coupled=True))).shape
+    equation = Equation(replace(system, terms=replace(system.terms, coupled=True)))
+    p, first, second = map(equation.full_jet, equation.jets)
     m = system.link_rotary_mass.toarray()
     back = p.transpose(0, 2, 1)
     return damping - 2 * back @ m @ first, stiffness - back @ m @ second

@@ -307,9 +307,7 @@ def _bordered_flow(family: Family, point: Point) -> Flow:
     change = family.at(point.value + step).residual(later.displacement, later.velocity, later.acceleration)
     change -= equation.residual(now.displacement, now.velocity, now.acceleration)
     columns = np.stack([left_over, -change / step], axis=-1)
-    modal = tangents.modal
-    if modal is not None:
-        modal = replace(modal, damping=rate * modal.damping)
+    modal = None if tangents.modal is None else tangents.modal.paced(rate)
     matrices = Matrices(rate**2 * tangents.mass, rate * tangents.damping, tangents.stiffness, columns, modal)
     return Flow(matrices, family.tableau, family.step)
 

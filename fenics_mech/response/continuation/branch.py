@@ -13,7 +13,8 @@ from fenics_mech.effects import active
 from fenics_mech.effects.impulses import EFFECT as IMPULSES
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.mechanism.matrices import Matrices, ModalForces
+from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response.continuation.arc_length import Family, Point, paced
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, equation_at_points
@@ -108,7 +109,7 @@ class _Known(Equation):
     """An equation of motion whose linear part and whose nonzeros of P, P', P'' are known already."""
 
     matrices: Matrices = field(kw_only=True)
-    nonzeros: tuple[Array, Array | None, Array | None] = field(kw_only=True)
+    nonzeros: tuple[Array, Array, Array] = field(kw_only=True)
 
     @cached_property
     def linear(self) -> Matrices:
@@ -118,7 +119,13 @@ class _Known(Equation):
     @cached_property
     def jets(self) -> tuple[Array, Array | None, Array | None]:
         """Nonzeros of P, P' and P'' at all angles."""
-        return self.nonzeros
+        p, first, second = self.nonzeros
+        return (p, first, second) if self.coupled else (p, None, None)
+
+    @cached_property
+    def turned(self) -> Array:
+        """Nonzeros of P' at all angles."""
+        return self.nonzeros[1]
 
 
 @dataclass(frozen=True)
@@ -158,23 +165,22 @@ class Turning:
         parts = zip((linear.mass, linear.damping, linear.stiffness), arrays)
         mass, damping, stiffness = (replace(stack, values=values) for stack, values in parts)
         load, p, first, second, *of_modes = arrays[3:]
-        modal = linear.modal
-        if modal is not None:
-            stacks = zip((modal.damping, modal.stiffness), of_modes)
-            modal = ModalForces(*(replace(stack, values=values) for stack, values in stacks))
+        factor = of_modes[0] if of_modes else None
+        modal = None if factor is None else ModalForces(factor, factor, of_modes[1])
         return _Known(
             self.equation.system,
+            factor,
             matrices=Matrices(mass, damping, stiffness, load, modal),
-            nonzeros=(p, first, second) if self.equation.coupled else (p, None, None),
+            nonzeros=(p, first, second),
         )
 
 
 def _arrays_of(equation: Equation) -> list[Array]:
-    """Nonzeros of M, C and K, the load, nonzeros of P, P' and P'', and where modes are damped their matrices."""
-    linear, (p, first, second) = equation.linear, equation.jets
+    """Nonzeros of M, C and K, the load, nonzeros of P, P' and P'', and where modes are damped F and H."""
+    linear, (p, _, second) = equation.linear, equation.jets
     found = [linear.mass.values, linear.damping.values, linear.stiffness.values, linear.load]
-    found += [p, np.zeros(0) if first is None else first, np.zeros(0) if second is None else second]
-    return found if linear.modal is None else [*found, linear.modal.damping.values, linear.modal.stiffness.values]
+    found += [p, equation.turned, np.zeros(0) if second is None else second]
+    return found if linear.modal is None else [*found, linear.modal.outward, linear.modal.by_place]
 
 
 def _polynomial(powers: Sequence[tuple[int, Array]], x: float) -> Array:

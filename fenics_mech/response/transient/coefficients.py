@@ -14,10 +14,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array
 from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.modal_forces import NonlinearModalForces
 
 NODES = 8  # of the interpolation in a window
 WINDOWS = 8  # in a cycle, before any is halved
@@ -84,7 +85,6 @@ class Coefficients:
     corners: Callable[[int], Array] = lambda cycle: np.zeros(0)
     error: float = 0.0
     law: Law | None = None
-    dofs: Index | None = None
     between: tuple[float, float] = (-np.inf, np.inf)  # the stretch of time without jumps that is looked at
     _tables: dict[int, _Table] = field(default_factory=dict)
     _latest: tuple[float, list[Array]] = field(default=(np.nan, []))
@@ -99,11 +99,10 @@ class Coefficients:
         last = max(self.start, self.repeats_after) + self.cycle
         count = max(REFERENCES, NODES * min(self.windows, MOST_WINDOWS) + 1)
         equation = self.equation_at(np.linspace(self.start, last, count))
-        linear, self.law = equation.linear, equation.system.terms.law
+        linear, self.law, self.coupled = equation.linear, equation.system.terms.law, equation.coupled
         self.growth = linear.growth
         diagonal = np.abs(linear.whole_stiffness.diagonal.mean(axis=0))
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-        self.dofs = None if self.law is None else self.law.dofs
         still = linear.stiffness.solve(linear.load)
         self.largest = float(np.abs(still * self.weight).max())
         self.energy = float(np.sqrt(np.abs(np.einsum("ti,ti->t", still, linear.load)).max()))
@@ -111,7 +110,7 @@ class Coefficients:
         self._ends = np.cumsum([int(np.prod(shape)) for shape in self._shapes])
 
     def at(self, time: float) -> list[Array]:
-        """Scaled M, C, K and load, and with a nonlinear law P and P', at a time (s)."""
+        """Scaled M, C, K and load, with a nonlinear law P and P', and with modal damping F, H and N, at a time (s)."""
         if self._latest[0] != time:  # residual and tangents are asked for one after the other
             self._latest = time, self._interpolated(time)
         return self._latest[1]
@@ -224,11 +223,13 @@ class Coefficients:
             )
 
     def _parts(self, equation: Equation) -> list[Array]:
-        """Scaled M, C, K, load, and with a nonlinear law P and P', at all times of an equation."""
+        """Scaled M, C, K, load, and with a nonlinear law P, P' and what modal damping needs, at all times."""
         linear, weight = equation.linear, self.weight
         square = np.outer(weight, weight)
         parts = [*(matrix / square for matrix in linear.full), linear.load / weight]
-        if self.law is not None:
-            p, first, _ = equation.shape
-            parts += [p / weight, (np.zeros_like(p) if first is None else first) / weight]
+        if self.law is None:
+            return parts
+        parts += [equation.full_jet(values) / weight for values in (equation.jets[0], equation.turned)]
+        if isinstance(modal := equation.modal, NonlinearModalForces):
+            parts += [modal.linear.outward / weight, modal.linear.by_place / weight, modal.axial]
         return parts

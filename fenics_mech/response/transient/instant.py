@@ -20,27 +20,50 @@ class Instant:
         """``M z'' + C z' + K z + law - f``."""
         mass, damping, stiffness, load, *shape = self.coefficients.at(time)
         residual = mass @ second + damping @ rate + stiffness @ z - load
-        law, dofs = self.coefficients.law, self.coefficients.dofs
-        if law is None or dofs is None:
+        law = self.coefficients.law
+        if law is None:
             return residual
-        p, first = shape
-        ends = law.force((p @ z)[None], (p @ rate + first @ z)[None])
-        return residual + np.bincount(dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
+        p, first, *modal = shape
+        v, v_rate = self._in_links(p, first, z, rate)
+        ends = law.force(v, v_rate)
+        if modal:  # C and K hold the linear part
+            outward, by_place, axial = modal
+            gradient = law.gradient(v)
+            bending = axial @ np.sum(gradient * (p @ rate + first @ z)[law.dofs], axis=-1)[0]
+            residual += outward.T @ bending
+            ends = ends + ((outward @ rate + by_place @ z + bending) @ axial)[:, None] * gradient
+        return residual + np.bincount(law.dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
 
     def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
         """M, and the tangents by z' and z."""
         mass, damping, stiffness, _, *shape = self.coefficients.at(time)
-        law, dofs = self.coefficients.law, self.coefficients.dofs
-        if law is None or dofs is None:
+        law = self.coefficients.law
+        if law is None:
             return mass, damping, stiffness
-        p, first = shape
-        v, v_rate = (p @ z)[None], (p @ rate + first @ z)[None]
+        p, first, *modal = shape
+        v, v_rate = self._in_links(p, first, z, rate)
         _, by_v, by_rate = law.linearised(v, v_rate, law.tension(v, v_rate))
-        here, turning = p[dofs], first[dofs]
+        here, turned = p[law.dofs], first[law.dofs]
+        if modal:
+            (outward, by_place, axial), strain_rate = modal, p @ rate + first @ z
+            gradient, gained = law.gradient(v), law.gradient(strain_rate[None])
+            bending = axial @ np.sum(gradient * strain_rate[law.dofs], axis=-1)[0]
+            by_v = by_v + ((outward @ rate + by_place @ z + bending) @ axial)[:, None, None] * law.bow
+            steeper = axial @ np.einsum("sn,snj->sj", gradient[0], here)
+            turning = axial @ (np.einsum("sn,snj->sj", gradient[0], turned) + np.einsum("sn,snj->sj", gained[0], here))
+            whole = outward + steeper
+            damping = damping + whole.T @ whole - outward.T @ outward
+            stiffness = stiffness + whole.T @ (by_place + turning) - outward.T @ by_place
         back = here.reshape(-1, len(z)).T
         damping = damping + back @ (by_rate[0] @ here).reshape(-1, len(z))
-        stiffness = stiffness + back @ (by_v[0] @ here + by_rate[0] @ turning).reshape(-1, len(z))
+        moved = by_rate[0] @ turned if self.coefficients.coupled else 0.0
+        stiffness = stiffness + back @ (by_v[0] @ here + moved).reshape(-1, len(z))
         return mass, damping, stiffness
+
+    def _in_links(self, p: Array, first: Array, z: Array, rate: Array) -> tuple[Array, Array]:
+        """Give v and v' of the links, ``(1, links' coordinates)``; v' counts P' with the coupling only."""
+        v_rate = p @ rate + first @ z if self.coefficients.coupled else p @ rate
+        return (p @ z)[None], v_rate[None]
 
     def growth(self, time: float, z: Array, rate: Array) -> float:
         """Rate at which a nonlinear law lets a motion grow from a state (1/s); 0 without a law."""
