@@ -23,6 +23,21 @@ typedef struct {
     const int *target;    /* block that is changed by each update */
 } pattern;
 
+/* Forces F^T y at collocation points, of the rates y = G q' + H q of a few modes. */
+typedef struct {
+    long count;               /* modes */
+    const double *outward;    /* F, G and H, (points, count, size) */
+    const double *by_rate;
+    const double *by_place;
+    double *inverse;          /* of the rates' own equations in each step, (steps, count S, count S) */
+} modal;
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define FAST __attribute__((target_clones("avx2", "default")))
+#else
+#define FAST
+#endif
+
 #define BLOCK(i, j) ((i) * S + (j))
 #define LOWER(z) ((p->size + (z)) * S * S)
 #define UPPER(z) ((p->size + p->below_all + (z)) * S * S)
@@ -170,17 +185,101 @@ void solve(const pattern *p, long positions, long many, const double *factors, d
     }
 }
 
+/* Product of two vectors. */
+FAST static double dot(long n, const double *a, const double *b)
+{
+    double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+    for (long i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* Add a multiple of a vector. */
+FAST static void add(long n, double factor, const double *a, double *sum)
+{
+#pragma omp simd
+    for (long i = 0; i < n; i++) sum[i] += factor * a[i];
+}
+
+/* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is (2 size,). */
+static void rates_of(const pattern *p, const modal *d, long step, double h, const double *inner, const double *square,
+                     const double *x, double *y, double *work)
+{
+    long n = p->size;
+    double *rate = work, *place = work + n;
+    for (int j = 0; j < S; j++) {
+        long at = (step * S + j) * d->count * n;
+        for (long i = 0; i < n; i++) {
+            const double *made = x + (long)p->turn[i] * S;
+            double first = 0.0, second = 0.0;
+            for (int l = 0; l < S; l++) {
+                first += inner[BLOCK(j, l)] * made[l];
+                second += square[BLOCK(j, l)] * made[l];
+            }
+            rate[i] = h * first;
+            place[i] = h * h * second;
+        }
+        for (long a = 0; a < d->count; a++)
+            y[a * S + j] = dot(n, d->by_rate + at + a * n, rate) + dot(n, d->by_place + at + a * n, place);
+    }
+}
+
+/* Take forces F^T y at point j of a step from x, (size, S) by turns; y is (count, S). work is (size,). */
+static void brake(const pattern *p, const modal *d, long step, int j, const double *y, double *x, double *work)
+{
+    long n = p->size;
+    memset(work, 0, sizeof(double) * n);
+    for (long a = 0; a < d->count; a++) add(n, y[a * S + j], d->outward + ((step * S + j) * d->count + a) * n, work);
+    for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j] -= work[i];
+}
+
+/* Invert the equations of the modes' rates in every step, 1 + V B^-1 U with the factors of B. work is
+   (S (size + count) + 2 size + S count,). Returns the first step where they are singular, or -1. */
+long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
+                  const double *square, const double *factors, double *work)
+{
+    long n = p->size, m = d->count * S, singular = -1;
+    double *x = work, *y = work + n * S, *more = y + m, *row = more + 2 * n;
+    for (long k = 0; k < steps; k++) {
+        double *a = d->inverse + k * m * m;
+        for (long column = 0; column < m; column++) {
+            memset(x, 0, sizeof(double) * n * S);
+            memset(y, 0, sizeof(double) * m);
+            y[column] = -1.0;
+            brake(p, d, k, (int)(column % S), y, x, more);
+            substitute(p, factors + k * p->blocks * S * S, x);
+            rates_of(p, d, k, duration[k], inner, square, x, y, more);
+            for (long i = 0; i < m; i++) a[i * m + column] = y[i] + (i == column);
+        }
+        for (long c = 0; c < m; c++) { /* Gauss-Jordan: the matrix is 1 and what damping adds to it */
+            double pivot = a[c * m + c];
+            if (!(fabs(pivot) > 0.0) && singular < 0) singular = k;
+            a[c * m + c] = 1.0;
+            for (long i = 0; i < m; i++) row[i] = a[c * m + i] /= pivot;
+            for (long r = 0; r < m; r++) {
+                if (r == c) continue;
+                double times = a[r * m + c];
+                a[r * m + c] = 0.0;
+                add(m, -times, row, a + r * m);
+            }
+        }
+    }
+    return singular;
+}
+
 /* Take states (q, pace q') through the steps first to last - 1: from each row of starts to that of ends. Where ends is
    starts one row later, each step starts from where the one before it ended, and from what is gained in it.
 
-   load and accelerations are (points, size), gain has a row a step; each may be none. work is (2 S size,). */
+   load and accelerations are (points, size), gain has a row a step; each may be none, and so may modes. work is
+   ((2 S + 4) size + 2 S modes,). */
 void march(const pattern *p, long first, long last, const double *damping, const double *stiffness, const double *load,
            const double *gain, const double *duration, const double *inner, const double *weights,
-           const double *points, const double *factors, double pace, const double *starts, double *ends,
-           double *accelerations, double *work)
+           const double *square, const double *points, const double *factors, const modal *modes, double pace,
+           const double *starts, double *ends, double *accelerations, double *work)
 {
-    long n = p->size;
-    double *x = work, *place = work + p->size * S, of_place[S];
+    long n = p->size, m = modes ? modes->count * S : 0;
+    double *x = work, *place = work + n * S, *more_x = place + 2 * n, *free = more_x + n * S, *y = free + 2 * n, *z = y + m;
+    double of_place[S];
     for (int j = 0; j < S; j++) { /* b^T A, the weights of accelerations in the displacement at the end */
         of_place[j] = 0.0;
         for (int i = 0; i < S; i++) of_place[j] += weights[i] * inner[BLOCK(i, j)];
@@ -200,8 +299,20 @@ void march(const pattern *p, long first, long last, const double *damping, const
                     sum -= s[e] * place[p->columns[e]] + c[e] * rate[p->columns[e]];
                 x[(long)p->turn[i] * S + j] = sum;
             }
+            long at = (k * S + j) * n * (m / S);
+            for (long a = 0; a < m / S; a++)
+                y[a * S + j] = dot(n, modes->by_rate + at + a * n, rate) + dot(n, modes->by_place + at + a * n, place);
+            if (m) brake(p, modes, k, j, y, x, free);
         }
         substitute(p, factors + k * p->blocks * S * S, x);
+        if (m) { /* the modes' rates by the accelerations */
+            rates_of(p, modes, k, h, inner, square, x, y, free);
+            for (long a = 0; a < m; a++) z[a] = -dot(m, modes->inverse + (k * m + a) * m, y);
+            memset(more_x, 0, sizeof(double) * n * S);
+            for (int j = 0; j < S; j++) brake(p, modes, k, j, z, more_x, free);
+            substitute(p, factors + k * p->blocks * S * S, more_x);
+            for (long i = 0; i < n * S; i++) x[i] -= more_x[i];
+        }
         for (long i = 0; i < n; i++) {
             const double *made = x + (long)p->turn[i] * S;
             double moved = 0.0, gained = 0.0;

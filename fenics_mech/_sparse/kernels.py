@@ -24,14 +24,21 @@ typedef struct {
     const long *update;
     const int *target;
 } pattern;
+typedef struct {
+    long count;
+    const double *outward, *by_rate, *by_place;
+    double *inverse;
+} modal;
 long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
             const double *duration, const double *inner, const double *square, double *factors);
 void multiply(const pattern *p, long positions, long many, const double *values, const double *vectors, double *result);
 void solve(const pattern *p, long positions, long many, const double *factors, double *right, double *work);
 void march(const pattern *p, long first, long last, const double *damping, const double *stiffness, const double *load,
            const double *gain, const double *duration, const double *inner, const double *weights,
-           const double *points, const double *factors, double pace, const double *starts, double *ends,
-           double *accelerations, double *work);
+           const double *square, const double *points, const double *factors, const modal *modes, double pace,
+           const double *starts, double *ends, double *accelerations, double *work);
+long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
+                  const double *square, const double *factors, double *work);
 void products(long positions, long pairs, const int *left, const int *right, const int *target, const double *one,
               long one_stride, const double *other, long other_stride, double *result, long stride);
 """
@@ -62,7 +69,7 @@ def _loaded(folder: Path, name: str, text: str) -> Any:
     if not found:
         builder = FFI()
         builder.cdef(DECLARED)
-        builder.set_source(name, text, extra_compile_args=["-O3"])
+        builder.set_source(name, text, extra_compile_args=["-O3", "-fopenmp-simd"])
         making = folder / f"{name}.making"
         made = Path(builder.compile(tmpdir=str(making), verbose=False))
         made.rename(folder / made.name)  # in one step: another process sees it whole or not at all

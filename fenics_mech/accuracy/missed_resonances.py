@@ -142,7 +142,7 @@ class Resonances:
     def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
         """Take load and losses from an equation at the modes' angles."""
         shapes, matrices = modes.shapes, equation.linear
-        work = np.sum(shapes * matrices.whole_damping.times(shapes), axis=-1)
+        work = np.sum(shapes * matrices.damped(shapes), axis=-1)
         loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
         return cls(modes, rate, matrices.load, loss, off)
 

@@ -23,7 +23,9 @@ from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
 from fenics_mech.mechanism.system import System
 
 KEPT = 14  # numbers of a nonzero that a solver holds at each position, beside its factors
+OF_MODE = 40  # the same of a coordinate, for each mode that is damped
 OF_COORDINATE = 300  # the same of a coordinate, with its factors: rough, for meshes that are not yet made
+OF_DAMPED = 700  # the same with damping of modes
 
 
 @dataclass(frozen=True)
@@ -286,7 +288,7 @@ def _places_of(law: Law) -> tuple[Index, Index]:
     return rows.ravel(), columns.ravel()
 
 
-def require_room(system: System, positions: int, stages: int, full: bool) -> None:
+def require_room(system: System, positions: int, stages: int, modes: int | None) -> None:
     """Raise `TooLargeError` where the matrices of a cycle and their factors do not fit into memory.
 
     Parameters
@@ -297,14 +299,14 @@ def require_room(system: System, positions: int, stages: int, full: bool) -> Non
         Number of collocation points in the cycle.
     stages
         Of them, those in a step.
-    full
-        Whether damping of modes makes the matrices full.
+    modes
+        Number of modes that modal damping is made for; None for all, which makes the matrices full.
     """
-    if full:
+    if modes is None:
         numbers = DENSE * system.size**2
     else:
         pattern = Equation(system)._congruence.pattern
-        numbers = KEPT * len(pattern.rows) + stages * pattern.elimination.blocks
+        numbers = KEPT * len(pattern.rows) + stages * pattern.elimination.blocks + OF_MODE * modes * system.size
     what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
     require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")
 

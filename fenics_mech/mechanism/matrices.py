@@ -54,6 +54,18 @@ class Matrices:
         """M, C and K with the modal damping in them, ``(angles, coordinates, coordinates)``: for few coordinates."""
         return self.mass.full, self.whole_damping.full, self.whole_stiffness.full
 
+    def damped(self, rates: Array) -> Array:
+        """Give the forces of damping, those of modes among them, ``(angles, vectors, coordinates)``, of several q'."""
+        found = self.damping.times(rates)
+        return (
+            found if self.modal is None else found + rates @ self.modal.by_rate.transpose(0, 2, 1) @ self.modal.outward
+        )
+
+    def damping_at(self, position: int) -> Array:
+        """Give C at one angle with the damping of modes, ``(coordinates, coordinates)``."""
+        found = self.damping.dense(position)
+        return found if self.modal is None else found + self.modal.damping_at(position)
+
     @cached_property
     def whole_damping(self) -> Stack:
         """C with the damping of modes."""
@@ -94,13 +106,15 @@ class Matrices:
     @cached_property
     def loss(self) -> float:
         """Least loss factor of the modes at the first angle, twice a damping ratio; 0 where there are no modes."""
-        mass, stiffness = self.mass.dense(0), self.stiffness.dense(0)
-        try:
-            squares, shapes = eigh(mass + mass.T, stiffness + stiffness.T)  # 1 over omega^2, and Phi^T 2K Phi = 1
+        mass, stiffness, first = self.mass.dense(0), self.stiffness.dense(0), 0
+        if self.modal is not None and self.modal.few:  # the faster modes are not damped, as they do not vibrate
+            first = self.mass.size - self.modal.outward.shape[1]
+        try:  # 1 over omega^2, and Phi^T 2K Phi = 1
+            squares, shapes = eigh(mass + mass.T, stiffness + stiffness.T, subset_by_index=(first, self.mass.size - 1))
         except np.linalg.LinAlgError:
             return 0.0
         moves = squares > np.finfo(float).eps * squares[-1]
-        work = 2 * np.einsum("im,im->m", shapes, self.whole_damping.dense(0) @ shapes)[moves]
+        work = 2 * np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
         return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
 
 
@@ -118,8 +132,10 @@ def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
 
     The damping is compared with inertia and stiffness, coordinate by coordinate, over a step of time (s).
     """
-    parts = matrices.mass, matrices.whole_damping, matrices.whole_stiffness
+    parts = matrices.mass, matrices.damping, matrices.stiffness
     mass, damping, stiffness = (np.abs(part.diagonal) for part in parts)
+    if matrices.modal is not None:
+        damping = damping + np.abs(matrices.modal.diagonal)
     ratio = float((step * damping / (mass + step**2 * stiffness)).max())
     if not ratio < RIGID_DAMPING:
         raise SolverError(

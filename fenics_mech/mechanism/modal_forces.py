@@ -7,10 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fenics_mech._arrays import Array, summed
-from fenics_mech._sparse import Stack
+from fenics_mech._arrays import Array, Index, summed
+from fenics_mech._sparse import Pairs, Stack
 from fenics_mech.effects.terms import Law
 from fenics_mech.mechanism.transformation import Transformation
+
+FEW = 0.4  # of the coordinates
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,20 @@ class ModalForces:
     def of(self, q: Array, rate: Array) -> Array:
         """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'."""
         return self.forces(self.rates(q, rate))
+
+    @property
+    def few(self) -> bool:
+        """Whether the modes are so few that unknowns of their own are cheaper than full matrices."""
+        return self.outward.shape[1] < FEW * self.outward.shape[2]
+
+    def damping_at(self, position: int) -> Array:
+        """Give ``F^T G`` at one angle, ``(coordinates, coordinates)``."""
+        return self.outward[position].T @ self.by_rate[position]
+
+    @property
+    def diagonal(self) -> Array:
+        """Diagonals of ``F^T G``, ``(angles, coordinates)``."""
+        return np.sum(self.outward * self.by_rate, axis=1)
 
     @cached_property
     def damping(self) -> Stack:
@@ -120,19 +136,38 @@ class NonlinearModalForces:
         v, v_rate = self._links(q, rate)
         bending, rates = self._bending(v, v_rate), self.rates(q, rate)
         (p, turned), tension, gradient = self.jets, self.tension(rates), self.law.gradient(v)
-        outward = self.linear.outward + self.axial @ self._each(p, gradient)
-        by_place = self.axial @ (self._each(turned, gradient) + self._each(p, self.law.gradient(v_rate)))
+        outward = self.linear.outward + self._by_mode((p, gradient))
+        by_place = self._by_mode((turned, gradient), (p, self.law.gradient(v_rate)))
         forces = ModalForces(outward, outward, self.linear.by_place + by_place)
         return forces, tension, forces.forces(bending) + self._on_coordinates(tension[..., None] * gradient)
 
-    def _each(self, jet: Array, forces: Array) -> Array:
-        """Carry forces ``(angles, strings, n)``, each string by itself, to ``(angles, strings, coordinates)``."""
-        strings, height = len(self.law.dofs), self.transformation.shape[0]
-        place = (self.law.dofs + height * np.arange(strings)[:, None]).ravel()
-        whole = summed(forces.reshape(len(forces), -1), place, strings * height).reshape(-1, strings, height)
-        return self.transformation.backward(jet[:, None], whole)
+    @cached_property
+    def _carrying(self) -> tuple[Index, Index, Index, Pairs]:
+        """Forces on strings and nonzeros of P that meet, the place of their product, and the places that N meets."""
+        rows, columns, size = self.transformation.rows, self.transformation.columns, self.linear.outward.shape[2]
+        force, nonzero = np.nonzero(self.law.dofs.ravel()[:, None] == rows)
+        string = force // self.law.dofs.shape[1]
+        places, place = np.unique(string * size + columns[nonzero], return_inverse=True)
+        mode = np.arange(self.axial.shape[1])[:, None]
+        met = mode * len(self.law.dofs) + places // size, np.arange(len(places)), mode * size + places % size
+        return force, nonzero, place, Pairs.of(*(part.ravel() for part in np.broadcast_arrays(*met)))
+
+    def _by_mode(self, *parts: tuple[Array, Array]) -> Array:
+        """Sum N times forces on the strings that P or P' carries to the coordinates, ``(angles, modes, coordinates)``.
+
+        The parts are nonzeros of P or P', and forces ``(angles, strings, n)``.
+        """
+        force, nonzero, place, pairs = self._carrying
+        products = np.zeros((len(self.axial), len(force)))
+        for jet, forces in parts:
+            products += forces.reshape(len(forces), -1)[:, force] * jet[:, nonzero]
+        found = np.zeros(self.linear.outward.shape)
+        strings = self.axial.reshape(len(found), -1)
+        pairs.add(strings, summed(products, place, int(place.max()) + 1), found.reshape(len(found), -1))
+        return found
 
     def _on_coordinates(self, forces: Array) -> Array:
         """Carry forces on the strings, ``(angles, strings, n)``, to the coordinates."""
         whole = summed(forces.reshape(len(forces), -1), self.law.dofs.ravel(), self.transformation.shape[0])
-        return self.transformation.backward(self.jets[0], whole)
+        found = self.transformation.backward(self.jets[0], whole)
+        return np.pad(found, ((0, 0), (0, self.linear.outward.shape[2] - found.shape[1])))  # a twist strains nothing

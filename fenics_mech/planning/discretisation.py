@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fenics_mech._guard import memory
-from fenics_mech._sparse import DENSE
-from fenics_mech.mechanism.equation import OF_COORDINATE
+from fenics_mech.mechanism.equation import OF_COORDINATE, OF_DAMPED
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import MOST_STATIONS
 from fenics_mech.scene.consistency import MOST_WHOLE
@@ -17,8 +16,8 @@ from fenics_mech.scene.meshing import with_elements
 
 STAGES = 3
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
-MOST_ENTRIES = 1.5e7  # steps times the square of the coordinates: measured, 10 microseconds and 1.2 kB each
-MOST_SPARSE = 5e6  # steps times the coordinates, where matrices are sparse: 30 microseconds each, as a rough measure
+MOST_SPARSE = 5e6  # steps times the coordinates: 30 microseconds each, as a rough measure
+MOST_DAMPED = 6e5  # the same with damping of modes: 230 microseconds each
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
 GREW = 1.2  # ratio of two numbers, below which their errors show no convergence order
 LEAST_ORDER = 0.25  # measured, below which an observed order is none
@@ -89,18 +88,15 @@ class Trial:
     orders: Mapping[str, float]
     dofs: int
 
-    def too_large(self, discretisation: Discretisation, periodic: bool, full: bool) -> str:
-        """Say which number of a discretisation exceeds memory or time; empty where none does.
-
-        The cycle of a periodic motion has full matrices where modes are damped, and sparse ones else.
-        """
+    def too_large(self, discretisation: Discretisation, periodic: bool, damped: bool) -> str:
+        """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none."""
         if discretisation.stations > MOST_STATIONS:
             return "stations"
         if discretisation.elements > MOST_WHOLE:
             return "elements"
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
-        size, most, numbers = (dofs**2, MOST_ENTRIES, DENSE) if full else (dofs, MOST_SPARSE, OF_COORDINATE)
-        if periodic and discretisation.sub_intervals * size > min(most, memory() / (8 * numbers * STAGES)):
+        most, numbers = (MOST_DAMPED, OF_DAMPED) if damped else (MOST_SPARSE, OF_COORDINATE)
+        if periodic and discretisation.sub_intervals * dofs > min(most, memory() / (8 * numbers * STAGES)):
             return "sub_intervals and elements"
         return ""
 

@@ -13,6 +13,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_room
 from fenics_mech.response.axial_forces import settle, settles
+from fenics_mech.response.modal_damping import damped_modes
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
 from fenics_mech.response.periodic.steps import Steps
@@ -71,8 +72,9 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
     if solver == "sub-intervals":
         require_joined(modes_kept(scene, system), points)
     else:
-        stages = scene.analysis.stages
-        require_room(system, stages * len(Steps.of(scene).start), stages, bool(np.any(scene.damping.ratio)))
+        stages, damped = scene.analysis.stages, bool(np.any(scene.damping.ratio))
+        modes = damped_modes(scene, system) if damped and solver == "collocation" else None
+        require_room(system, stages * len(Steps.of(scene).start), stages, modes if damped else 0)
 
 
 def by_statics(scene: Scene, system: System) -> StaticSolution:

@@ -142,7 +142,7 @@ def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):
     parts = zip((*found.linear.full, found.linear.load), (*expected.linear.full, expected.linear.load))
     for one, other in parts:
         assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
-    for one, other in zip(found.shape, expected.shape):
+    for one, other in zip(found.jets, expected.jets):
         assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
     # the stiffness of the links hides that of the coupling: it is in the residual of a motion
     q = np.ones_like(expected.linear.load)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_tension
-from fenics_mech.response.modal_damping import modal_damping
+from fenics_mech.response.modal_damping import damped_modes, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.harmonic_balance import Series
@@ -28,7 +28,6 @@ from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import rough_tension, system_at
 from fenics_mech.response.stability.floquet import Stability, floquet
-from fenics_mech.response.stability.multipliers import FEW_STATES
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene import Scene
@@ -66,7 +65,12 @@ class Cycle:
     @cached_property
     def start(self) -> Equation:
         """The equation at the starts of the sub-intervals."""
-        return Equation(self.system, modal_damping(self.scene, self.system))
+        return Equation(self.system, modal_damping(self.scene, self.system, self.damped))
+
+    @cached_property
+    def damped(self) -> int | None:
+        """Number of modes that modal damping is made for."""
+        return damped_modes(self.scene, self.system)
 
     @property
     def settling(self) -> bool:
@@ -87,7 +91,9 @@ class Cycle:
         """Give the equation at collocation points of all steps."""
         if (scheme, stages) not in self._equations:
             tableau = Tableau.of(scheme, stages)
-            self._equations[scheme, stages] = equation_at_points(self.scene, self.system, self.steps, tableau)
+            self._equations[scheme, stages] = equation_at_points(
+                self.scene, self.system, self.steps, tableau, self.damped
+            )
         return self._equations[scheme, stages]
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
@@ -146,7 +152,7 @@ class Cycle:
             )
         stages = self.scene.analysis.stages
         flow = self.flow("gauss", stages, motion)
-        damped = self.flow("radau", stages, motion) if 2 * flow.size > FEW_STATES else None
+        damped = partial(self.flow, "radau", stages, motion)
         return floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc, damped)
 
     @cached_property
@@ -187,12 +193,14 @@ class Cycle:
         return lambda places: series.at(np.abs(self.steps.angles(places, self.scene.cycle_rate)))
 
 
-def equation_at_points(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> Equation:
-    """Give the equation at collocation points of all steps."""
+def equation_at_points(
+    scene: Scene, system: System, steps: Steps, tableau: Tableau, modes: int | None = None
+) -> Equation:
+    """Give the equation at collocation points of all steps, with modal damping of so many modes."""
     theta = steps.angles(tableau.points, scene.cycle_rate)
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
         raise UnresolvedError(
             "no independent coordinates are well conditioned over the whole cycle. Take other sub_intervals"
         )
-    return Equation(there, modal_damping(scene, there))
+    return Equation(there, modal_damping(scene, there, modes))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
-from fenics_mech._sparse import Stack, kernels, pointer
+from fenics_mech._sparse import FewModes, Stack, kernels, pointer
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices, refuse_rigid_damping
 from fenics_mech.response.periodic.closing import Closing
@@ -194,37 +194,43 @@ class Flow:
         made: Array | None = None,
     ) -> None:
         """Call the compiled march; see there."""
-        module, damping, stiffness, factors = self._factorised
-        work, tableau = np.empty(2 * damping.pattern.size * max(2, len(self.tableau.points))), self.tableau
+        module, damping, stiffness, factors, modes = self._factorised
+        stages, tableau = len(self.tableau.points), self.tableau
+        work = np.empty((2 * stages + 4) * self.size + 2 * stages * (modes.count if modes else 0))
         given = None if load is None else np.ascontiguousarray(load)
         more = None if gain is None else np.ascontiguousarray(gain)
-        arrays = (damping.values, stiffness.values, given, more, self.duration, tableau.inner, tableau.weights)
+        rule = tableau.inner, tableau.weights, tableau.square, tableau.points
         module.lib.march(
             damping.pattern.layout.of(module),
             first,
             last,
-            *(pointer(module, part) for part in arrays),
-            pointer(module, tableau.points),
-            pointer(module, factors),
+            *(pointer(module, part) for part in (damping.values, stiffness.values, given, more, self.duration)),
+            *(pointer(module, part) for part in (*rule, factors)),
+            modes.record if modes else module.ffi.NULL,
             self.pace,
             *(pointer(module, part) for part in (starts, ends, made, work)),
         )
 
     @cached_property
-    def _factorised(self) -> tuple[Any, Stack, Stack, Array]:
-        """The compiled loops, C and K with the damping of modes, and the steps' factors."""
+    def _factorised(self) -> tuple[Any, Stack, Stack, Array, FewModes | None]:
+        """The compiled loops, C and K with the damping of modes, the steps' factors, and modes that stand beside."""
         refuse_rigid_damping(self.matrices, self.pace)
-        damping, stiffness = self.matrices.whole_damping, self.matrices.whole_stiffness
-        stages, pattern = len(self.tableau.points), damping.pattern.joined(stiffness.pattern)
-        pattern = pattern.joined(self.matrices.mass.pattern)
-        mass, damping, stiffness = (part.on(pattern) for part in (self.matrices.mass, damping, stiffness))
+        matrices, stages, modal = self.matrices, len(self.tableau.points), self.matrices.modal
+        few = modal is not None and modal.few
+        mass, damping, stiffness = matrices.mass, matrices.damping, matrices.stiffness
+        if not few:
+            damping, stiffness = matrices.whole_damping, matrices.whole_stiffness
+        pattern = damping.pattern.joined(stiffness.pattern).joined(mass.pattern)
+        mass, damping, stiffness = (part.on(pattern) for part in (mass, damping, stiffness))
         module = kernels(stages)
         factors = np.empty((len(self.duration), pattern.elimination.blocks, stages, stages))
-        tableau = self.tableau
+        tableau, layout = self.tableau, pattern.layout.of(module)
         parts = (mass.values, damping.values, stiffness.values, self.duration, tableau.inner, tableau.square, factors)
-        singular = module.lib.factor(
-            pattern.layout.of(module), len(self.duration), *(pointer(module, part) for part in parts)
-        )
+        singular = module.lib.factor(layout, len(self.duration), *(pointer(module, part) for part in parts))
+        modes = None
+        if modal is not None and few and singular < 0:
+            modes = FewModes.of(module, modal.outward, modal.by_rate, modal.by_place, len(self.duration))
+            singular = modes.factorise(layout, self.duration, tableau.inner, tableau.square, factors)
         if singular >= 0:
             raise SolverError(f"the equations of step {singular + 1} of the cycle are singular")
-        return module, damping, stiffness, factors
+        return module, damping, stiffness, factors, modes

@@ -14,7 +14,7 @@ Equations II, section IV.5.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +26,7 @@ from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.stability.multipliers import eigenpairs
+from fenics_mech.response.stability.multipliers import FEW_STATES, eigenpairs
 from fenics_mech.response.stability.resonance import SINGULARITY, blamed
 from fenics_mech.response.stability.turning import LinkAxes, alike, separated, turns
 
@@ -130,7 +130,7 @@ def floquet(
     axes: LinkAxes,
     modes: Modes,
     options: Mapping[str, Any] | None = None,
-    damped: Flow | None = None,
+    damped: Callable[[], Flow] | None = None,
 ) -> Stability:
     """Find the multipliers that decide on stability.
 
@@ -145,7 +145,8 @@ def floquet(
     options
         PETSc options with the prefix "stability_".
     damped
-        The same steps at Radau points, by which slow disturbances are found without the others.
+        Gives the same steps at Radau points. By them the slow ones of many disturbances are found without the others,
+        and what diverges is told from fast vibrations that Gauss points do not follow.
 
     Raises
     ------
@@ -154,8 +155,11 @@ def floquet(
     """
     limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
-    for (values, states), every in eigenpairs(flow, None if diverging else damped, options or {}):
+    many = damped is not None and 2 * n > FEW_STATES and not diverging
+    for (values, states), every in eigenpairs(flow, damped() if damped and many else None, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.pace)
+        if diverging and damped is not None:
+            judged = judged[[abs(values[i]) <= 1 or _grows(damped(), states[i]) for i in judged]]
         if enough or every:
             break
     states[judged] = separated(axes, flow, values[judged], states[judged])
@@ -189,6 +193,14 @@ def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit
             )
         found = np.append(found, some[counts])
     return np.sort(found), 2 * len(found) <= len(order)
+
+
+def _grows(damped: Flow, state: Complex) -> bool:
+    """Whether a disturbance of the start of the cycle is larger at its end by steps that damp what is too fast."""
+    states, powers = damped.passed(state)
+    unit = np.tile(damped.unit, 2)
+    first, last = np.linalg.norm(states[[0, -1]] * unit, axis=1)
+    return bool(np.log(last / first) + powers[-1] > 0)
 
 
 def _leading(values: Complex, judged: Index) -> Index:
