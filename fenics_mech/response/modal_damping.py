@@ -19,10 +19,10 @@ SMALL = 40  # coordinates, up to which all modes are damped: there full matrices
 FASTEST = 32.0  # times the lowest frequency
 RESOLVED = 4.0  # rad in a step, up to which steps may resolve a vibration
 INVERSE_ITERATIONS = 6
-AT_A_TIME = 60  # angles, whose shapes stay in the processor's cache
+AT_A_TIME = 20  # angles, whose shapes are alike and stay in the processor's cache
 MORE_SHAPES = 8  # beside those wanted
-MOST_ITERATIONS, PASSES = 20, 3
-CONVERGED = 1e-6  # change of 1/omega^2 in an iteration; that of the slow modes is far smaller
+MOST_ITERATIONS = 60
+CONVERGED = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
 
 
 def damping_ratios(scene: Scene, omega: Array) -> Array:
@@ -84,12 +84,7 @@ def modal_damping(scene: Scene, system: System, modes: int | None = None) -> Arr
     key = str(scene.damping.ratio), modes
     if modes is None:
         return system.once("modal damping", lambda: _of_all(scene, mass, stiffness), key)
-    parts = [slice(first, first + AT_A_TIME) for first in range(0, len(mass), AT_A_TIME)]
-    return system.once(
-        "modal damping",
-        lambda: np.concatenate([_of_slowest(scene, mass[part], stiffness[part], modes) for part in parts]),
-        key,
-    )
+    return system.once("modal damping", lambda: _of_slowest(scene, mass, stiffness, modes), key)
 
 
 def _held(system: System) -> tuple[Stack, Stack]:
@@ -103,24 +98,39 @@ def _held(system: System) -> tuple[Stack, Stack]:
 
 
 def _of_slowest(scene: Scene, mass: Stack, stiffness: Stack, count: int) -> Array:
-    """Factor of the damping of the slowest modes, by iteration of a subspace at all angles (Bathe and Wilson, 1972)."""
+    """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
     width = min(mass.size, count + max(MORE_SHAPES, count // 2))
-    start = np.random.default_rng(0).standard_normal((width, mass.size))
+    shapes, found = np.random.default_rng(0).standard_normal((1, width, mass.size)), []
+    for first in range(0, len(mass), AT_A_TIME):
+        part = slice(first, first + AT_A_TIME)
+        squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
+        times = np.sqrt(squares)
+        scale = np.sqrt(2 * damping_ratios(scene, times) / times**3)  # (E.12), of shapes of unit stiffness
+        found.append(scale[..., None] * moved[:, :count])
+    return np.concatenate(found)
+
+
+def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Array, Array, Array]:
+    """Iterate the subspace of some shapes at all angles (Bathe and Wilson, 1972).
+
+    Returns
+    -------
+    tuple
+        ``1/omega^2`` of so many modes, ``(angles, count)``, and all shapes of unit stiffness and their momenta,
+        ``(angles, shapes, coordinates)``.
+    """
     shapes, squares = np.broadcast_to(start, (len(mass), *start.shape)), np.zeros((len(mass), count))
     for _ in range(MOST_ITERATIONS):
-        for _ in range(PASSES):
-            shapes = stiffness.solve(mass.times(shapes))
-            lower = np.linalg.cholesky(shapes @ stiffness.times(shapes).transpose(0, 2, 1))
-            shapes = np.linalg.inv(lower) @ shapes
+        shapes = stiffness.solve(mass.times(shapes))
+        lower = np.linalg.cholesky(shapes @ stiffness.times(shapes).transpose(0, 2, 1))
+        shapes = np.linalg.inv(lower) @ shapes
         moved, before = mass.times(shapes), squares
-        found, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # of 1/omega^2, ascending
-        squares, turn = found[:, : -count - 1 : -1], turn[..., ::-1].transpose(0, 2, 1)
+        every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
+        squares, turn = every[:, : -count - 1 : -1], turn[..., ::-1].transpose(0, 2, 1)
+        shapes, moved = turn @ shapes, turn @ moved
         if np.all(np.abs(squares - before) < CONVERGED * squares):
             break
-        shapes = turn @ shapes
-    times = np.sqrt(squares)
-    scale = np.sqrt(2 * damping_ratios(scene, times) / times**3)  # (E.12), of shapes of unit stiffness
-    return scale[..., None] * (turn[:, :count] @ moved)
+    return squares, shapes, moved
 
 
 def _of_all(scene: Scene, mass: Stack, stiffness: Stack) -> Array:

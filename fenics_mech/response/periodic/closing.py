@@ -32,6 +32,7 @@ KRYLOV = {
     "ksp_max_it": 600,
 }
 TOLERANCE = 1e-13  # of the system, relative to what is added in the steps
+OF_CHANGE = 1e-11  # the same where a small change of a known motion is sought
 LEAST_REDUCTION = 1e-2  # of the residual, however good the guess is
 LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
 TINY = float(np.finfo(float).tiny)
@@ -95,7 +96,7 @@ class Closing:
                 state = passed[at] / (max(sizes[at], TINY) * self.unit)
         return [slice(first, last) for first, last in pairwise(begins)]
 
-    def solve(self, right: Array, guess: Array | None = None) -> Array:
+    def solve(self, right: Array, guess: Array | None = None, tolerance: float = TOLERANCE) -> Array:
         """Solve for the states at the starts of all steps, ``(steps, state)``, or of several cycles.
 
         Parameters
@@ -104,6 +105,8 @@ class Closing:
             What is added to the state in each step, ``(steps, state)``, or of several loads ``(steps, state, loads)``.
         guess
             A state at the start of the cycle to begin from, ``(state,)``.
+        tolerance
+            Residual at which iterations end, relative to what is added in the steps.
 
         Raises
         ------
@@ -115,7 +118,7 @@ class Closing:
         if "_direct" in vars(self):
             return self._direct.solve(right)
         try:
-            return self._marched(right, guess)
+            return self._marched(right, guess, tolerance)
         except SolverError:
             if self._large or any(name.startswith("periodic_") for name in self.options):
                 raise
@@ -135,7 +138,7 @@ class Closing:
         """The system with its matrices, where marches round too much: a matrix rounds always alike."""
         return BlockCyclic(self.steps.transitions, self.options)
 
-    def _marched(self, right: Array, guess: Array | None) -> Array:
+    def _marched(self, right: Array, guess: Array | None, tolerance: float) -> Array:
         """Solve by marches."""
         cuts, size = self.cuts, len(self.unit)
 
@@ -151,7 +154,7 @@ class Closing:
         if guess is not None and len(cuts) == 1:
             start = guess * self.unit
         load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
-        tolerance = min(TOLERANCE * whole / max(float(np.linalg.norm(load)), TINY), LEAST_REDUCTION)
+        tolerance = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), LEAST_REDUCTION)
         change, reason = krylov(
             lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": tolerance}, self.options
         )
