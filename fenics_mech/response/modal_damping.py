@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from fenics_mech.scene import Scene
 
 SMALL = 40  # coordinates, up to which all modes are damped: there full matrices are as fast
 FASTEST = 32.0  # times the lowest frequency
+FADING = 4.0  # the damping fades out over the last quarter
 RESOLVED = 4.0  # rad in a step, up to which steps may resolve a vibration
 INVERSE_ITERATIONS = 6
 AT_A_TIME = 20  # angles, whose shapes are alike and stay in the processor's cache
@@ -31,13 +33,27 @@ def damping_ratios(scene: Scene, omega: Array) -> Array:
     return np.broadcast_to(stated[np.minimum(np.arange(omega.shape[1]), len(stated) - 1)], omega.shape)
 
 
-def damped_modes(scene: Scene, system: System) -> int | None:
-    """Give the number of modes that damping is made for in a periodic motion; None for all.
+@dataclass(frozen=True)
+class DampedModes:
+    """Modes that are damped: at most so many, below an angular frequency (rad/s)."""
+
+    count: int
+    fastest: float
+
+    def share(self, omega: Array) -> Array:
+        """Share 0..1 of its damping that a mode has. It fades out, so that damping is smooth where modes cross."""
+        return np.clip(FADING * (1 - omega / self.fastest), 0.0, 1.0)
+
+
+def damped_modes(scene: Scene, system: System) -> DampedModes | None:
+    """Find which modes are damped in a periodic motion, as many coordinates would make full matrices; None for all.
 
     These are all that its steps resolve, and those up to 32 times the lowest frequency. Faster ones follow the loads
-    without vibrating. Their damping would change the strains of the seed four-bar by 2e-5.
+    without vibrating: their damping would change the strains of the seed four-bar by 2e-5. Where impulses and jumps
+    make them vibrate, and springs hold them, all are damped.
     """
-    if not np.any(scene.damping.ratio) or system.size <= SMALL:
+    vibrates = scene.springs or scene.impulses or any(load.jumps for load in scene.loads.values())
+    if not np.any(scene.damping.ratio) or system.size <= SMALL or vibrates:
         return None
     mass, stiffness = system.once("held matrices", lambda: _held(system))
     state = np.random.default_rng(0).standard_normal(mass.diagonal.shape)
@@ -49,10 +65,10 @@ def damped_modes(scene: Scene, system: System) -> int | None:
     fastest = float(lowest) * 2.0 ** math.ceil(math.log2(max(FASTEST, resolved / lowest)))
     slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
     count = int(np.sum(slower, axis=1).max())
-    return count if count < FEW * system.size else None
+    return DampedModes(count, fastest) if count < FEW * system.size else None
 
 
-def modal_damping(scene: Scene, system: System, modes: int | None = None) -> Array | None:
+def modal_damping(scene: Scene, system: System, modes: DampedModes | None = None) -> Array | None:
     """Give F of ``F^T F = M Phi 2 zeta omega Phi^T M`` at every angle; None if nothing is damped.
 
     The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid. With shapes
@@ -66,7 +82,7 @@ def modal_damping(scene: Scene, system: System, modes: int | None = None) -> Arr
     system
         Its mechanism at the angles.
     modes
-        Number of modes that are damped, from the slowest on; None for all.
+        Those that are damped; None for all.
 
     Returns
     -------
@@ -97,15 +113,17 @@ def _held(system: System) -> tuple[Stack, Stack]:
     return mass, stiffness
 
 
-def _of_slowest(scene: Scene, mass: Stack, stiffness: Stack, count: int) -> Array:
+def _of_slowest(scene: Scene, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
     """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
+    count = modes.count
     width = min(mass.size, count + max(MORE_SHAPES, count // 2))
     shapes, found = np.random.default_rng(0).standard_normal((1, width, mass.size)), []
     for first in range(0, len(mass), AT_A_TIME):
         part = slice(first, first + AT_A_TIME)
         squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
         times = np.sqrt(squares)
-        scale = np.sqrt(2 * damping_ratios(scene, times) / times**3)  # (E.12), of shapes of unit stiffness
+        ratios = damping_ratios(scene, times) * modes.share(1 / times)
+        scale = np.sqrt(2 * ratios / times**3)  # (E.12), of shapes of unit stiffness
         found.append(scale[..., None] * moved[:, :count])
     return np.concatenate(found)
 

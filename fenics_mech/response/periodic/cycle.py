@@ -19,7 +19,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_tension
-from fenics_mech.response.modal_damping import damped_modes, modal_damping
+from fenics_mech.response.modal_damping import DampedModes, damped_modes, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.harmonic_balance import Series
@@ -68,8 +68,8 @@ class Cycle:
         return Equation(self.system, modal_damping(self.scene, self.system, self.damped))
 
     @cached_property
-    def damped(self) -> int | None:
-        """Number of modes that modal damping is made for."""
+    def damped(self) -> DampedModes | None:
+        """Modes that are damped, where they are not all."""
         return damped_modes(self.scene, self.system)
 
     @property
@@ -194,9 +194,9 @@ class Cycle:
 
 
 def equation_at_points(
-    scene: Scene, system: System, steps: Steps, tableau: Tableau, modes: int | None = None
+    scene: Scene, system: System, steps: Steps, tableau: Tableau, modes: DampedModes | None = None
 ) -> Equation:
-    """Give the equation at collocation points of all steps, with modal damping of so many modes."""
+    """Give the equation at collocation points of all steps, with damping of some modes, or of all."""
     theta = steps.angles(tableau.points, scene.cycle_rate)
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
