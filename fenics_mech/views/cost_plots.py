@@ -177,9 +177,9 @@ def beside_exudyn(data: xr.Dataset, known: Mapping[str, float]) -> Iterator[str]
             }
             (exudyn, whole), (integration, solver) = least.values()
             yield (
-                f"Error of {percent(level)}: Exudyn takes {number(exudyn)} ms, {number(exudyn / whole)} times as long "
+                f"Error of {percent(level)}: Exudyn takes {number(exudyn)} ms, {exudyn / whole:.2g} times as long "
                 f"as an analysis by fenics_mech ({number(whole)} ms). Its integration takes "
-                f"{number(integration / solver)} times as long as the solver of fenics_mech ({number(solver)} ms)."
+                f"{integration / solver:.2g} times as long as the solver of fenics_mech ({number(solver)} ms)."
             )
 
 

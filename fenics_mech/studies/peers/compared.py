@@ -50,7 +50,7 @@ EXUDYN_RUNS = (  # elements a member, coarse cycles and their steps, fine cycles
 EXUDYN_ANGLES = 120
 COLLOCATION = (  # sub-intervals, Radau points in each, elements a member
     (24, 2, 2), (24, 3, 2), (40, 2, 2), (40, 3, 2), (60, 3, 3), (50, 4, 4), (60, 4, 4), (80, 3, 4), (80, 4, 6),
-    (120, 3, 6), (80, 4, 8), (100, 4, 8), (240, 3, 8),
+    (120, 3, 6), (80, 4, 7), (100, 4, 8), (240, 3, 8),
 )  # fmt: skip
 SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
 
