@@ -62,7 +62,7 @@ def cost_figure(cost: Cost) -> Figure:
     """Draw error over time: relative to the run's own converged solution on the left, to another one on the right."""
     data, of_peers = cost.data, "meshes" not in cost.data.attrs
     where = "_mid_span" if of_peers else ""
-    other = "hand-coded Gauss-Legendre or Exudyn" if of_peers else str(data.attrs["equation"])
+    other = "the other program" if of_peers else str(data.attrs["equation"])
     panels = {
         f"error{where}": "Relative to the program's own converged solution"
         if of_peers
