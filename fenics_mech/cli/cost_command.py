@@ -14,7 +14,7 @@ from fenics_mech.cli.common import OutFolder, SceneFile
 def cost(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
-    peers: Annotated[bool, typer.Option("--peers", help="Also run other programs (seed four-bar only).")] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="Also run other programs, Exudyn above all.")] = False,
     quick: Annotated[bool, typer.Option("--quick", help="A few coarse runs, to try it out.")] = False,
 ) -> None:
     """Measure what accuracy costs: error and time of many settings. Write cost.csv, cost.nc and a figure."""
@@ -31,7 +31,7 @@ def cost(
     with progress_bar(steps_of(loaded, quick)) as step:
         found = {"cost": measure_costs(loaded, quick=quick, progress=step)}
     if peers:
-        with progress_bar(compared.steps_of(quick)) as step:
+        with progress_bar(compared.steps_of(loaded, quick)) as step:
             found["cost_peers"] = compared.compare_peers(loaded, quick=quick, progress=step)
     for name, each in found.items():
         written = write_cost(each, folder, name)

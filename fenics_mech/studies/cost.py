@@ -33,6 +33,7 @@ NUMBERS = {  # by variable: unit, meaning
     "seconds": ("s", "processor time, median of the repeats"),
     "wall_seconds": ("s", "time on the wall, median of the repeats"),
     "repeats": ("1", "repeats after the warm-up"),
+    "solver_seconds": ("s", "of it the solver alone, where programs are compared"),
     "error": ("1", "largest difference of strains from the converged ones of the same equation, over the largest"),
     "error_mid_span": ("1", "the same at mid-span"),
     "error_all": ("1", "the same from the converged strains with all effects"),

@@ -22,6 +22,7 @@ SETTINGS = {  # of the table, and their meaning
     "harmonics": "harmonics of the Fourier series",
     "cutoff": "frequency up to which modes of reduced members are kept (Hz), 0: not reduced",
     "tolerance": "relative tolerance of an integration in time",
+    "cycles": "cycles of an integration in time",
 }
 MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member of references, finest first
 REDUCED = (  # sub-intervals, points in each, elements a link, cutoff (Hz)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +30,7 @@ LINES, MARKS = ("-", "--", ":", "-."), ("o", "s", "^", "D", "v", "P", "X", "*", 
 WIDTH, HEIGHT = 11.0, 5.4  # inches
 LARGEST, SMALLEST = 3.0, 3e-5  # errors that are drawn; smaller ones stand on the lower edge
 NAMED = {"elements": "elements", "sub_intervals": "sub-intervals", "modes": "modes", "stages": "points",
-         "harmonics": "harmonics", "tolerance": "tolerance"}  # fmt: skip
+         "harmonics": "harmonics", "cycles": "cycles", "tolerance": "tolerance"}  # fmt: skip
 
 
 def front(seconds: Array, error: Array) -> Index:
@@ -61,7 +62,7 @@ def cost_figure(cost: Cost) -> Figure:
     """Draw error over time: relative to the run's own converged solution on the left, to another one on the right."""
     data, of_peers = cost.data, "meshes" not in cost.data.attrs
     where = "_mid_span" if of_peers else ""
-    other = "hand-coded Gauss-Legendre or Exudyn" if of_peers else str(data.attrs["equation"])
+    other = "the other program" if of_peers else str(data.attrs["equation"])
     panels = {
         f"error{where}": "Relative to the program's own converged solution"
         if of_peers
@@ -130,7 +131,9 @@ def cost_summary(cost: Cost) -> Group:
     data, of_peers = cost.data, "meshes" not in cost.data.attrs
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     parts.append(levels_table(data, "error_mid_span" if of_peers else "error", _known(cost, of_peers)))
-    if not of_peers:
+    if of_peers:
+        parts += map(Text, (*beside_exudyn(data, _known(cost, of_peers)), *_between(data)))
+    else:
         least = _known(cost, of_peers).get(data.attrs["equation"], 0.0)
         parts += [front_table(data, "error_all", least), *map(Text, advice(data, "error_all", least))]
     parts += map(Text, (*_references(cost), *_about(data), *_failures(data)))
@@ -158,6 +161,32 @@ def levels_table(data: xr.Dataset, variable: str, known: Mapping[str, float]) ->
             times = (number(1e3 * cell) if np.isfinite(cell) else "" for cell in cells)
             table.add_row(escape(method), *times, _best(error, least))
     return table
+
+
+def beside_exudyn(data: xr.Dataset, known: Mapping[str, float]) -> Iterator[str]:
+    """Say how long Exudyn takes beside an analysis by this program, and beside its solver alone, for 1 % and 0.1 %."""
+    method, equation = (data[name].to_numpy().astype(str) for name in ("method", "equation"))
+    for level in LEVELS[1:3]:
+        theirs = method == "Exudyn"
+        ours = np.char.startswith(method, "fenics_mech") & np.isin(equation, equation[theirs])
+        good = np.maximum(data["error_mid_span"].to_numpy(), [known.get(name, 0.0) for name in equation]) <= level
+        if (theirs & good).any() and (ours & good).any():
+            least = {
+                name: [1e3 * float(np.nanmin(data[name].to_numpy()[runs & good])) for runs in (theirs, ours)]
+                for name in ("seconds", "solver_seconds")
+            }
+            (exudyn, whole), (integration, solver) = least.values()
+            yield (
+                f"Error of {percent(level)}: Exudyn takes {number(exudyn)} ms, {exudyn / whole:.2g} times as long "
+                f"as an analysis by fenics_mech ({number(whole)} ms). Its integration takes "
+                f"{integration / solver:.2g} times as long as the solver of fenics_mech ({number(solver)} ms)."
+            )
+
+
+def _between(data: xr.Dataset) -> Iterator[str]:
+    """Say how far the converged solutions of the programs are from each other."""
+    for equation, difference in json.loads(data.attrs["between"]).items():
+        yield f"Converged solutions of {equation}: fenics_mech's is {percent(difference)} from the other program's."
 
 
 def _known(cost: Cost, of_peers: bool) -> dict[str, float]:

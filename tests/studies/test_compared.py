@@ -1,4 +1,4 @@
-"""Peers of the seed four-bar: hand-coded ones against each other, and who may be compared."""
+"""Peers: hand-coded ones of the seed against each other, and who may be compared."""
 
 import sys
 
@@ -9,8 +9,13 @@ from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.reference import NineElementModel, gauss_legendre_periodic, link_strain
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.studies.cost import Line, dataset
+from fenics_mech.studies.peers import compared
 from fenics_mech.studies.peers.by_hand import by_exponentials, by_solve_ivp
-from fenics_mech.studies.peers.compared import compare_peers, entries_of, is_seed, require_ready, require_seed, steps_of
+from fenics_mech.studies.peers.compared import compare_peers, entries_of, require_ready, steps_of
+from fenics_mech.studies.peers.peer_runs import EXACT, EXUDYN
+from fenics_mech.studies.peers.seed_programs import is_seed
+from fenics_mech.views.cost_plots import beside_exudyn
 from tests.common import DEMOS
 
 
@@ -40,11 +45,23 @@ def test_integration_in_time_settles_to_the_periodic_solution():
     assert off(by_solve_ivp(1e-3, 1, angles=240, damping=0.2), exact) < 5e-3
 
 
-@pytest.mark.parametrize("name", ["slider_crank", "watt", "composite_four_bar"])
-def test_another_machine_has_no_peers(name):
-    with pytest.raises(SceneError, match="seed four-bar only") as refusal:
-        require_seed(load(DEMOS / f"{name}.toml"))
-    assert refusal.value.place == "--peers"
+def programs(scene):
+    """Programs that run on a scene, and the equations that they solve."""
+    entries = entries_of(scene)
+    return {each.program.split(",")[0] for each in entries}, {each.equation for each in entries}
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "watt"])
+def test_exudyn_is_the_peer_of_any_linkage_of_beams(name):
+    scene = load(DEMOS / f"{name}.toml")
+    assert programs(scene) == ({"fenics_mech", EXUDYN}, {EXACT})
+    assert {each.program for each in entries_of(scene, quick=True)} == {EXUDYN, "fenics_mech, collocation"}
+
+
+@pytest.mark.parametrize("name", ["quick_return", "pulsating_column"])
+def test_a_machine_that_exudyn_cannot_be_given_has_no_peers(name):
+    with pytest.raises(SceneError, match="other programs"):
+        require_ready(load(DEMOS / f"{name}.toml"))
 
 
 @pytest.mark.parametrize(
@@ -57,9 +74,10 @@ def test_another_machine_has_no_peers(name):
         {"links__coupler__angle": "-70 deg", "links__follower__angle": "-100 deg"},
     ],
 )
-def test_a_changed_seed_has_no_peers(changes):
-    with pytest.raises(SceneError, match="seed four-bar only"):
-        require_seed(seed_four_bar(**changes))
+def test_a_changed_seed_has_no_hand_coded_peers(changes):
+    scene = seed_four_bar(**changes)
+    assert not is_seed(scene)
+    assert programs(scene) == ({"fenics_mech", EXUDYN}, {EXACT})
 
 
 def test_the_demo_is_the_seed_whatever_its_analysis():
@@ -70,15 +88,17 @@ def test_a_missing_exudyn_is_said_before_anything_runs(monkeypatch):
     monkeypatch.setitem(sys.modules, "exudyn", None)
     with pytest.raises(MechanismError, match="not installed"):
         require_ready(seed_four_bar())
+    with pytest.raises(MechanismError, match="not installed"):
+        require_ready(load(DEMOS / "watt.toml"), quick=True)  # it has no other peer
     require_ready(seed_four_bar(), quick=True)
 
 
 def test_quick_comparison_has_all_hand_coded_programs():
-    steps = []
-    found = compare_peers(seed_four_bar(), quick=True, progress=steps.append)
-    assert len(steps) == steps_of(quick=True)
+    steps, seed = [], seed_four_bar()
+    found = compare_peers(seed, quick=True, progress=steps.append)
+    assert len(steps) == steps_of(seed, quick=True)
     data = found.data
-    assert data.sizes["run"] == len(entries_of(quick=True))
+    assert data.sizes["run"] == len(entries_of(seed, quick=True))
     by_hand = data.isel(run=[i for i, name in enumerate(data["method"].to_numpy()) if "by hand" in name])
     assert sorted(by_hand["method"].to_numpy()) == [
         "Gauss-Legendre by hand",
@@ -92,3 +112,31 @@ def test_quick_comparison_has_all_hand_coded_programs():
     assert ours.any()
     assert np.abs(own - other)[ours].max() < 0.03
     assert np.array_equal(own[~ours], other[~ours], equal_nan=True)
+    assert (data["solver_seconds"] < data["seconds"]).to_numpy()[ours].all()
+
+
+def test_a_quick_comparison_with_exudyn_says_how_long_each_takes(monkeypatch):
+    pytest.importorskip("exudyn")
+    monkeypatch.setattr(compared, "EXUDYN_RUNS", compared.EXUDYN_RUNS[1:2])
+    found = compare_peers(load(DEMOS / "slider_crank.toml"), quick=True)
+    data = found.data
+    assert (data["error_mid_span"] < 0.01).all()
+    assert (data["solver_seconds"] < data["seconds"]).all()
+    text = next(beside_exudyn(data, {}))
+    assert "Error of 1 %: Exudyn takes" in text
+    assert "the solver of fenics_mech" in text
+
+
+def test_the_fastest_runs_that_are_good_enough_are_compared():
+    def line(program, seconds, solver, error):
+        numbers = {"seconds": seconds, "solver_seconds": solver, "error_mid_span": error}
+        return Line(program, EXACT, {}, numbers)
+
+    runs = [
+        line(EXUDYN, 0.2, 0.1, 0.05),
+        line(EXUDYN, 3.0, 2.0, 0.005),
+        line("fenics_mech, collocation", 1, 0.5, 0.002),
+    ]
+    (said,) = beside_exudyn(dataset([*runs, Line("by hand", "(5.1)", {}, {"error_mid_span": 1e-9})]), {})
+    assert "Exudyn takes 3000 ms, 3 times as long" in said
+    assert "integration takes 4 times as long" in said

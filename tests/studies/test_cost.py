@@ -121,8 +121,8 @@ def test_command_writes_its_files_and_says_what_it_found(quick, monkeypatch, tmp
     assert "Wrote cost.csv, cost.nc, cost.png" in found.output
 
 
-def test_peers_of_another_scene_are_refused_before_anything_runs(tmp_path):
-    found = call(DEMOS / "watt.toml", "--peers", "-o", tmp_path / "out")
+def test_peers_of_a_scene_that_has_none_are_refused_before_anything_runs(tmp_path):
+    found = call(DEMOS / "quick_return.toml", "--peers", "-o", tmp_path / "out")
     assert isinstance(found.exception, SceneError)
     assert not (tmp_path / "out").exists()
 

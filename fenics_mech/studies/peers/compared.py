@@ -1,117 +1,71 @@
-"""The seed four-bar by this program and by others, in one run: error of the mid-span strains against time.
+"""One machine by this program and by others, in one run: error of the mid-span strains against time.
 
-All have the same mechanism, the same damping and the same quantity: the strain of the + fibre at mid-span of coupler
-and follower. Every program is measured against its own converged answer, and against that of the other program which
-solves the same equation. Peers are Kaminski's chapter 5 and Gauss-Legendre collocation by hand, matrix exponentials of
-the coupled equation by hand, SciPy's `solve_ivp`, and Exudyn.
+All have the same mechanism, the same damping and the same quantity: the strain of the + fibre at mid-span. Every
+program is measured against its own converged answer, and against that of the other program which solves the same
+equation. Exudyn is the peer of every linkage of beams on pins and guides, with damping of the material. The seed
+four-bar has peers that know no other machine: see `seed_programs`.
 """
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import MechanismError, SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.errors import MechanismError
 from fenics_mech.recovery.result import stamp
-from fenics_mech.reference import NineElementModel, gauss_legendre_periodic, link_strain, periodic_response
 from fenics_mech.scene import Scene
-from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.converged import Converged, converged, difference, extrapolated
 from fenics_mech.studies.cost import Cost, Line, Progress, dataset
 from fenics_mech.studies.cost_grid import REDUCED, TRUNCATED, meshed
-from fenics_mech.studies.peers.by_hand import by_exponentials, by_solve_ivp
-from fenics_mech.studies.peers.exudyn_four_bar import SEED_RETARDATION, strain_curves
-from fenics_mech.studies.peers.exudyn_model import import_exudyn
+from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage, with_material_damping
+from fenics_mech.studies.peers.exudyn_cycle import Integration, import_exudyn, steady_cycle
+from fenics_mech.studies.peers.peer_runs import COUPLED, EXACT, EXUDYN, OURS, Entry, Note
+from fenics_mech.studies.peers.seed_programs import CHAPTER_5, by_hand, converged_by_hand, is_seed
 from fenics_mech.studies.timing import Clock, machine, timed
 
-MEMBERS = ("coupler", "follower")
-COUPLED, EXACT = "coupling", "moderate or exact rotations"
-OURS, EXUDYN = "fenics_mech", "Exudyn"
-CHAPTER_5 = ((60, 3, 3), (120, 5, 3), (240, 5, 3), (480, 8, 6))  # sub-intervals, modes, elements a link
-GAUSS_LEGENDRE = ((80, 2), (80, 3), (120, 3), (120, 4), (180, 4), (240, 6), (240, 8))  # steps a cycle, elements a link
-EXPONENTIALS = ((360, 3), (1440, 3), (2880, 3), (5760, 4))  # the same
-EXUDYN_STEPS = ((360, 4), (720, 4), (720, 8), (1080, 8), (1440, 8), (2880, 16))  # the same
-COLLOCATION = ((80, 2), (80, 3), (80, 4), (120, 4), (120, 6), (240, 6), (240, 8))  # the same, by 3 Radau points
-SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a link
-SOLVE_IVP = ((1e-2, 2), (1e-2, 3), (1e-3, 3))  # relative tolerance, elements a link
-CYCLES = 8  # of Exudyn's integration: the start has died away to 3e-4 by then
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One run of a program.
-
-    Parameters
-    ----------
-    program, equation
-        Who solves what.
-    work
-        Gives the mid-span strains, ``(angles, 2, 1, 1)``.
-    settings
-        Its settings, of `cost_grid.SETTINGS`.
-    """
-
-    program: str
-    equation: str
-    work: Callable[[], Array]
-    settings: dict[str, Any] = field(default_factory=dict)
-
-
-def require_seed(scene: Scene) -> None:
-    """Refuse every scene but the seed four-bar, for which alone there are peers; its analysis may be another.
-
-    Raises
-    ------
-    SceneError
-        When the scene is another one.
-    """
-    if not is_seed(scene):
-        raise SceneError(
-            f"there are peers of the seed four-bar only (demos/four_bar.toml), and {scene.name!r} is another machine",
-            place="--peers",
-            hint="Leave --peers out",
-        )
-
-
-def is_seed(scene: Scene) -> bool:
-    """Tell whether a scene is the seed four-bar, whatever its mesh, effects and analysis."""
-    return bool(_machine(scene) == _machine(seed_four_bar()))
-
-
-def _machine(scene: Scene) -> Any:
-    """Numbers that a machine is the same by, whatever its sections and materials are called."""
-    half = np.array([0.5])
-    members = {}
-    for label in scene.members():
-        section = scene.rigidity(label, half)
-        numbers = [section.axial, section.bending, section.line_density, section.fibre, scene.member_ends(label)]
-        members[label] = [np.round(np.ravel(part) / np.abs(part).max(), 9).tolist() for part in map(np.array, numbers)]
-        members[label] += [f"{np.abs(np.array(part)).max():.9g}" for part in numbers]
-    others = ("ground", "joints", "masses", "gravity", "loads", "impulses", "springs", "dampers", "drive", "damping")
-    branch = np.round(solve_motion(scene, np.zeros(1)).angle[0], 6).tolist() if len(members) == 3 else None
-    return members, branch, {name: scene.model_dump(mode="json")[name] for name in others}
+SEED_MEMBERS = ("coupler", "follower")
+EXUDYN_RUNS = (  # elements a member, coarse cycles and their steps, fine cycles and theirs, tolerance of Newton
+    (2, 0, 0, 4, 120, 1e-4),
+    (2, 0, 0, 5, 120, 1e-4),
+    (2, 1, 180, 2, 360, 1e-4),
+    (2, 2, 240, 2, 480, 1e-4),
+    (4, 4, 120, 3, 240, 1e-4),
+    (4, 4, 180, 2, 360, 1e-4),
+    (4, 2, 240, 3, 840, 1e-4),
+    (4, 2, 270, 3, 1080, 1e-3),
+    (4, 2, 360, 2, 1080, 1e-5),
+    (4, 2, 360, 2, 1440, 1e-5),
+    (6, 4, 540, 3, 2160, 1e-3),
+    (6, 4, 540, 3, 2160, 1e-4),
+    (8, 4, 720, 4, 2880, 1e-4),
+)
+EXUDYN_ANGLES = 120
+COLLOCATION = (  # sub-intervals, Radau points in each, elements a member
+    (24, 2, 2), (24, 3, 2), (40, 2, 2), (40, 3, 2), (60, 3, 3), (50, 4, 4), (60, 4, 4), (80, 3, 4), (80, 4, 6),
+    (120, 3, 6), (80, 4, 7), (100, 4, 8), (240, 3, 8),
+)  # fmt: skip
+SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
 
 
 def compare_peers(
     scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None, clock: Clock = time.process_time
 ) -> Cost:
-    """Run all programs on the seed four-bar.
+    """Run all programs that know a machine.
 
     Parameters
     ----------
     scene
-        The seed four-bar.
+        The seed four-bar, or another linkage that `beam_linkage` can take.
     quick
-        Few and coarse runs, without SciPy and Exudyn.
+        Few and coarse runs; of the seed, without SciPy and Exudyn.
     progress
         Called with the name of each step before it.
     clock
@@ -126,15 +80,15 @@ def compare_peers(
     Raises
     ------
     SceneError
-        When the scene is another one.
+        When other programs cannot be given the scene.
     MechanismError
         When Exudyn is not installed, or a converged answer is not found.
     """
     require_ready(scene, quick)
-    entries, known = entries_of(quick), {}
+    entries, known = entries_of(scene, quick), {}
     for ours, equation in _references(entries):
         progress(f"converged solution: {equation}, {OURS if ours else 'peers'}")
-        known[ours, equation] = _converged(ours, equation, quick)
+        known[ours, equation] = _converged(scene, ours, equation, quick)
     lines = []
     for number, entry in enumerate(entries):
         progress(f"{number + 1} of {len(entries)}: {entry.program}, {entry.equation}")
@@ -143,34 +97,53 @@ def compare_peers(
         f"{equation}, {OURS if ours else 'peers'}": {"how": found.how, **vars(found.uncertainty)}
         for (ours, equation), found in known.items()
     }
-    attributes = stamp(scene) | machine() | {"references": json.dumps(references), "equation": "the other program's"}
-    return Cost(dataset(lines).assign_attrs(attributes))
+    between = {
+        equation: found.error(known[False, equation].strain).mid_span
+        for (ours, equation), found in known.items()
+        if ours
+    }
+    attributes = stamp(scene) | machine() | {"references": json.dumps(references), "between": json.dumps(between)}
+    return Cost(dataset(lines).assign_attrs(attributes | {"equation": "the other program's"}))
 
 
 def require_ready(scene: Scene, quick: bool = False) -> None:
-    """Refuse a scene that there are no peers for, and a machine without Exudyn where that is to run.
+    """Refuse a scene that there are no peers for, and a computer without Exudyn where that is to run.
 
     Raises
     ------
     SceneError
-        When the scene is not the seed four-bar.
+        When other programs cannot be given the scene.
     MechanismError
         When Exudyn is not installed.
     """
-    require_seed(scene)
-    if not quick:
+    beam_linkage(scene_of(scene, EXACT))
+    if not (quick and is_seed(scene)):
         import_exudyn()
 
 
-def entries_of(quick: bool = False) -> list[Entry]:
+def entries_of(scene: Scene, quick: bool = False) -> list[Entry]:
     """Give all runs."""
-    return [*_by_hand(quick), *([] if quick else [*_by_scipy(), *_by_exudyn()]), *_ours(quick)]
+    seed = is_seed(scene)
+    entries = [*by_hand(quick)] if seed else []
+    if not (quick and seed):
+        entries += _by_exudyn(scene, quick)
+    return [*entries, *_ours(scene, seed, quick)]
 
 
-def steps_of(quick: bool = False) -> int:
+def steps_of(scene: Scene, quick: bool = False) -> int:
     """Give the number of steps that `compare_peers` reports."""
-    entries = entries_of(quick)
+    entries = entries_of(scene, quick)
     return len(entries) + len(_references(entries))
+
+
+def scene_of(scene: Scene, equation: str) -> Scene:
+    """Give a scene with an equation that peers solve; strains at mid-span, without stability."""
+    lean = scene.changed(
+        tolerance=None,
+        analysis={"method": "periodic", "stations": 3, "stability": False, "allow_coarse": True},
+        effects={TRUNCATED: (), COUPLED: ("coupling",), EXACT: ("coupling", "moderate-rotations")}[equation],
+    )
+    return with_material_damping(lean) if equation == EXACT else lean
 
 
 def _references(entries: Sequence[Entry]) -> list[tuple[bool, str]]:
@@ -180,11 +153,14 @@ def _references(entries: Sequence[Entry]) -> list[tuple[bool, str]]:
 
 def _run(entry: Entry, known: dict[tuple[bool, str], Converged], clock: Clock) -> Line:
     """Make one run, whatever it ends with."""
+    solving: list[float] = []
     try:
-        strain, timing = timed(entry.work, clock)
+        strain, timing = timed(lambda: entry.work(solving.append), clock)
     except (MechanismError, ArithmeticError) as error:
         return Line(entry.program, entry.equation, entry.settings, {}, type(error).__name__, str(error))
     numbers = timing.numbers
+    if solving:
+        numbers["solver_seconds"] = float(np.median(solving[-timing.repeats :]))
     own, other = (known.get((ours, entry.equation)) for ours in (entry.program.startswith(OURS), False))
     for name, reference in {"error_mid_span": own, "error_all_mid_span": other}.items():
         if reference is not None:
@@ -192,124 +168,77 @@ def _run(entry: Entry, known: dict[tuple[bool, str], Converged], clock: Clock) -
     return Line(entry.program, entry.equation, entry.settings, numbers)
 
 
-def _scene(equation: str) -> Scene:
-    """Give the seed with the equation that peers solve; strains at mid-span, without stability."""
-    seed = seed_four_bar(analysis__stations=3, analysis__stability=False, analysis__allow_coarse=True)
-    if equation == EXACT:
-        damping = {"ratio": 0.0, "material": SEED_RETARDATION}
-        return seed.changed(effects=("coupling", "moderate-rotations"), damping=damping)
-    return seed.changed(effects=("coupling",) if equation == COUPLED else ())
-
-
-def _converged(ours: bool, equation: str, quick: bool) -> Converged:
+def _converged(scene: Scene, ours: bool, equation: str, quick: bool) -> Converged:
     """Find the converged answer of this program or of its peers."""
     if ours:
-        found = converged(_scene(equation), (3, 2, 1) if quick else (8, 6, 4), quick)
-        return Converged(_middle(found.strain), found.uncertainty, found.how)
-    if equation == EXACT:
-        fine, half, check, rough = (
-            _exudyn(elements, steps, cycles=16) for elements, steps in ((16, 2880), (16, 1440), (8, 1440), (8, 720))
-        )
-        strain, other = extrapolated(fine, half, 2), extrapolated(check, rough, 2)
-        how = "Exudyn, 16 elements, 16 cycles, extrapolated from 1440 and 2880 steps; checked by 8, half the steps"
-        return Converged(strain, difference(other, strain), how)
-    meshes, steps = ((3, 2, 1), 120) if quick else ((8, 6, 4), 480)
-    runs = [_gauss_legendre(n, count, equation) for n, count in zip(meshes, (steps, steps, steps // 2))]
-    strain, other = (extrapolated(runs[i], runs[i + 1], meshes[i] / meshes[i + 1]) for i in (0, 1))
+        found = converged(scene_of(scene, equation), (3, 2, 1) if quick else (8, 6, 4), quick)
+        places = [list(scene.members()).index(member) for member in _members(scene, equation)]
+        return Converged(found.strain[:, places, 1:2, :1], found.uncertainty, found.how)
+    if equation != EXACT:
+        return converged_by_hand(equation, quick)
+    linkage = beam_linkage(scene_of(scene, EXACT))
+    steps, cycles, (most, fewer) = (480, 5, (4, 2)) if quick else (5760, 11, (12, 8))
+    fine, half, check, rough = (
+        _exudyn(linkage, Integration(elements, (count // 2,) * 4 + (count,) * (cycles - 4), 1e-6), lambda seconds: None)
+        for elements, count in ((most, steps), (most, steps // 2), (fewer, steps // 2), (fewer, steps // 4))
+    )
+    strain, other = extrapolated(fine, half, 2), extrapolated(check, rough, 2)
     how = (
-        f"Gauss-Legendre collocation by hand, {steps} steps, extrapolated from {meshes[0]} and {meshes[1]} elements; "
-        f"checked by {meshes[1]} and {meshes[2]}, the last with half the steps"
+        f"Exudyn, {most} elements, {cycles} cycles, extrapolated from {steps // 2} and {steps} steps a cycle; "
+        f"checked by {fewer}, half the steps"
     )
     return Converged(strain, difference(other, strain), how)
 
 
-def _by_hand(quick: bool) -> Iterator[Entry]:
-    """Chapter 5, Gauss-Legendre collocation and matrix exponentials on hand-coded matrices."""
-    for count, modes, elements in CHAPTER_5[:1] if quick else CHAPTER_5:
+def _members(scene: Scene, equation: str) -> Sequence[str]:
+    """Members whose strains are compared: hand-coded programs give those of two links."""
+    return list(scene.members()) if equation == EXACT else SEED_MEMBERS
+
+
+def _by_exudyn(scene: Scene, quick: bool) -> Iterator[Entry]:
+    linkage = beam_linkage(scene_of(scene, EXACT))
+    for elements, leading, coarse, cycles, steps, tolerance in EXUDYN_RUNS[:1] if quick else EXUDYN_RUNS:
+        how = Integration(elements, (coarse,) * leading + (steps,) * cycles, tolerance)
+        settings = {"elements": elements, "sub_intervals": steps, "cycles": leading + cycles, "tolerance": tolerance}
+        yield Entry(EXUDYN, EXACT, partial(_exudyn, linkage, how), settings)
+
+
+def _exudyn(linkage: BeamLinkage, how: Integration, note: Note) -> Array:
+    found = steady_cycle(linkage, how, EXUDYN_ANGLES)
+    note(found.seconds)
+    return found.strain[:, :, :1, None]
+
+
+def _ours(scene: Scene, seed: bool, quick: bool) -> Iterator[Entry]:
+    """Runs of this program: of the seed chapter 5, and collocation by Radau points and harmonic balance of all."""
+    for count, modes, elements in () if quick or not seed else CHAPTER_5:
         settings = {"elements": elements, "sub_intervals": count, "modes": modes}
-        yield Entry("chapter 5 by hand", TRUNCATED, partial(_chapter_5, elements, count, modes), settings)
-    for count, elements in GAUSS_LEGENDRE[:1] if quick else GAUSS_LEGENDRE:
-        settings = {"elements": elements, "sub_intervals": count}
-        yield Entry("Gauss-Legendre by hand", COUPLED, partial(_gauss_legendre, elements, count, COUPLED), settings)
-    for count, elements in ((60, 1),) if quick else EXPONENTIALS:
-        settings = {"elements": elements, "sub_intervals": count}
-        yield Entry("exponentials by hand", COUPLED, partial(_exponentials, elements, count), settings)
-
-
-def _by_scipy() -> Iterator[Entry]:
-    for tolerance, elements in SOLVE_IVP:
-        settings = {"elements": elements, "tolerance": tolerance}
-        yield Entry("solve_ivp by hand", COUPLED, partial(_solve_ivp, elements, tolerance), settings)
-
-
-def _by_exudyn() -> Iterator[Entry]:
-    for count, elements in EXUDYN_STEPS:
-        yield Entry(EXUDYN, EXACT, partial(_exudyn, elements, count), {"elements": elements, "sub_intervals": count})
-
-
-def _ours(quick: bool) -> Iterator[Entry]:
-    """Runs of this program: chapter 5, collocation by Radau points, and harmonic balance."""
-    for count, modes, elements in () if quick else CHAPTER_5:
-        settings = {"elements": elements, "sub_intervals": count, "modes": modes}
-        yield Entry(
-            f"{OURS}, sub-intervals", TRUNCATED, _analysis(TRUNCATED, solver="sub-intervals", **settings), settings
-        )
-    for equation in (COUPLED,) if quick else (COUPLED, EXACT):
-        for count, elements in COLLOCATION[:1] if quick else COLLOCATION:
-            settings = {"elements": elements, "sub_intervals": count, "stages": 3}
-            work = _analysis(equation, solver="collocation", **settings)
-            yield Entry(f"{OURS}, collocation", equation, work, settings)
+        yield _analysis(scene, "sub-intervals", TRUNCATED, settings)
+    equations = ([COUPLED] if seed else []) + ([] if quick and seed else [EXACT])
+    for equation in equations:
+        for count, stages, elements in COLLOCATION[3:4] if quick else COLLOCATION:
+            settings = {"elements": elements, "sub_intervals": count, "stages": stages}
+            yield _analysis(scene, "collocation", equation, settings)
         for count, stages, elements, cutoff in () if quick else REDUCED:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
-            work = _analysis(equation, solver="collocation", reduction="craig-bampton", **settings)
-            yield Entry(f"{OURS}, reduced", equation, work, settings)
+            yield _analysis(scene, "collocation", equation, settings, reduction="craig-bampton")
         for harmonics, elements in () if quick else SERIES:
             settings = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
-            work = _analysis(equation, solver="harmonic-balance", **settings)
-            yield Entry(f"{OURS}, harmonic balance", equation, work, settings)
+            yield _analysis(scene, "harmonic-balance", equation, settings)
 
 
-def _analysis(equation: str, elements: int, **analysis: Any) -> Callable[[], Array]:
+def _analysis(scene: Scene, solver: str, equation: str, settings: dict[str, Any], **more: Any) -> Entry:
+    """Give a run of this program, whose solver is the step "response" of the analysis."""
+    analysis = {name: value for name, value in settings.items() if name != "elements"} | more | {"solver": solver}
     changes = {f"analysis__{name}": value for name, value in analysis.items()}
-    scene = meshed(_scene(equation).changed(**changes), elements)
+    stated = meshed(scene_of(scene, equation).changed(**changes), settings["elements"])
+    members = _members(scene, equation)
 
-    def work() -> Array:
-        result = analyse(scene)
-        return np.stack([result.strain_at(member) for member in MEMBERS], axis=1)[..., None, None]
+    def work(note: Note) -> Array:
+        begun: list[tuple[float, str]] = []
+        result = analyse(stated, lambda step: begun.append((time.process_time(), step)))
+        note(sum(end - start for (start, step), (end, _) in pairwise(begun) if step == "response"))
+        return np.stack([result.strain_at(member) for member in members], axis=1)[..., None, None]
 
-    return work
-
-
-def _chapter_5(elements: int, count: int, modes: int) -> Array:
-    model = NineElementModel(elements=elements)
-    found = periodic_response(model, count, modes=modes)
-    return _middles(link_strain(model, found.theta, found.displacement, found.acceleration).total)
-
-
-def _exponentials(elements: int, count: int) -> Array:
-    return _middles(by_exponentials(count, elements))
-
-
-def _solve_ivp(elements: int, tolerance: float) -> Array:
-    return _middles(by_solve_ivp(tolerance, elements))
-
-
-def _gauss_legendre(elements: int, count: int, equation: str) -> Array:
-    model = NineElementModel(elements=elements)
-    found = gauss_legendre_periodic(model, count, coupling=equation == COUPLED)
-    return _middles(link_strain(model, found.theta, found.displacement, found.acceleration).total)
-
-
-def _exudyn(elements: int, steps: int, cycles: int = CYCLES) -> Array:
-    found = strain_curves(_scene(EXACT), SEED_RETARDATION, elements=elements, steps=steps, cycles=cycles, angles=360)
-    return found.strain[:, [found.members.index(member) for member in MEMBERS], :1, None]
-
-
-def _middles(strain: Array) -> Array:
-    """Strains of crank, coupler and follower, ``(angles, 3)``, as those of coupler and follower."""
-    return strain[:, 1:, None, None]
-
-
-def _middle(strain: Array) -> Array:
-    """Take coupler and follower, mid-span and the + fibre from strains of the seed."""
-    return strain[:, 1:, 1:2, :1]
+    name = "reduced" if more else solver.replace("-balance", " balance")
+    return Entry(f"{OURS}, {name}", equation, work, settings)
