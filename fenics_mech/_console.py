@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -32,12 +33,23 @@ class _Console(Console):
 out, err = _Console(emoji=False), _Console(stderr=True, emoji=False)
 
 
+@contextmanager
+def loading() -> Iterator[None]:
+    """Load modules without a search for garbage in them, now or later: they stay to the end."""
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 def start_libraries() -> None:
     """Start PETSc and Matplotlib without the options that they read from files in the current folder.
 
     A scene may lie in a folder from a stranger, and such options run programs.
     """
-    with chdir(os.sep):
+    with loading(), chdir(os.sep):
         import matplotlib  # noqa: F401, PLC0415
         from petsc4py import PETSc  # noqa: F401, PLC0415
 

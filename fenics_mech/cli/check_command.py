@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import out, progress_bar, start_libraries
+from fenics_mech._console import loading, out, progress_bar, start_libraries
 from fenics_mech.cli.common import Strict, loaded_scene
 from fenics_mech.errors import MechanismError
 
@@ -17,9 +17,10 @@ def check(
     strict: Strict = False,
 ) -> None:
     """Check a scene file without analysing it. Without a file, check this installation against the dissertation."""
-    from fenics_mech.effects import active  # noqa: PLC0415
-    from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
-    from fenics_mech.views.tables import check_table, scene_overview  # noqa: PLC0415
+    with loading():
+        from fenics_mech.effects import active  # noqa: PLC0415
+        from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
+        from fenics_mech.views.tables import check_table, scene_overview  # noqa: PLC0415
 
     if scene is not None:
         loaded = loaded_scene(scene, strict)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
 from fenics_mech.errors import MechanismError
 
@@ -25,11 +25,12 @@ def run(
     strict: Strict = False,
 ) -> None:
     """Analyse a scene: write result.nc and plots, print a summary. Under mpirun the processes share the positions."""
-    from fenics_mech._ranks import shared  # noqa: PLC0415  (dolfinx and matplotlib take a second: not for --help)
-    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
-    from fenics_mech.views.plots import plot_all  # noqa: PLC0415
-    from fenics_mech.views.report import summary  # noqa: PLC0415
+    with loading():  # dolfinx and matplotlib take a second: not for --help
+        from fenics_mech._ranks import shared  # noqa: PLC0415
+        from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
+        from fenics_mech.views.plots import plot_all  # noqa: PLC0415
+        from fenics_mech.views.report import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
