@@ -14,6 +14,7 @@ from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
@@ -60,7 +61,11 @@ def empty_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[A
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
-        return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+        panels = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+        for axes in panels:
+            axes.spines["left"].set_in_layout(False)  # it would ask for all ticks again, and labels reach farther
+        panels[-1].spines["bottom"].set_in_layout(False)
+        return figure, panels
 
 
 def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
@@ -117,5 +122,16 @@ def save(figure: Figure, path: str | Path) -> Path:
         if engine := figure.get_layout_engine():
             engine.execute(figure)
             figure.set_layout_engine(None)
-        write_whole(path, figure.savefig)
+        write_whole(path, lambda temporary: _write(figure, temporary))
     return path
+
+
+def _write(figure: Figure, path: Path) -> None:
+    """Write a figure; as PNG without transparency and quickly compressed, which takes half the time of `savefig`."""
+    if path.suffix.lower() != ".png":
+        figure.savefig(path)
+        return
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    picture.save(path, dpi=(RESOLUTION, RESOLUTION), compress_level=3)
