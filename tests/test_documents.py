@@ -38,7 +38,7 @@ def place(tmp_path_factory):
         patch.setattr(out, "width", int(documents.WIDTH))  # which tests before these may have fixed
         patch.setattr("fenics_mech.analysis.analyse", remembered)
         patch.setattr("fenics_mech.views.plots.plot_all", lambda *args, **named: [])
-        patch.setattr("fenics_mech.studies.rigid_body.rigid_body_strains", lambda scene: {})
+        patch.setattr("fenics_mech.studies.rigid_body.rigid_body_strains", lambda scene, common: {})
         yield folder
 
 

@@ -28,6 +28,7 @@ def run(
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.response.setup import CommonParts  # noqa: PLC0415
         from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
         from fenics_mech.views.plots import plot_all  # noqa: PLC0415
         from fenics_mech.views.report import summary  # noqa: PLC0415
@@ -38,9 +39,9 @@ def run(
         return loaded
 
     first = one_voice()
-    loaded = shared(prepared)
+    loaded, common = shared(prepared), CommonParts()
     with progress_bar(len(STEPS) + 1 + plots + csv) as step:
-        result = shared(lambda: analyse(loaded, step))
+        result = shared(lambda: analyse(loaded, step, common))
         if not first:
             return
         step("writing result.nc")
@@ -50,7 +51,7 @@ def run(
             written += result.to_csv(folder)
         if plots:
             step("plots")
-            rigid = rigid_body_strains(loaded) if loaded.analysis.method == "periodic" else {}
+            rigid = rigid_body_strains(loaded, common=common) if loaded.analysis.method == "periodic" else {}
             written += plot_all(result, folder, rigid=rigid)
     out.print(summary(result))
     tell_written(written, folder)
