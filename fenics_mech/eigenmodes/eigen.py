@@ -119,8 +119,10 @@ def _misses_one(positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]], s
 
 
 @contextmanager
-def _solver(system: System, count: int, options: Mapping[str, Any], first: int = 0) -> Iterator[SLEPc.EPS]:
-    """Set up the eigensolver for so many modes, beside others that come first."""
+def _solver(
+    system: System, count: int, options: Mapping[str, Any], first: int = 0
+) -> Iterator[tuple[SLEPc.EPS, PETSc.Vec]]:
+    """Set up the eigensolver for so many modes, beside others that come first, and the vector that it starts from."""
     members = len(system.beams.mesh.members)  # those that are alike have modes in common, nearly at one frequency
     subspace = 2 * count + members + 1  # large enough for the lowest modes to converge without a restart, nearly always
     few = subspace + first < system.size and options.get("modes_eps_type") != DENSE["eps_type"]
@@ -128,18 +130,19 @@ def _solver(system: System, count: int, options: Mapping[str, Any], first: int =
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
+    start = np.random.default_rng(SEED).uniform(-1, 1, system.size)
     with configured(eps, "modes_", defaults, options):
-        yield eps
+        yield eps, PETSc.Vec().createWithArray(start, comm=PETSc.COMM_SELF)
 
 
 def _solve_among(system: System, among: slice, count: int, options: Mapping[str, Any]) -> tuple[Array, Array]:
     """Lowest eigenvalues and eigenvectors at some of the angles."""
     angles = len(system.motion.theta[among])
     squares, shapes = np.empty((angles, count)), np.empty((angles, count, system.size))
-    with _solver(system, count, options) as eps:
+    with _solver(system, count, options) as (eps, start):
         for i, (k, mass, stiffness) in enumerate(system.positions(symmetric=True, among=among)):
             eps.setOperators(stiffness, mass)
-            squares[i], shapes[i] = _solve_position(eps, system, k, count)
+            squares[i], shapes[i] = _solve_position(eps, start, system, k, count)
             _refuse_negative(system, k, squares[i, 0], shapes[i, 0])
     return squares, shapes
 
@@ -153,14 +156,14 @@ def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mappin
     basis, mass, stiffness = rigid.separate.basis, rigid.separate.mass, rigid.separate.stiffness
     shift, first = rigid.lowest_elastic() if len(rigid) else 0.0, len(rigid)
     matrices = to_petsc((stiffness + shift * mass).tocsr()), to_petsc(mass)
-    with _solver(system, count, options, first) as eps:
+    with _solver(system, count, options, first) as (eps, start):
         eps.setOperators(*matrices)
         dense = eps.getType() == SLEPc.EPS.Type.LAPACK  # it finds them all, and knows no deflation
         if dense:
             eps.setDimensions(count + first)
         elif first:
             eps.setDeflationSpace([PETSc.Vec().createWithArray(y, comm=PETSc.COMM_SELF) for y in rigid.separate_shapes])
-        values, shapes = _solve_position(eps, system, 0, count + dense * first)
+        values, shapes = _solve_position(eps, start, system, 0, count + dense * first)
         if dense and _positive(stiffness + shift * mass):
             _refine_lowest(eps, matrices, values, shapes)
         _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, LIMITS.zero * shift)
@@ -196,20 +199,19 @@ def _refine_lowest(eps: SLEPc.EPS, matrices: tuple[PETSc.Mat, PETSc.Mat], values
         values[place], shapes[place] = 1 / inverse[i], vector.array_r
 
 
-def _solve_position(eps: SLEPc.EPS, system: System, k: int, count: int) -> tuple[Array, Array]:
+def _solve_position(eps: SLEPc.EPS, start: PETSc.Vec, system: System, k: int, count: int) -> tuple[Array, Array]:
     """Lowest eigenvalues (rad^2/s^2) and eigenvectors at position k, ascending.
 
     Each position starts from the same vector: what it gives to the last bit does not depend on the ones before it.
     """
-    vector = PETSc.Vec().createWithArray(np.random.default_rng(SEED).uniform(-1, 1, system.size), comm=PETSc.COMM_SELF)
-    eps.setInitialSpace(vector)
+    eps.setInitialSpace(start)
     eps.solve()
     if eps.getConvergedReason() <= 0 or eps.getConverged() < count:
         found = name_of(SLEPc.EPS.ConvergedReason, eps.getConvergedReason())
         where = f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg"
         raise SolverError(f"{eps.getConverged()} of {count} modes converged {where} (SLEPc says {found})")
     values = np.array([eps.getEigenvalue(i).real for i in range(count)])
-    order, shapes = np.argsort(values), np.empty((count, system.size))
+    order, shapes, vector = np.argsort(values), np.empty((count, system.size)), start.duplicate()
     for place, i in enumerate(order):
         eps.getEigenvector(int(i), vector)
         shapes[place] = vector.array_r
