@@ -38,7 +38,8 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     nodes = [member_nodes(scene, label).tolist() for label in scene.members()]
     shapes = [effect.name for effect in active(scene) if effect.beams is not None]
     parts = [getattr(scene, key) for key in OF_LINKS]
-    return parts, nodes, shapes, most_recovered(scene), scene.analysis.reduction, scene.analysis.cutoff
+    reduction = scene.analysis.reduction
+    return parts, nodes, shapes, reduction, scene.analysis.cutoff, reduction != "none" and most_recovered(scene)
 
 
 def stress_stiffened(scene: Scene) -> bool:

@@ -77,7 +77,9 @@ def _positions(scene: Scene, common: CommonParts) -> int:
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
         return POSITIONS
     most = MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
-    return positions_for_corners(scene, common.linkage(scene), POSITIONS, most)
+    linkage = common.linkage(scene)
+    linkage.branch(scene.drive_angles(analysis.sub_intervals))  # as far as the run follows it
+    return positions_for_corners(scene, linkage, POSITIONS, most)
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
