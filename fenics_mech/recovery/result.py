@@ -9,6 +9,7 @@ import os
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar, Self
 
@@ -90,7 +91,7 @@ class Result(Saved):
     KIND: ClassVar[str] = "result"
     ENGINE: ClassVar[str] = "h5netcdf"
 
-    @property
+    @cached_property
     def scene(self) -> Scene:
         """The scene that was analysed."""
         return stored_scene(self.data)
