@@ -177,6 +177,7 @@ def test_computer_without_a_compiler_is_told_so(tmp_path, monkeypatch):
 LIMITED = """
 import resource, sys
 from mpi4py import MPI
+sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv.pop(1)),) * 2)
 from fenics_mech.__main__ import main
 main()
