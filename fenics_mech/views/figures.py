@@ -131,7 +131,8 @@ def _write(figure: Figure, path: Path) -> None:
     if path.suffix.lower() != ".png":
         figure.savefig(path)
         return
-    canvas = FigureCanvasAgg(figure)
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)  # that of the layout, which has measured the texts
     canvas.draw()
     picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     picture.save(path, dpi=(RESOLUTION, RESOLUTION), compress_level=3)
