@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import ADVICE
@@ -105,16 +105,27 @@ class Matrices:
 
     @cached_property
     def loss(self) -> float:
-        """Least loss factor of the modes at the first angle, twice a damping ratio; 0 where there are no modes."""
-        mass, stiffness, first = self.mass.dense(0), self.stiffness.dense(0), 0
-        if self.modal is not None and self.modal.few:  # the faster modes are not damped, as they do not vibrate
-            first = self.mass.size - self.modal.outward.shape[1]
-        try:  # 1 over omega^2, and Phi^T 2K Phi = 1
-            squares, shapes = eigh(mass + mass.T, stiffness + stiffness.T, subset_by_index=(first, self.mass.size - 1))
-        except np.linalg.LinAlgError:
+        """Least loss factor of the modes at the first angle, twice a damping ratio; 0 where there are no modes.
+
+        Of many coordinates the slow modes are looked at. Where few modes are damped, it is those up to half the
+        frequency of the fastest: the others do not vibrate.
+        """
+        size, modal = self.mass.size, self.modal
+        if len(not_positive(self.stiffness[:1])):
             return 0.0
+        count = size if size <= MANY else MANY // 3
+        if modal is not None and modal.few:
+            count = min(count, modal.outward.shape[1])
+        mass, stiffness = self.mass.symmetric.at(0), self.stiffness.symmetric.at(0)
+        if count < size / 3:  # 1 over omega^2, and Phi^T K Phi = 1
+            inverse = LinearOperator(mass.shape, splu(stiffness.tocsc()).solve, dtype=float)
+            squares, shapes = eigsh(mass, count, stiffness, Minv=inverse, which="LA", v0=np.ones(size))
+        else:
+            squares, shapes = eigh(mass.toarray(), stiffness.toarray(), subset_by_index=(size - count, size - 1))
         moves = squares > np.finfo(float).eps * squares[-1]
-        work = 2 * np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
+        if modal is not None and modal.few:
+            moves &= squares >= min(4 * squares[0], squares[-1])
+        work = np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
         return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
 
 
