@@ -25,7 +25,7 @@ from fenics_mech.mechanism.system import System
 KEPT = 14  # numbers of a nonzero that a solver holds at each position, beside its factors
 OF_MODE = 40  # the same of a coordinate, for each mode that is damped
 OF_COORDINATE = 300  # the same of a coordinate, with its factors: rough, for meshes that are not yet made
-OF_DAMPED = 700  # the same with damping of modes
+OF_DAMPED = 1000  # the same with damping of modes
 
 
 @dataclass(frozen=True)

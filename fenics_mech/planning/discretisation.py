@@ -17,7 +17,7 @@ from fenics_mech.scene.meshing import with_elements
 STAGES = 3
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (STAGES,)}  # of a periodic response
 MOST_SPARSE = 5e6  # steps times the coordinates: 30 microseconds each, as a rough measure
-MOST_DAMPED = 6e5  # the same with damping of modes: 230 microseconds each
+MOST_DAMPED = 4e5  # the same with damping of modes: 350 microseconds each
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
 GREW = 1.2  # ratio of two numbers, below which their errors show no convergence order
 LEAST_ORDER = 0.25  # measured, below which an observed order is none

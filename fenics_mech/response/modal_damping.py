@@ -17,7 +17,7 @@ from fenics_mech.mechanism.modal_forces import FEW
 from fenics_mech.scene import Scene
 
 SMALL = 40  # coordinates, up to which all modes are damped: there full matrices are as fast
-FASTEST = 32.0  # times the lowest frequency
+FASTEST, WEAK = 128.0, 0.02  # times the lowest frequency, up to this ratio; more as the root of larger ones
 FADING = 4.0  # the damping fades out over the last quarter
 RESOLVED = 4.0  # rad in a step, up to which steps may resolve a vibration
 INVERSE_ITERATIONS = 6
@@ -48,9 +48,9 @@ class DampedModes:
 def damped_modes(scene: Scene, system: System) -> DampedModes | None:
     """Find which modes are damped in a periodic motion, as many coordinates would make full matrices; None for all.
 
-    These are all that its steps resolve, and those up to 32 times the lowest frequency. Faster ones follow the loads
-    without vibrating: their damping would change the strains of the seed four-bar by 2e-5. Where impulses and jumps
-    make them vibrate, and springs hold them, all are damped.
+    These are all that its steps resolve, and those up to 128 times the lowest frequency. Faster ones follow the loads
+    without vibrating: their damping would change the strains of the seed four-bar by 2e-5, and in a member that is
+    strained little 2e-4 of its own. Where impulses and jumps make them vibrate, and springs hold them, all are damped.
     """
     vibrates = scene.springs or scene.impulses or any(load.jumps for load in scene.loads.values())
     if not np.any(scene.damping.ratio) or system.size <= SMALL or vibrates:
@@ -62,7 +62,8 @@ def damped_modes(scene: Scene, system: System) -> DampedModes | None:
         state /= np.sqrt(np.sum(state * stiffness.times(state), axis=1))[:, None]
     lowest = 1 / np.sqrt(np.sum(state * mass.times(state), axis=1).max())
     resolved = RESOLVED * scene.analysis.sub_intervals / abs(scene.period)
-    fastest = float(lowest) * 2.0 ** math.ceil(math.log2(max(FASTEST, resolved / lowest)))
+    enough = FASTEST * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / WEAK))
+    fastest = float(lowest) * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
     slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
     count = int(np.sum(slower, axis=1).max())
     return DampedModes(count, fastest) if count < FEW * system.size else None
