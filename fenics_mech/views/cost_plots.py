@@ -70,7 +70,7 @@ def cost_figure(cost: Cost) -> Figure:
         f"error_all{where}": f"Relative to the converged solution of {other}",
     }
     return _figure(
-        data, panels, f"What accuracy costs: {data.attrs['title']}{' and of other programs' if of_peers else ''}"
+        data, panels, f"What accuracy costs: {data.attrs['title']}{', beside other programs' if of_peers else ''}"
     )
 
 
