@@ -36,7 +36,8 @@ class _Interrupt:
 
     def end(self) -> None:
         """Say so and leave, without what the libraries do as they are shut down."""
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for number in (signal.SIGALRM, signal.SIGINT):  # the interrupt that was sent again may come only now
+            signal.signal(number, signal.SIG_IGN)
         sys.stderr.write("interrupted\n")
         sys.stderr.flush()
         os._exit(INTERRUPTED)
