@@ -53,7 +53,7 @@ class FewModes:
     def factorise(self, layout: Any, duration: Array, inner: Array, square: Array, factors: Array) -> int:
         """Make the inverse matrices with the factors of the steps; give the first singular step, or -1."""
         stages, size = len(inner), self.arrays[0].shape[2]
-        work = np.empty((stages + 2) * size + 2 * stages * self.count)
+        work = np.empty((stages + 2) * size + stages * self.count)
         parts = duration, inner, square, factors, work
         given = (pointer(self.module, part) for part in parts)
         return int(self.module.lib.factor_modal(layout, self.record, len(duration), *given))

@@ -42,36 +42,36 @@ typedef struct {
 #define LOWER(z) ((p->size + (z)) * S * S)
 #define UPPER(z) ((p->size + p->below_all + (z)) * S * S)
 
-/* Replace a block by its inverse: Gauss-Jordan with exchange of rows. Returns whether it is regular. */
-static int invert(double *a)
+/* Replace a matrix (n, n) by its inverse: Gauss-Jordan with exchange of rows. Returns whether it is regular. */
+static inline int invert(double *a, long n)
 {
-    int moved[S];
-    for (int k = 0; k < S; k++) {
-        int best = k;
-        for (int i = k + 1; i < S; i++)
-            if (fabs(a[BLOCK(i, k)]) > fabs(a[BLOCK(best, k)])) best = i;
+    long moved[n];
+    for (long k = 0; k < n; k++) {
+        long best = k;
+        for (long i = k + 1; i < n; i++)
+            if (fabs(a[i * n + k]) > fabs(a[best * n + k])) best = i;
         moved[k] = best;
-        if (!(fabs(a[BLOCK(best, k)]) > 0.0)) return 0;
-        for (int j = 0; best != k && j < S; j++) {
-            double swap = a[BLOCK(k, j)];
-            a[BLOCK(k, j)] = a[BLOCK(best, j)];
-            a[BLOCK(best, j)] = swap;
+        if (!(fabs(a[best * n + k]) > 0.0)) return 0;
+        for (long j = 0; best != k && j < n; j++) {
+            double swap = a[k * n + j];
+            a[k * n + j] = a[best * n + j];
+            a[best * n + j] = swap;
         }
-        double pivot = 1.0 / a[BLOCK(k, k)];
-        a[BLOCK(k, k)] = 1.0;
-        for (int j = 0; j < S; j++) a[BLOCK(k, j)] *= pivot;
-        for (int i = 0; i < S; i++) {
+        double pivot = 1.0 / a[k * n + k];
+        a[k * n + k] = 1.0;
+        for (long j = 0; j < n; j++) a[k * n + j] *= pivot;
+        for (long i = 0; i < n; i++) {
             if (i == k) continue;
-            double times = a[BLOCK(i, k)];
-            a[BLOCK(i, k)] = 0.0;
-            for (int j = 0; j < S; j++) a[BLOCK(i, j)] -= times * a[BLOCK(k, j)];
+            double times = a[i * n + k];
+            a[i * n + k] = 0.0;
+            for (long j = 0; j < n; j++) a[i * n + j] -= times * a[k * n + j];
         }
     }
-    for (int k = S - 1; k >= 0; k--)
-        for (int i = 0; moved[k] != k && i < S; i++) {
-            double swap = a[BLOCK(i, k)];
-            a[BLOCK(i, k)] = a[BLOCK(i, moved[k])];
-            a[BLOCK(i, moved[k])] = swap;
+    for (long k = n - 1; k >= 0; k--)
+        for (long i = 0; moved[k] != k && i < n; i++) {
+            double swap = a[i * n + k];
+            a[i * n + k] = a[i * n + moved[k]];
+            a[i * n + moved[k]] = swap;
         }
     return 1;
 }
@@ -98,7 +98,7 @@ long factor(const pattern *p, long steps, const double *mass, const double *damp
         for (long i = 0; i < p->size; i++) {
             double *d = b + i * S * S;
             long many = p->first[i + 1] - p->first[i];
-            if (!invert(d) && singular < 0) singular = k;
+            if (!invert(d, S) && singular < 0) singular = k;
             for (long z = p->first[i]; z < p->first[i + 1]; z++) { /* blocks of L: times the inverse */
                 double *l = b + LOWER(z), row[S];
                 for (int r = 0; r < S; r++) {
@@ -201,6 +201,14 @@ FAST static void add(long n, double factor, const double *a, double *sum)
     for (long i = 0; i < n; i++) sum[i] += factor * a[i];
 }
 
+/* The modes' rates y (count, S) at point j of a step, by q' and q. */
+static void rates_at(const pattern *p, const modal *d, long step, int j, const double *rate, const double *place, double *y)
+{
+    long n = p->size, at = (step * S + j) * d->count * n;
+    for (long a = 0; a < d->count; a++)
+        y[a * S + j] = dot(n, d->by_rate + at + a * n, rate) + dot(n, d->by_place + at + a * n, place);
+}
+
 /* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is (2 size,). */
 static void rates_of(const pattern *p, const modal *d, long step, double h, const double *inner, const double *square,
                      const double *x, double *y, double *work)
@@ -208,7 +216,6 @@ static void rates_of(const pattern *p, const modal *d, long step, double h, cons
     long n = p->size;
     double *rate = work, *place = work + n;
     for (int j = 0; j < S; j++) {
-        long at = (step * S + j) * d->count * n;
         for (long i = 0; i < n; i++) {
             const double *made = x + (long)p->turn[i] * S;
             double first = 0.0, second = 0.0;
@@ -219,8 +226,7 @@ static void rates_of(const pattern *p, const modal *d, long step, double h, cons
             rate[i] = h * first;
             place[i] = h * h * second;
         }
-        for (long a = 0; a < d->count; a++)
-            y[a * S + j] = dot(n, d->by_rate + at + a * n, rate) + dot(n, d->by_place + at + a * n, place);
+        rates_at(p, d, step, j, rate, place, y);
     }
 }
 
@@ -234,12 +240,12 @@ static void brake(const pattern *p, const modal *d, long step, int j, const doub
 }
 
 /* Invert the equations of the modes' rates in every step, 1 + V B^-1 U with the factors of B. work is
-   (S (size + count) + 2 size + S count,). Returns the first step where they are singular, or -1. */
+   ((S + 2) size + S count,). Returns the first step where they are singular, or -1. */
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work)
 {
     long n = p->size, m = d->count * S, singular = -1;
-    double *x = work, *y = work + n * S, *more = y + m, *row = more + 2 * n;
+    double *x = work, *y = work + n * S, *more = y + m;
     for (long k = 0; k < steps; k++) {
         double *a = d->inverse + k * m * m;
         for (long column = 0; column < m; column++) {
@@ -251,18 +257,7 @@ long factor_modal(const pattern *p, const modal *d, long steps, const double *du
             rates_of(p, d, k, duration[k], inner, square, x, y, more);
             for (long i = 0; i < m; i++) a[i * m + column] = y[i] + (i == column);
         }
-        for (long c = 0; c < m; c++) { /* Gauss-Jordan: the matrix is 1 and what damping adds to it */
-            double pivot = a[c * m + c];
-            if (!(fabs(pivot) > 0.0) && singular < 0) singular = k;
-            a[c * m + c] = 1.0;
-            for (long i = 0; i < m; i++) row[i] = a[c * m + i] /= pivot;
-            for (long r = 0; r < m; r++) {
-                if (r == c) continue;
-                double times = a[r * m + c];
-                a[r * m + c] = 0.0;
-                add(m, -times, row, a + r * m);
-            }
-        }
+        if (!invert(a, m) && singular < 0) singular = k;
     }
     return singular;
 }
@@ -299,10 +294,10 @@ void march(const pattern *p, long first, long last, const double *damping, const
                     sum -= s[e] * place[p->columns[e]] + c[e] * rate[p->columns[e]];
                 x[(long)p->turn[i] * S + j] = sum;
             }
-            long at = (k * S + j) * n * (m / S);
-            for (long a = 0; a < m / S; a++)
-                y[a * S + j] = dot(n, modes->by_rate + at + a * n, rate) + dot(n, modes->by_place + at + a * n, place);
-            if (m) brake(p, modes, k, j, y, x, free);
+            if (m) {
+                rates_at(p, modes, k, j, rate, place, y);
+                brake(p, modes, k, j, y, x, free);
+            }
         }
         substitute(p, factors + k * p->blocks * S * S, x);
         if (m) { /* the modes' rates by the accelerations */
