@@ -16,15 +16,24 @@ from fenics_mech.mechanism.matrices import not_positive
 from fenics_mech.mechanism.modal_forces import FEW
 from fenics_mech.scene import Scene
 
-SMALL = 40  # coordinates, up to which all modes are damped: there full matrices are as fast
-FASTEST, WEAK = 128.0, 0.02  # times the lowest frequency, up to this ratio; more as the root of larger ones
-FADING = 4.0  # the damping fades out over the last quarter
-RESOLVED = 4.0  # rad in a step, up to which steps may resolve a vibration
-INVERSE_ITERATIONS = 6
-AT_A_TIME = 20  # angles, whose shapes are alike and stay in the processor's cache
-MORE_SHAPES = 8  # beside those wanted
-MOST_ITERATIONS = 60
-CONVERGED = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
+
+@dataclass(frozen=True)
+class DampedModesLimits:
+    """Which modes are damped, and how exactly they are found."""
+
+    small: int = 40  # coordinates, up to which all modes are damped: there full matrices are as fast
+    fastest: float = 128.0  # times the lowest frequency; measured: 2e-4 of a member that is strained little
+    weak: float = 0.02  # ratio up to which that is enough; beyond it is more, as the root of the ratio
+    resolved: float = 4.0  # rad in a step, up to which steps may resolve a vibration
+    fading: float = 4.0  # the damping fades out over the last quarter
+    passes: int = 6  # of inverse iteration, for the lowest frequency
+    at_a_time: int = 20  # angles, whose shapes are alike and stay in the processor's cache
+    more_shapes: int = 8  # beside those wanted
+    most_iterations: int = 60
+    converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
+
+
+LIMITS = DampedModesLimits()
 
 
 def damping_ratios(scene: Scene, omega: Array) -> Array:
@@ -42,7 +51,7 @@ class DampedModes:
 
     def share(self, omega: Array) -> Array:
         """Share 0..1 of its damping that a mode has. It fades out, so that damping is smooth where modes cross."""
-        return np.clip(FADING * (1 - omega / self.fastest), 0.0, 1.0)
+        return np.clip(LIMITS.fading * (1 - omega / self.fastest), 0.0, 1.0)
 
 
 def damped_modes(scene: Scene, system: System) -> DampedModes | None:
@@ -53,20 +62,25 @@ def damped_modes(scene: Scene, system: System) -> DampedModes | None:
     strained little 2e-4 of its own. Where impulses and jumps make them vibrate, and springs hold them, all are damped.
     """
     vibrates = scene.springs or scene.impulses or any(load.jumps for load in scene.loads.values())
-    if not np.any(scene.damping.ratio) or system.size <= SMALL or vibrates:
+    if not np.any(scene.damping.ratio) or system.size <= LIMITS.small or vibrates:
         return None
+    enough = LIMITS.fastest * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / LIMITS.weak))
+    resolved = LIMITS.resolved * scene.analysis.sub_intervals / abs(scene.period)
     mass, stiffness = system.once("held matrices", lambda: _held(system))
+    return system.once("damped modes", lambda: _up_to(mass, stiffness, enough, resolved), (enough, resolved))
+
+
+def _up_to(mass: Stack, stiffness: Stack, enough: float, resolved: float) -> DampedModes | None:
+    """Modes up to so many times the lowest frequency, and to one that is resolved (rad/s); None if they are many."""
     state = np.random.default_rng(0).standard_normal(mass.diagonal.shape)
-    for _ in range(INVERSE_ITERATIONS):
+    for _ in range(LIMITS.passes):
         state = stiffness.solve(mass.times(state))
         state /= np.sqrt(np.sum(state * stiffness.times(state), axis=1))[:, None]
     lowest = 1 / np.sqrt(np.sum(state * mass.times(state), axis=1).max())
-    resolved = RESOLVED * scene.analysis.sub_intervals / abs(scene.period)
-    enough = FASTEST * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / WEAK))
     fastest = float(lowest) * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
     slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
     count = int(np.sum(slower, axis=1).max())
-    return DampedModes(count, fastest) if count < FEW * system.size else None
+    return DampedModes(count, fastest) if count < FEW * mass.size else None
 
 
 def modal_damping(scene: Scene, system: System, modes: DampedModes | None = None) -> Array | None:
@@ -117,10 +131,10 @@ def _held(system: System) -> tuple[Stack, Stack]:
 def _of_slowest(scene: Scene, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
     """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
     count = modes.count
-    width = min(mass.size, count + max(MORE_SHAPES, count // 2))
+    width = min(mass.size, count + max(LIMITS.more_shapes, count // 2))
     shapes, found = np.random.default_rng(0).standard_normal((1, width, mass.size)), []
-    for first in range(0, len(mass), AT_A_TIME):
-        part = slice(first, first + AT_A_TIME)
+    for first in range(0, len(mass), LIMITS.at_a_time):
+        part = slice(first, first + LIMITS.at_a_time)
         squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
         times = np.sqrt(squares)
         ratios = damping_ratios(scene, times) * modes.share(1 / times)
@@ -139,7 +153,7 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
         ``(angles, shapes, coordinates)``.
     """
     shapes, squares = np.broadcast_to(start, (len(mass), *start.shape)), np.zeros((len(mass), count))
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(LIMITS.most_iterations):
         shapes = stiffness.solve(mass.times(shapes))
         lower = np.linalg.cholesky(shapes @ stiffness.times(shapes).transpose(0, 2, 1))
         shapes = np.linalg.inv(lower) @ shapes
@@ -147,7 +161,7 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
         every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
         squares, turn = every[:, : -count - 1 : -1], turn[..., ::-1].transpose(0, 2, 1)
         shapes, moved = turn @ shapes, turn @ moved
-        if np.all(np.abs(squares - before) < CONVERGED * squares):
+        if np.all(np.abs(squares - before) < LIMITS.converged * squares):
             break
     return squares, shapes, moved
 
