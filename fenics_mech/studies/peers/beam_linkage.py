@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.eigenmodes.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import Scene
@@ -117,11 +118,7 @@ def with_material_damping(scene: Scene) -> Scene:
     if damping.external or damping.relative or damping.air:
         raise SceneError("other programs are given damping of modes or material", place="damping")
     ratio = damping.ratio if isinstance(damping.ratio, float) else damping.ratio[0]
-    slowest = min(
-        (math.pi / math.dist(*scene.member_ends(label))) ** 2 * math.sqrt(section.bending[0] / section.line_density[0])
-        for label in scene.members()
-        for section in [scene.rigidity(label, np.array([0.5]))]
-    )
+    slowest = 2 * math.pi * min(float(each[0]) for each in simply_supported_frequencies(scene).values())
     return scene.changed(damping={"material": damping.material + 2 * ratio / slowest})
 
 
