@@ -141,10 +141,12 @@ def _modal_damping(equation: Equation, q: Array, rate: Array, v: Array) -> Modal
     """Give the forces of modal damping at a state with the nodal displacement v; None where there are none."""
     if (modal := equation.modal) is None:
         return None
-    rates, on_bent_axis, linear = modal.rates(q, rate), None, equation.linear.modal
+    system, linear, rates, on_bent_axis = equation.system, equation.linear.modal, modal.rates(q, rate), None
     assert linear is not None
+    forces = linear.forces(rates)
+    strain = equation.links_stiffness.solve(forces)
     if isinstance(modal, NonlinearModalForces):
         on_bent_axis = modal.law.on_elements.turned(modal.tension(rates), v)
-    system, forces = equation.system, (linear.forces(rates), modal.of(q, rate))
-    strain, acceleration = equation.links_stiffness.solve(forces[0]), equation.linear.mass.solve(forces[1])
+        forces = forces + modal.on_bent_axis(rates, q)
+    acceleration = equation.linear.mass.solve(forces)
     return ModalDamping(system.to_links(strain), system.to_links(acceleration), on_bent_axis)

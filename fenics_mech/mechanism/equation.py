@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fenics_mech._arrays import Array, Index, summed
+from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import require_memory
 from fenics_mech._sparse import DENSE, Congruence, Stack
 from fenics_mech.effects import Entries
@@ -254,9 +254,7 @@ class Equation:
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates `dofs`, ``(angles, strings, n)``, to the mechanism's."""
-        transformation = self.system.transformation
-        whole = summed(forces.reshape(len(forces), -1), dofs.ravel(), transformation.shape[0])
-        return transformation.backward(self.jets[0], whole)
+        return self.system.transformation.backward_at(self.jets[0], dofs, forces)
 
     def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
         """Displacement v and its velocity v' over the links' coordinates, each ``(angles, links' coordinates)``."""

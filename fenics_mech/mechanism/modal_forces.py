@@ -106,23 +106,28 @@ class NonlinearModalForces:
         (p, turned), forward = self.jets, self.transformation.forward
         return forward(p, q), forward(p, rate) + forward(turned, q)
 
-    def _bending(self, v: Array, v_rate: Array) -> Array:
-        """Give ``N s``, ``(angles, modes)``."""
-        added = np.sum(self.law.gradient(v) * v_rate[:, self.law.dofs], axis=-1)
-        return np.einsum("tms,ts->tm", self.axial, added)
+    def _bending(self, gradient: Array, v_rate: Array) -> Array:
+        """Give ``N s``, ``(angles, modes)``, with the gradient of what bending adds to the strings' elongation."""
+        return np.einsum("tms,ts->tm", self.axial, np.sum(gradient * v_rate[:, self.law.dofs], axis=-1))
 
     def rates(self, q: Array, rate: Array) -> Array:
         """Give y of q and q', ``(angles, modes)``."""
-        return self.linear.rates(q, rate) + self._bending(*self._links(q, rate))
+        v, v_rate = self._links(q, rate)
+        return self.linear.rates(q, rate) + self._bending(self.law.gradient(v), v_rate)
 
     def tension(self, rates: Array) -> Array:
         """Give the axial force of each string that goes with y (N), ``(angles, strings)``."""
         return np.einsum("tms,tm->ts", self.axial, rates)
 
+    def on_bent_axis(self, rates: Array, q: Array) -> Array:
+        """Give the forces of the strings' tension on the bent axis, ``(angles, coordinates)``, of y and q."""
+        v = self.transformation.forward(self.jets[0], q)
+        return self._on_coordinates(self.tension(rates)[..., None] * self.law.gradient(v))
+
     def of(self, q: Array, rate: Array) -> Array:
         """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'."""
-        rates, gradient = self.rates(q, rate), self.law.gradient(self._links(q, rate)[0])
-        return self.linear.forces(rates) + self._on_coordinates(self.tension(rates)[..., None] * gradient)
+        rates = self.rates(q, rate)
+        return self.linear.forces(rates) + self.on_bent_axis(rates, q)
 
     def linearised(self, q: Array, rate: Array) -> tuple[ModalForces, Array, Array]:
         """Linearise about a state.
@@ -133,9 +138,10 @@ class NonlinearModalForces:
             The linear forces, the strings' tension that adds to their stiffness (N), ``(angles, strings)``, and the
             load with which they are exact at the state, ``(angles, coordinates)``.
         """
-        v, v_rate = self._links(q, rate)
-        bending, rates = self._bending(v, v_rate), self.rates(q, rate)
-        (p, turned), tension, gradient = self.jets, self.tension(rates), self.law.gradient(v)
+        (p, turned), (v, v_rate) = self.jets, self._links(q, rate)
+        gradient = self.law.gradient(v)
+        bending = self._bending(gradient, v_rate)
+        tension = self.tension(self.linear.rates(q, rate) + bending)
         outward = self.linear.outward + self._by_mode((p, gradient))
         by_place = self._by_mode((turned, gradient), (p, self.law.gradient(v_rate)))
         forces = ModalForces(outward, outward, self.linear.by_place + by_place)
@@ -168,6 +174,5 @@ class NonlinearModalForces:
 
     def _on_coordinates(self, forces: Array) -> Array:
         """Carry forces on the strings, ``(angles, strings, n)``, to the coordinates."""
-        whole = summed(forces.reshape(len(forces), -1), self.law.dofs.ravel(), self.transformation.shape[0])
-        found = self.transformation.backward(self.jets[0], whole)
+        found = self.transformation.backward_at(self.jets[0], self.law.dofs, forces)
         return np.pad(found, ((0, 0), (0, self.linear.outward.shape[2] - found.shape[1])))  # a twist strains nothing

@@ -151,6 +151,10 @@ class Transformation:
         """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``."""
         return summed(values * force[..., self.rows], self.columns, len(self.names))
 
+    def backward_at(self, values: Array, dofs: Index, force: Array) -> Array:
+        """``P^T force`` of forces on some of the links' coordinates, ``(angles, ...)`` of the shape of `dofs`."""
+        return self.backward(values, summed(force.reshape(len(force), -1), dofs.ravel(), self.shape[0]))
+
     def displacement_by_gaps(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
         """Links' coordinates, ``(angles, links' coordinates)``, where q is 0 and members are off their travelling pins.
 

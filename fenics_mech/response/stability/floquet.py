@@ -156,8 +156,8 @@ def floquet(
     limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
     followed = 0 < flow.matrices.growth * float(np.max(flow.step)) < STABILITY.longest_step
-    many = damped is not None and 2 * n > FEW_STATES and not diverging
-    for (values, states), every in eigenpairs(flow, damped() if damped and many else None, options or {}):
+    slow = damped() if damped is not None and 2 * n > FEW_STATES and not diverging else None
+    for (values, states), every in eigenpairs(flow, slow, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.pace)
         if followed and damped is not None:
             judged = judged[[abs(values[i]) <= 1 or _grows(damped(), states[i]) for i in judged]]

@@ -27,11 +27,10 @@ class Instant:
         v, v_rate = self._in_links(p, first, z, rate)
         ends = law.force(v, v_rate)
         if modal:  # C and K hold the linear part
-            outward, by_place, axial = modal
             gradient = law.gradient(v)
-            bending = axial @ np.sum(gradient * (p @ rate + first @ z)[law.dofs], axis=-1)[0]
-            residual += outward.T @ bending
-            ends = ends + ((outward @ rate + by_place @ z + bending) @ axial)[:, None] * gradient
+            bending, tension = self._modal_rates(shape, gradient, z, rate)
+            residual += modal[0].T @ bending
+            ends = ends + tension[:, None] * gradient
         return residual + np.bincount(law.dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
 
     def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
@@ -45,10 +44,9 @@ class Instant:
         _, by_v, by_rate = law.linearised(v, v_rate, law.tension(v, v_rate))
         here, turned = p[law.dofs], first[law.dofs]
         if modal:
-            (outward, by_place, axial), strain_rate = modal, p @ rate + first @ z
-            gradient, gained = law.gradient(v), law.gradient(strain_rate[None])
-            bending = axial @ np.sum(gradient * strain_rate[law.dofs], axis=-1)[0]
-            by_v = by_v + ((outward @ rate + by_place @ z + bending) @ axial)[:, None, None] * law.bow
+            outward, by_place, axial = modal
+            gradient, gained = law.gradient(v), law.gradient((p @ rate + first @ z)[None])
+            by_v = by_v + self._modal_rates(shape, gradient, z, rate)[1][:, None, None] * law.bow
             steeper = axial @ np.einsum("sn,snj->sj", gradient[0], here)
             turning = axial @ (np.einsum("sn,snj->sj", gradient[0], turned) + np.einsum("sn,snj->sj", gained[0], here))
             whole = outward + steeper
@@ -59,6 +57,13 @@ class Instant:
         moved = by_rate[0] @ turned if self.coefficients.coupled else 0.0
         stiffness = stiffness + back @ (by_v[0] @ here + moved).reshape(-1, len(z))
         return mass, damping, stiffness
+
+    def _modal_rates(self, shape: list[Array], gradient: Array, z: Array, rate: Array) -> tuple[Array, Array]:
+        """What bending adds to the modes' rates, and the strings' tension by them; see `NonlinearModalForces`."""
+        (p, first, outward, by_place, axial), law = shape, self.coefficients.law
+        assert law is not None
+        bending = axial @ np.sum(gradient * (p @ rate + first @ z)[law.dofs], axis=-1)[0]
+        return bending, (outward @ rate + by_place @ z + bending) @ axial
 
     def _in_links(self, p: Array, first: Array, z: Array, rate: Array) -> tuple[Array, Array]:
         """Give v and v' of the links, ``(1, links' coordinates)``; v' counts P' with the coupling only."""
