@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._sparse.kernels import pointer
+from fenics_mech._sparse.kernels import LANES, pointer
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,8 @@ class FewModes:
     def factorise(self, layout: Any, duration: Array, inner: Array, square: Array, factors: Array) -> int:
         """Make the inverse matrices with the factors of the steps; give the first singular step, or -1."""
         stages, size = len(inner), self.arrays[0].shape[2]
-        work = np.empty((stages + 2) * size + stages * self.count)
+        numbers = stages * self.count
+        work = np.empty((stages + 2) * size * LANES + numbers * (numbers + LANES))
         parts = duration, inner, square, factors, work
         given = (pointer(self.module, part) for part in parts)
         return int(self.module.lib.factor_modal(layout, self.record, len(duration), *given))

@@ -1,5 +1,6 @@
 /* Sparse matrices of one pattern at many positions: their products with the transformation, their factors, and the march
-   of a state through the steps of a cycle. S is the number of stages of a step, set as the file is compiled.
+   of a state through the steps of a cycle. S is the number of stages of a step, LANES that of right-hand sides that are
+   solved for at once; they are set as the file is compiled.
 
    An unknown of a step is a block of S numbers, one a stage. Blocks are eliminated in a fixed order that keeps the factors
    sparse; rows are exchanged within a block only. Blocks are numbered: the diagonal ones by their turn, then those below
@@ -37,13 +38,15 @@ typedef struct {
 #else
 #define FAST
 #endif
+/* Numbers of several right-hand sides, which a processor takes at once. */
+typedef double lanes __attribute__((vector_size(8 * LANES), aligned(8)));
 
 #define BLOCK(i, j) ((i) * S + (j))
 #define LOWER(z) ((p->size + (z)) * S * S)
 #define UPPER(z) ((p->size + p->below_all + (z)) * S * S)
 
 /* Replace a matrix (n, n) by its inverse: Gauss-Jordan with exchange of rows. Returns whether it is regular. */
-static inline int invert(double *a, long n)
+static inline __attribute__((always_inline)) int invert(double *a, long n)
 {
     long moved[n];
     for (long k = 0; k < n; k++) {
@@ -74,6 +77,11 @@ static inline int invert(double *a, long n)
             a[i * n + moved[k]] = swap;
         }
     return 1;
+}
+
+FAST static int invert_large(double *a, long n)
+{
+    return invert(a, n);
 }
 
 /* Factors of M + h A C + h^2 A^2 K in every step; without C and K, those of M at every position (S = 1).
@@ -130,36 +138,40 @@ long factor(const pattern *p, long steps, const double *mass, const double *damp
 }
 
 /* Solve with the factors of one step; x is (size, S), by the turns of the elimination. */
-static void substitute(const pattern *p, const double *b, double *x)
-{
-    for (long i = 0; i < p->size; i++)
-        for (long z = p->first[i]; z < p->first[i + 1]; z++) {
-            const double *l = b + LOWER(z);
-            double *o = x + (long)p->below[z] * S;
-            for (int r = 0; r < S; r++) {
-                double sum = 0.0;
-                for (int m = 0; m < S; m++) sum += l[BLOCK(r, m)] * x[i * S + m];
-                o[r] -= sum;
-            }
-        }
-    for (long i = p->size - 1; i >= 0; i--) {
-        double y[S];
-        for (int r = 0; r < S; r++) y[r] = x[i * S + r];
-        for (long z = p->first[i]; z < p->first[i + 1]; z++) {
-            const double *u = b + UPPER(z), *o = x + (long)p->below[z] * S;
-            for (int r = 0; r < S; r++) {
-                double sum = 0.0;
-                for (int m = 0; m < S; m++) sum += u[BLOCK(r, m)] * o[m];
-                y[r] -= sum;
-            }
-        }
-        for (int r = 0; r < S; r++) {
-            double sum = 0.0;
-            for (int m = 0; m < S; m++) sum += b[i * S * S + BLOCK(r, m)] * y[m];
-            x[i * S + r] = sum;
-        }
+#define SUBSTITUTE(name, number)                                                                                       \
+    static void name(const pattern *p, const double *b, number *x)                                                     \
+    {                                                                                                                  \
+        for (long i = 0; i < p->size; i++)                                                                             \
+            for (long z = p->first[i]; z < p->first[i + 1]; z++) {                                                     \
+                const double *l = b + LOWER(z);                                                                        \
+                number *o = x + (long)p->below[z] * S;                                                                 \
+                for (int r = 0; r < S; r++) {                                                                          \
+                    number sum = l[BLOCK(r, 0)] * x[i * S];                                                            \
+                    for (int m = 1; m < S; m++) sum += l[BLOCK(r, m)] * x[i * S + m];                                  \
+                    o[r] -= sum;                                                                                       \
+                }                                                                                                      \
+            }                                                                                                          \
+        for (long i = p->size - 1; i >= 0; i--) {                                                                      \
+            number y[S];                                                                                               \
+            for (int r = 0; r < S; r++) y[r] = x[i * S + r];                                                           \
+            for (long z = p->first[i]; z < p->first[i + 1]; z++) {                                                     \
+                const double *u = b + UPPER(z);                                                                        \
+                const number *o = x + (long)p->below[z] * S;                                                           \
+                for (int r = 0; r < S; r++) {                                                                          \
+                    number sum = u[BLOCK(r, 0)] * o[0];                                                                \
+                    for (int m = 1; m < S; m++) sum += u[BLOCK(r, m)] * o[m];                                          \
+                    y[r] -= sum;                                                                                       \
+                }                                                                                                      \
+            }                                                                                                          \
+            for (int r = 0; r < S; r++) {                                                                              \
+                number sum = b[i * S * S + BLOCK(r, 0)] * y[0];                                                        \
+                for (int m = 1; m < S; m++) sum += b[i * S * S + BLOCK(r, m)] * y[m];                                  \
+                x[i * S + r] = sum;                                                                                    \
+            }                                                                                                          \
+        }                                                                                                              \
     }
-}
+SUBSTITUTE(substitute, double)
+FAST SUBSTITUTE(substitute_many, lanes)
 
 /* Products of the matrices at all positions with vectors (positions, many, size). */
 void multiply(const pattern *p, long positions, long many, const double *values, const double *vectors, double *result)
@@ -174,14 +186,22 @@ void multiply(const pattern *p, long positions, long many, const double *values,
     }
 }
 
-/* Replace right-hand sides (positions, many, size) by answers, with factors of S = 1. work is (size,). */
+/* Replace right-hand sides (positions, many, size) by answers, with factors of S = 1. work is (size, LANES). */
 void solve(const pattern *p, long positions, long many, const double *factors, double *right, double *work)
 {
-    for (long k = 0; k < positions * many; k++) {
-        double *column = right + k * p->size;
-        for (long i = 0; i < p->size; i++) work[i] = column[p->order[i]];
-        substitute(p, factors + (k / many) * p->blocks * S * S, work);
-        for (long i = 0; i < p->size; i++) column[p->order[i]] = work[i];
+    long n = p->size;
+    for (long k = 0; k < positions; k++) {
+        const double *b = factors + k * p->blocks * S * S;
+        for (long done = 0, count; done < many; done += count) {
+            double *column = right + (k * many + done) * n;
+            count = many - done < LANES ? 1 : LANES;
+            for (long i = 0; i < n; i++)
+                for (long c = 0; c < count; c++) work[i * count + c] = column[c * n + p->order[i]];
+            if (count == 1) substitute(p, b, work);
+            else substitute_many(p, b, (lanes *)work);
+            for (long i = 0; i < n; i++)
+                for (long c = 0; c < count; c++) column[c * n + p->order[i]] = work[i * count + c];
+        }
     }
 }
 
@@ -239,25 +259,59 @@ static void brake(const pattern *p, const modal *d, long step, int j, const doub
     for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j] -= work[i];
 }
 
+/* The modes' rates at point j of a step by accelerations x, (size, S) by turns: into columns of a, whose rows are so long.
+   work is (2 size,). */
+FAST static void rates_of_many(const pattern *p, const modal *d, long step, int j, double h, const double *inner,
+                               const double *square, const lanes *x, double *a, long row, lanes *work)
+{
+    long n = p->size, at = (step * S + j) * d->count * n;
+    lanes *rate = work, *place = work + n;
+    for (long i = 0; i < n; i++) {
+        const lanes *made = x + (long)p->turn[i] * S;
+        rate[i] = h * inner[BLOCK(j, 0)] * made[0];
+        place[i] = h * h * square[BLOCK(j, 0)] * made[0];
+        for (int l = 1; l < S; l++) {
+            rate[i] += h * inner[BLOCK(j, l)] * made[l];
+            place[i] += h * h * square[BLOCK(j, l)] * made[l];
+        }
+    }
+    for (long b = 0; b < d->count; b++) {
+        const double *g = d->by_rate + at + b * n, *by_place = d->by_place + at + b * n;
+        lanes first = g[0] * rate[0], second = by_place[0] * place[0];
+        for (long i = 1; i < n; i++) {
+            first += g[i] * rate[i];
+            second += by_place[i] * place[i];
+        }
+        *(lanes *)(a + (b * S + j) * row) = first + second;
+    }
+}
+
 /* Invert the equations of the modes' rates in every step, 1 + V B^-1 U with the factors of B. work is
-   ((S + 2) size + S count,). Returns the first step where they are singular, or -1. */
+   ((S + 2) size LANES + S count (S count + LANES),). Returns the first step where they are singular, or -1. */
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work)
 {
-    long n = p->size, m = d->count * S, singular = -1;
-    double *x = work, *y = work + n * S, *more = y + m;
+    long n = p->size, m = d->count * S, singular = -1, row = m + LANES; /* the last columns may be no one's */
+    lanes *x = (lanes *)work, *more = x + n * S;
+    double *wide = work + (S + 2) * n * LANES;
     for (long k = 0; k < steps; k++) {
         double *a = d->inverse + k * m * m;
-        for (long column = 0; column < m; column++) {
-            memset(x, 0, sizeof(double) * n * S);
-            memset(y, 0, sizeof(double) * m);
-            y[column] = -1.0;
-            brake(p, d, k, (int)(column % S), y, x, more);
-            substitute(p, factors + k * p->blocks * S * S, x);
-            rates_of(p, d, k, duration[k], inner, square, x, y, more);
-            for (long i = 0; i < m; i++) a[i * m + column] = y[i] + (i == column);
+        for (long column = 0; column < m; column += LANES) {
+            memset(x, 0, sizeof(double) * n * S * LANES);
+            for (long c = 0; c < LANES && column + c < m; c++) { /* a unit rate of a mode at a point */
+                long j = (column + c) % S;
+                const double *force = d->outward + ((k * S + j) * d->count + (column + c) / S) * n;
+                for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j][c] = force[i];
+            }
+            substitute_many(p, factors + k * p->blocks * S * S, x);
+            for (int j = 0; j < S; j++)
+                rates_of_many(p, d, k, j, duration[k], inner, square, x, wide + column, row, more);
         }
-        if (!invert(a, m) && singular < 0) singular = k;
+        for (long i = 0; i < m; i++) {
+            memcpy(a + i * m, wide + i * row, sizeof(double) * m);
+            a[i * m + i] += 1.0;
+        }
+        if (!invert_large(a, m) && singular < 0) singular = k;
     }
     return singular;
 }

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fenics_mech._compiling import compile_safely
 
 SOURCE = Path(__file__).with_name("kernels.c")
+LANES = 4  # right-hand sides that are solved for at once: a register of a processor
 DECLARED = """
 typedef struct {
     long size, entries, blocks, below_all;
@@ -58,7 +59,7 @@ def kernels(stages: int) -> Any:
     SolverError
         When there is no C compiler.
     """
-    text = f"#define S {stages}\n{SOURCE.read_text(encoding='utf-8')}"
+    text = f"#define S {stages}\n#define LANES {LANES}\n{SOURCE.read_text(encoding='utf-8')}"
     name = f"fenics_mech_kernels_{hashlib.sha256((text + DECLARED + sys.version).encode()).hexdigest()[:16]}"
     return compile_safely(lambda folder: _loaded(folder, name, text))
 

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import require_memory
-from fenics_mech._sparse.kernels import kernels, pointer
+from fenics_mech._sparse.kernels import LANES, kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
 from fenics_mech.errors import SolverError
 
@@ -171,7 +171,7 @@ class Factors:
     def solve(self, right: Array) -> Array:
         """Solve for right-hand sides ``(positions, ..., size)``; answers have their shape."""
         answer = np.array(right, dtype=float, order="C")
-        module, work = kernels(1), np.empty(self.pattern.size)
+        module, work = kernels(1), np.empty(LANES * self.pattern.size)
         many = answer.size // max(1, len(answer) * answer.shape[-1])
         arrays = (pointer(module, part) for part in (self.values, answer, work))
         module.lib.solve(self.pattern.layout.of(module), len(answer), many, *arrays)

@@ -22,8 +22,9 @@ from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis_options import MOST_STATIONS
 
-LARGEST_STEP, MARGIN = 4.0, 1.05  # by which a number grows in a round, and by how much more than it should
+LARGEST_STEP, MARGIN = 4.0, 1.2  # by which a number grows in a round, and by how much more than it should
 FEWEST_STEPS, FEWEST_STATIONS = 24, 11
 FEWEST_ELEMENTS = 2
 WORDS = {
@@ -254,7 +255,16 @@ def _refuse_unknown(scene: Scene) -> None:
 
 def _start(scene: Scene, common: CommonParts) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
-    return Discretisation(FEWEST_ELEMENTS, _fewest_steps(scene, common), FEWEST_STATIONS)
+    return Discretisation(FEWEST_ELEMENTS, _fewest_steps(scene, common), _fewest_stations(scene))
+
+
+def _fewest_stations(scene: Scene) -> int:
+    """Give the stations to begin with, as they cost little: those between which a half-wave hides its share.
+
+    At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
+    """
+    hidden = SEARCH.share * min(scene.tolerances.values())
+    return max(FEWEST_STATIONS, min(MOST_STATIONS, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
 
 def _jumping(scene: Scene) -> bool:

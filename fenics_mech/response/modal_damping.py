@@ -31,6 +31,7 @@ class DampedModesLimits:
     more_shapes: int = 8  # beside those wanted
     most_iterations: int = 60
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
+    smooth: float = 1e-4  # of the damping: by how much four and six positions may differ between them
 
 
 LIMITS = DampedModesLimits()
@@ -116,6 +117,50 @@ def modal_damping(scene: Scene, system: System, modes: DampedModes | None = None
     if modes is None:
         return system.once("modal damping", lambda: _of_all(scene, mass, stiffness), key)
     return system.once("modal damping", lambda: _of_slowest(scene, mass, stiffness, modes), key)
+
+
+def between_positions(damping: Array, unit: Array, places: Array) -> Array | None:
+    """Interpolate the factor F of modes' damping between equal steps of a closed cycle; None where it is not smooth.
+
+    F is known but for a rotation of its rows. Each position's is turned to be like that of the one before it, as in the
+    orthogonal Procrustes problem (Golub and Van Loan, Matrix Computations, section 6.4.1). Then a polynomial through
+    six positions is taken.
+
+    Parameters
+    ----------
+    damping
+        F at the starts of the steps, ``(steps, modes, coordinates)``.
+    unit
+        What coordinates are multiplied by for their numbers to be alike, ``(coordinates,)``.
+    places
+        Where in every step, 0..1.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        ``(steps x places, modes, coordinates)``.
+    """
+    count, modes, size = damping.shape
+    scaled = damping / unit
+    left, _, right = np.linalg.svd(scaled @ np.roll(scaled, -1, axis=0).transpose(0, 2, 1))
+    turn = left @ right  # makes F of the next position like that of this one
+    alike, turned = {0: damping}, turn
+    for ahead in (1, 2, 3):
+        alike[ahead] = turned @ np.roll(damping, -ahead, axis=0)
+        turned = turned @ np.roll(turn, -ahead, axis=0)
+    turned = back = np.roll(turn, 1, axis=0).transpose(0, 2, 1)
+    for behind in (-1, -2):
+        alike[behind] = turned @ np.roll(damping, -behind, axis=0)
+        turned = turned @ np.roll(back, -behind, axis=0)
+
+    def through(positions: range, place: float) -> Array:
+        weights = [np.prod([(place - j) / (i - j) for j in positions if j != i]) for i in positions]
+        return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
+
+    change = (through(range(-1, 3), 0.5) - through(range(-2, 4), 0.5)) / unit
+    if not np.abs(change).max() <= LIMITS.smooth * np.abs(scaled).max():
+        return None
+    return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, modes, size)
 
 
 def _held(system: System) -> tuple[Stack, Stack]:

@@ -16,8 +16,9 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response.continuation.arc_length import Family, Point, paced
+from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
-from fenics_mech.response.periodic.cycle import Cycle, equation_at_points
+from fenics_mech.response.periodic.cycle import Cycle, system_at_points
 from fenics_mech.response.periodic.steady_state import at_starts
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
@@ -76,7 +77,8 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float], common: CommonP
 
     def equation_at(value: float) -> Equation:
         changed = at(value)
-        return equation_at_points(changed, mechanism(changed, common=common), Steps.of(changed), tableau)
+        there = system_at_points(changed, mechanism(changed, common=common), Steps.of(changed), tableau)
+        return Equation(there, modal_damping(changed, there))
 
     stiffened = any(effect.stress_stiffening and not effect.nonlinear for effect in active(scene))
     polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness

@@ -19,7 +19,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_tension
-from fenics_mech.response.modal_damping import DampedModes, damped_modes, modal_damping
+from fenics_mech.response.modal_damping import DampedModes, between_positions, damped_modes, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.harmonic_balance import Series
@@ -91,10 +91,20 @@ class Cycle:
         """Give the equation at collocation points of all steps."""
         if (scheme, stages) not in self._equations:
             tableau = Tableau.of(scheme, stages)
-            self._equations[scheme, stages] = equation_at_points(
-                self.scene, self.system, self.steps, tableau, self.damped
-            )
+            there = system_at_points(self.scene, self.system, self.steps, tableau)
+            self._equations[scheme, stages] = Equation(there, self._modal_damping(there, tableau))
         return self._equations[scheme, stages]
+
+    def _modal_damping(self, there: System, tableau: Tableau) -> Array | None:
+        """Give the modes' damping at points: from that at the starts of the steps where few modes are damped."""
+        known = None if self.damped is None or not self.steps.regular.all() else self.start.modal_damping
+        if known is not None:
+            unit = np.sqrt(self.start.links_stiffness.diagonal.mean(axis=0))
+            key = str(self.scene.damping.ratio), self.damped
+            found = there.once("damping between", lambda: between_positions(known, unit, tableau.points), key)
+            if found is not None:
+                return found
+        return modal_damping(self.scene, there, self.damped)
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none)."""
@@ -193,14 +203,12 @@ class Cycle:
         return lambda places: series.at(np.abs(self.steps.angles(places, self.scene.cycle_rate)))
 
 
-def equation_at_points(
-    scene: Scene, system: System, steps: Steps, tableau: Tableau, modes: DampedModes | None = None
-) -> Equation:
-    """Give the equation at collocation points of all steps, with damping of some modes, or of all."""
+def system_at_points(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> System:
+    """Give a mechanism at collocation points of all steps."""
     theta = steps.angles(tableau.points, scene.cycle_rate)
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
         raise UnresolvedError(
             "no independent coordinates are well conditioned over the whole cycle. Take other sub_intervals"
         )
-    return Equation(there, modal_damping(scene, there, modes))
+    return there
