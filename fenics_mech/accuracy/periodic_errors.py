@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
-from fenics_mech.accuracy.feedback import fed_back, without_mesh
+from fenics_mech.accuracy.feedback import FEW_IN_TIME, fed_back, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -183,7 +183,7 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
         def again(found: Array) -> Array:
             return carried(finer.carried(found) - flow.carried(found))
 
-        error, _ = fed_back(error, again, np.tile(flow.unit, 2), 0.0, (0.0, 0.0))
+        error, _ = fed_back(error, again, np.tile(flow.unit, 2), 0.0, (0.0, 0.0), few=FEW_IN_TIME)
     return flow.parts(states + error)
 
 
