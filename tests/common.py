@@ -5,13 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
+
 if TYPE_CHECKING:
     from fenics_mech import Result, Scene
+    from fenics_mech.accuracy.estimate import Errors
+    from fenics_mech.response.solution import Solution
 
 ROOT = Path(__file__).parents[1]
 DEMOS = ROOT / "demos"
 
 _results: dict[str, Result] = {}
+_references: dict[str, Result] = {}
 
 
 def analysed(scene: Scene) -> Result:
@@ -22,3 +27,29 @@ def analysed(scene: Scene) -> Result:
     if content not in _results:
         _results[content] = analyse(scene)
     return _results[content]
+
+
+def response_of(scene: Scene) -> Result:
+    """Give the result of a scene without estimates of its errors, which take half of the time; analysed once as well.
+
+    For references, and for tests of the response alone.
+    """
+    from fenics_mech import Result, analyse
+
+    content = scene.model_dump_json()
+    if content not in _references:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("fenics_mech.analysis.estimate", _no_errors)
+            _references[content] = Result(analyse(scene).data.drop_dims("source"))
+    return _references[content]
+
+
+def _no_errors(solution: Solution, *_: object) -> Errors:
+    """Take all errors for 0."""
+    import numpy as np
+
+    from fenics_mech.accuracy.estimate import Errors
+    from fenics_mech.accuracy.quantities import places_of
+
+    sizes = {name: np.ones(len(parts)) for name, parts in places_of(solution.scene).items()}
+    return Errors({name: {"time": 0 * size} for name, size in sizes.items()}, {"time": 0.0}, sizes)

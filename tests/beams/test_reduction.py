@@ -9,7 +9,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.beam_links import links
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 
 CLAMPED = np.array([4.730040744862704, 7.853204624095838, 10.99560783800167])  # Blevins, table 8-1
 REDUCED = {"analysis__reduction": "craig-bampton"}
@@ -21,7 +21,7 @@ SHARES = ("strain", "joint_force", "deflection", "input_torque")
 def furthest(scene, **changes):
     """Largest difference that a change of the scene makes to results, relative to their largest values."""
     scene = scene.changed(analysis__allow_coarse=True, analysis__stability=False)  # on a few elements
-    one, other = analyse(scene).data, analyse(scene.changed(**changes)).data
+    one, other = response_of(scene).data, response_of(scene.changed(**changes)).data
     return max(float(np.abs(one[name] - other[name]).max() / np.abs(one[name]).max()) for name in SHARES)
 
 
@@ -112,9 +112,9 @@ def test_chapter_5_hardly_depends_on_the_coordinates():
 def test_modes_left_out_cost_less_the_higher_they_are():
     quick = {"analysis__sub_intervals": 120, "analysis__stability": False}
     scene = seed_four_bar(effects=("coupling",), mesh__elements=6, **quick)
-    whole = analyse(scene).data["strain"]
+    whole = response_of(scene).data["strain"]
     limits = ("0.2 kHz", "0.5 kHz", "2 kHz", "auto")
-    found = [analyse(scene.changed(**REDUCED, analysis__cutoff=limit)).data["strain"] for limit in limits]
+    found = [response_of(scene.changed(**REDUCED, analysis__cutoff=limit)).data["strain"] for limit in limits]
     errors = [float(np.abs(strain - whole).max() / np.abs(whole).max()) for strain in found]
     assert errors[0] > 3 * errors[1] > 30 * errors[2]
     assert errors[0] < 2e-2

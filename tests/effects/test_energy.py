@@ -12,7 +12,7 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism, scene_modes
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 from tests.demos.machines import crane
 
 REDUCED = {"analysis__reduction": "craig-bampton", "mesh__elements": 8}
@@ -45,7 +45,7 @@ EVERYTHING = {
 
 def imbalance(scene):
     """What is left over in the result's balance of mean powers, over what damping takes."""
-    data = analyse(scene).data
+    data = response_of(scene).data
     causes = dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy()))
     lost = -sum(
         value for cause, value in causes.items() if cause not in ("drive", "drives", "loads", "impulses", "stored")
@@ -143,7 +143,7 @@ def test_dampers_do_their_work_on_the_shortening_of_bent_links():
         analysis__stations=3,
     )
     # 4e-5 of the dampers' power is left at 120 steps, and 2e-6 at 240. Without that work it is 1.3e-4 and 9e-5
-    assert analyse(scene).data.attrs["power_balance_error"] < 6e-5
+    assert response_of(scene).data.attrs["power_balance_error"] < 6e-5
 
 
 @pytest.mark.parametrize("axis", ["neutral", "middle"])
@@ -166,7 +166,7 @@ def test_energy_of_a_motion_in_time_balances_with_what_is_stored():
         gravity=(0.0, -9.81),
     )
     # the energy at the ends is from the state alone, the power from the forces; samples in time leave 2e-4
-    assert analyse(scene).data.attrs["power_balance_error"] < 5e-4
+    assert response_of(scene).data.attrs["power_balance_error"] < 5e-4
 
 
 def test_torque_with_geometric_stiffness_is_that_of_moderate_rotations():
@@ -175,7 +175,7 @@ def test_torque_with_geometric_stiffness_is_that_of_moderate_rotations():
     scene = load(DEMOS / "four_bar.toml").changed(drive__speed=12.0, damping__ratio=0.0, damping__material=1e-3)
     scene = scene.changed(analysis__stability=False, analysis__sub_intervals=120)
     geometric, moderate, linear = (
-        analyse(scene.changed(effects=("coupling", *more))).data["input_torque"].to_numpy()
+        response_of(scene.changed(effects=("coupling", *more))).data["input_torque"].to_numpy()
         for more in (("geometric-stiffness",), ("moderate-rotations",), ())
     )
     assert np.abs(geometric - moderate).max() < 0.2 * np.abs(linear - moderate).max()
@@ -197,7 +197,7 @@ def test_undamped_disturbances_keep_their_energy_in_the_full_equation_only(seed,
         "analysis__scheme": "gauss",
     }
     scene = seed.changed(effects=effects, analysis__sub_intervals=360, analysis__solver="collocation", **changes)
-    data = analyse(scene).data["multiplier"].to_numpy()
+    data = response_of(scene).data["multiplier"].to_numpy()
     off = np.abs(np.hypot(*data.T) - 1).max()
     assert (off < 1e-5) == conserves
 

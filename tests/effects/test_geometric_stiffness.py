@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fenics_mech.analysis import analyse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.response.axial_forces import settle
@@ -11,13 +10,14 @@ from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.studies.effect_costs import difference
+from tests.common import response_of
 
 
 def test_settled_axial_forces_bring_the_strains_nearer_to_moderate_rotations(seed):
     scene = seed.changed(drive__speed=15.0, analysis__sub_intervals=120, analysis__stability=False)
-    whole = analyse(scene.changed(effects=("coupling", "moderate-rotations")))
+    whole = response_of(scene.changed(effects=("coupling", "moderate-rotations")))
     rigid, settled = (
-        analyse(scene.changed(effects=("coupling", "geometric-stiffness"), analysis__tension=tension))
+        response_of(scene.changed(effects=("coupling", "geometric-stiffness"), analysis__tension=tension))
         for tension in ("rigid", "settled")
     )
     assert difference(settled, whole) < difference(rigid, whole) / 5

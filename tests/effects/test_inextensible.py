@@ -10,7 +10,7 @@ from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.files import load
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 
 HELD = ("inextensible",)
 
@@ -95,10 +95,10 @@ def test_the_whole_equation_has_the_limit_of_stiff_members():
     # here the axial forces of stiff members are the less accurate ones: they ring too fast for the steps
     analysis = {"sub_intervals": 192, "solver": "collocation", "stability": False}
     given = {"analysis": analysis, "damping": {"material": 2e-4}}
-    held = analyse(four_bar(effects=("coupling", *HELD), **given)).data
+    held = response_of(four_bar(effects=("coupling", *HELD), **given)).data
     moment, axial = [], []
     for k in (1, 10, 100):
-        data = analyse(four_bar(k, effects=("coupling",), **given)).data
+        data = response_of(four_bar(k, effects=("coupling",), **given)).data
         moment.append(float(np.abs(data["moment"] - held["moment"]).max() / np.abs(held["moment"]).max()))
         axial.append(float(np.abs(data["axial_force"] - held["axial_force"]).max() / np.abs(held["axial_force"]).max()))
     assert moment[0] < 5e-3

@@ -12,6 +12,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.motor_response import _equation
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 
 SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
 ACTING = {
@@ -95,7 +96,7 @@ def test_crank_turns_as_that_of_the_rigid_linkage():
     scene = with_motor(
         SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False, "allow_coarse": True}, **ACTING
     )
-    data = analyse(scene).data
+    data = response_of(scene).data
     twist, rate = Rigid(scene).orbit(SHAFT, scene.drive.speed, 60)
     assert np.ptp(rate) > 0.3 * scene.drive.speed  # far from a small ripple
     # 60 steps of order 5, and links 1e4 times as stiff as aluminium
@@ -138,11 +139,11 @@ def test_equation_is_lagranges():
 
 def test_stiff_shaft_is_an_ideal_drive():
     analysis = {"sub_intervals": 60, "stability": False, "allow_coarse": True}
-    ideal = analyse(seed_four_bar(effects=("coupling",), analysis=analysis)).data["strain"]
+    ideal = response_of(seed_four_bar(effects=("coupling",), analysis=analysis)).data["strain"]
     errors = []
     for stiffness in (1e5, 1e6):
         motor = {"stiffness": stiffness, "damping": 2e-4 * stiffness, "inertia": 1e-3}
-        strain = analyse(with_motor(motor, effects=("coupling",), analysis=analysis)).data["strain"]
+        strain = response_of(with_motor(motor, effects=("coupling",), analysis=analysis)).data["strain"]
         errors.append(float(np.abs(strain - ideal).max() / np.abs(ideal).max()))
     assert errors[0] < 0.02
     assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)  # the twist goes with 1/stiffness
@@ -154,7 +155,7 @@ def test_mirrored_linkage_twists_the_other_way():
     data["drive"]["speed"] *= -1
     for link in data["links"].values():
         link["angle"] *= -1
-    plain, other = analyse(scene).data, analyse(build(data)).data
+    plain, other = response_of(scene).data, response_of(build(data)).data
     for name in ("drive_twist", "drive_rate", "input_torque", "strain_bending"):
         assert np.abs(plain[name] + other[name].to_numpy()).max() < 1e-8 * np.abs(plain[name]).max(), name
 

@@ -16,6 +16,7 @@ from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.formulas.interval import bounds_over
+from tests.common import response_of
 
 WHERE, WIDTH, FORCE = 1.234561, 1e-6, 1e6  # rad, rad, N
 TABLE = {"kind": "table", "angles": (1.23456, WHERE, 1.234562), "values": (0.0, 1.0, 0.0)}
@@ -45,7 +46,7 @@ def test_pulse_narrower_than_any_sample_is_an_impulse(factor, sign, analysis):
     pulse = pulse.changed(drive__speed=sign * pulse.drive.speed)
     impulse = {"at": "coupler@0.5", "angle": WHERE, "impulse": (0.0, FORCE * WIDTH / abs(pulse.drive.speed))}
     found, expected, without = (
-        analyse(scene).data["strain"]
+        response_of(scene).data["strain"]
         for scene in (pulse, pulse.changed(loads={}, impulses={"i": impulse}), pulse.changed(loads={}))
     )
     size = np.abs(expected).max()

@@ -11,12 +11,11 @@ from matplotlib.collections import QuadMesh
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fenics_mech.analysis import analyse
 from fenics_mech.scene import load
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.views.sweep_maps import stability_map
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 
 LENGTH, WIDTH, HEIGHT, DENSITY, MODULUS, DAMPING, DEAD = 0.5, 0.02, 0.002, 7850.0, 206e9, 3.0, 32.5
 EI = MODULUS * WIDTH * HEIGHT**3 / 12
@@ -34,7 +33,7 @@ def column():
 def leading(column, speed, factor=1.0, **changes):
     """The largest multiplier, and the rate at which its disturbance grows."""
     scene = column.changed(drive__speed=speed, loads__pulse__factor__cosine=(factor,), **changes)
-    data = analyse(scene).data.isel(disturbance=0)
+    data = response_of(scene).data.isel(disturbance=0)
     real, imaginary = data["multiplier"].to_numpy()
     return complex(real, imaginary), data["growth_rate"].item()
 
@@ -96,7 +95,7 @@ def test_a_motion_in_time_grows_at_the_rate_of_the_multiplier(column):
     few = column.changed(mesh__elements=2, analysis__allow_coarse=True, analysis__allow_large=True)
     scene = few.changed(drive__speed=195.0, analysis__method="transient", analysis__start="static")
     scene = scene.changed(analysis__settled=0.0, analysis__time_tolerance=1e-2)
-    bent = np.abs(analyse(scene.changed(analysis__cycles=32)).data["deflection"].sel(component="x"))
+    bent = np.abs(response_of(scene.changed(analysis__cycles=32)).data["deflection"].sel(component="x"))
     peaks = [bent.isel(theta=slice(cycles * scene.analysis.sub_intervals + 1)).max().item() for cycles in (24, 32)]
     multiplier, rate = leading(few, 195.0)
     assert multiplier.real < -1  # it changes sides in every cycle: its period is twice that of the force

@@ -16,7 +16,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import four_bar
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 
 LENGTH, BENDING, LINE, ACROSS = 0.5, 206e9 * 0.02 * 0.002**3 / 12, 7850 * 0.02 * 0.002, 0.1
 EULER = np.pi**2 * BENDING / LENGTH**2
@@ -66,7 +66,7 @@ def test_amplification_up_to_the_euler_load(column, way, effects):
         u = np.pi / 2 * np.sqrt(share)
         expected = ACROSS * LENGTH**4 / (16 * BENDING * u**4) * (1 / np.cos(u) - 1 - u**2 / 2)
         scene = pressed(column, share, way, effects).changed(analysis__stability=False)
-        found = analyse(scene).data["deflection"].sel(member="column", s=0.5)
+        found = response_of(scene).data["deflection"].sel(member="column", s=0.5)
         # moderate rotations that nothing holds against shortening leave the strut's equation linear
         softer = 25 * SOFTER if way == "reduced" else 1.1 * SOFTER  # without the clamped modes above the cutoff
         assert found.sel(component="x").to_numpy() == pytest.approx(expected, rel=softer / (1 - share))
@@ -110,7 +110,7 @@ def test_a_tap_on_a_strut_that_stands_straight_beyond_its_load(column, options, 
         analysis__allow_coarse=True,
         petsc=options,
     )
-    found = analyse(scene).data["deflection"].sel(member="column", s=0.5, component="x")[16]
+    found = response_of(scene).data["deflection"].sel(member="column", s=0.5, component="x")[16]
     mode = np.array([[0.0, 1.0], [(share - 1) * OMEGA**2, -drag - firm * OMEGA**2]])
     assert found == pytest.approx((expm(mode * cycle / 30) @ [0, 2 * blow / (LINE * LENGTH)])[0], rel=largest)
 
@@ -207,7 +207,7 @@ def border(which):
 
 
 def found_at(scene):
-    data = analyse(scene).data.isel(disturbance=0)
+    data = response_of(scene).data.isel(disturbance=0)
     assert data["multiplier_mode"] == 1
     real, imaginary = data["multiplier"].to_numpy()
     return real + 1j * abs(imaginary)

@@ -8,6 +8,7 @@ from fenics_mech import analyse
 from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import four_bar
+from tests.common import response_of
 
 FEW = settings(max_examples=4, derandomize=True, deadline=None)
 BAR = {"area": 4e-5, "inertia": 9e-12, "fibre": 8e-4}
@@ -69,7 +70,7 @@ def test_quasi_static_strains_grow_with_the_square_of_speed_and_size(lengths, sp
 def test_undamped_motion_runs_backwards_too(lengths, speed):
     """(5.1) without damping knows no direction of time: the crank turned the other way passes the same states."""
     chosen = {"sub_intervals": 72, "solver": "collocation", "scheme": "gauss", "stability": False, "allow_coarse": True}
-    ahead, back = (analyse(linkage(lengths, v, analysis=chosen)).data for v in (speed, -speed))
+    ahead, back = (response_of(linkage(lengths, v, analysis=chosen)).data for v in (speed, -speed))
     turned = np.roll(
         back["strain"].to_numpy()[::-1], 1, axis=0
     )  # drive angles 0, -h, -2h ... in the order of the first

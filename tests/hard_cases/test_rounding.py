@@ -7,10 +7,10 @@ The reference is the same at 1000 elements, where the cubic elements themselves 
 import numpy as np
 import pytest
 
-from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 
 FINE = 10_000
 REDUCED = {"analysis__reduction": "craig-bampton", "analysis__cutoff": "2 kHz"}
@@ -40,7 +40,7 @@ def test_first_six_frequencies():
     ids=["static", "periodic"],
 )
 def test_strains(changes):
-    coarse, fine = (analyse(reduced(n, **changes)).data for n in (1000, FINE))
+    coarse, fine = (response_of(reduced(n, **changes)).data for n in (1000, FINE))
     for name in ("strain", "joint_force", "deflection"):
         assert np.abs(fine[name] - coarse[name]).max() < 1e-8 * np.abs(coarse[name]).max()
 

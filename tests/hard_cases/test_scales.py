@@ -12,6 +12,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.scene.factories import four_bar, seed_four_bar
+from tests.common import response_of
 
 INCH = 0.0254
 WAYS = {
@@ -51,7 +52,7 @@ def stiffened(factor, way):
 
 
 def strains(scene):
-    return analyse(scene).data["strain"].sel(member=["coupler", "follower"])
+    return response_of(scene).data["strain"].sel(member=["coupler", "follower"])
 
 
 @pytest.mark.slow
@@ -139,10 +140,10 @@ SLOW = ("modal damping", "harmonics", "in time", "nonlinear")
 def test_similar_machines_have_the_same_strains(way):
     """Joint forces, frequencies and multipliers follow. A machine of 1e-6 m was refused, or lost its multipliers."""
     rest = options(way) if way != "quasi-static" else options(way) | {"damping": {}}
-    base = analyse(scaled(1, 1, 1, **rest)).data
+    base = response_of(scaled(1, 1, 1, **rest)).data
     names = ("micrometre and microsecond", "planet") if way in SLOW else UNITS
     for length, time, mass in map(UNITS.__getitem__, names):
-        data = analyse(scaled(length, time, mass, **rest)).data
+        data = response_of(scaled(length, time, mass, **rest)).data
         force = mass * length / time**2
         pairs = {"strain": 1, "joint_force": force, "frequency": 1 / time, "multiplier": 1, "growth_rate": 1 / time}
         for name, unit in pairs.items():

@@ -18,7 +18,7 @@ from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 
 CRANK, LENGTH, CENTRES = 0.13, 0.4, 0.2
 E, DENSITY, WIDTH, HEIGHT = 206e9, 7850.0, 0.02, 0.005
@@ -176,7 +176,7 @@ def test_quasi_static_answer_does_not_depend_on_the_mesh(support):
 
 def test_periodic_answer_converges_with_the_mesh():
     analysis = {"modes": 1, "sub_intervals": 240, "allow_coarse": True}
-    found = [analyse(swinging_rod(n, analysis=analysis)).data["strain"].to_numpy() for n in (5, 10, 20)]
+    found = [response_of(swinging_rod(n, analysis=analysis)).data["strain"].to_numpy() for n in (5, 10, 20)]
     coarse, middle = (np.abs(strain - found[-1]).max() / np.abs(found[-1]).max() for strain in found[:-1])
     # the bow of the element under the pin, which the contact does not see, falls with the 3rd power of its length
     assert coarse < 1e-2

@@ -14,7 +14,7 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 
 WAVES = 100  # harmonics of the drive that the accelerations are made of; above them there is rounding alone
 SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
@@ -150,7 +150,7 @@ def demo(name, motor=None, springs=(), **changes):
 )
 def test_joint_forces_make_the_momentum(name, changes, largest):
     scene = demo(name, **changes)
-    assert gaps(scene, analyse(scene).data) == pytest.approx([0] * 3, abs=largest)
+    assert gaps(scene, response_of(scene).data) == pytest.approx([0] * 3, abs=largest)
 
 
 def arm(steps=120, **rest):
@@ -180,10 +180,10 @@ def test_ratios_that_rise_with_the_frequency_are_damping_by_the_material(effects
     tau = 3e-5
     scene = arm(effects=effects)
     omega = scene_modes(scene, mechanism(scene)).omega[0]
-    ratios = analyse(
+    ratios = response_of(
         arm(effects=effects, damping={"ratio": tuple(tau * omega / 2)}).changed(analysis__solver="collocation")
     )
-    material = analyse(arm(effects=effects, damping={"material": tau}))
+    material = response_of(arm(effects=effects, damping={"material": tau}))
     assert tau * omega.max() > 1
     for name in (
         "strain",
@@ -229,7 +229,9 @@ def test_forces_of_few_modes_are_those_of_the_whole_equation(effects):
     # 5 modes of chapter 5 leave 0.6 % of the axial forces; 10 % if the forces of damping came from outside
     analysis = {"sub_intervals": 384, "modes": 5, "stability": False}
     scene = seed_four_bar(drive__speed=15.0, effects=effects, damping={"ratio": 0.05}, analysis=analysis)
-    few, whole = (analyse(scene.changed(analysis__solver=solver)).data for solver in ("sub-intervals", "collocation"))
+    few, whole = (
+        response_of(scene.changed(analysis__solver=solver)).data for solver in ("sub-intervals", "collocation")
+    )
     for name in ("joint_force", "axial_force", "stress"):
         expected = whole[name].to_numpy()
         assert few[name].to_numpy() == pytest.approx(expected, abs=0.01 * np.abs(expected).max()), name

@@ -12,6 +12,7 @@ from fenics_mech.recovery.signal import harmonics, nearest_mode, ripples
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 
 CURVES = st.integers(3, 40).flatmap(lambda n: arrays(float, n, elements=st.floats(-1e3, 1e3, allow_subnormal=False)))
 
@@ -110,9 +111,9 @@ def test_motion_in_time_has_harmonics_once_it_is_periodic(tmp_path):
     """Those of its last cycle are those of the periodic response: 1 % is what it may differ by from the one before."""
     analysis = {"method": "transient", "sub_intervals": 48, "modes": 3, "allow_coarse": True}
     scene = seed_four_bar(damping={"external": 100.0}, effects=("coupling",), analysis=analysis)
-    short, late = (analyse(scene.changed(analysis__cycles=cycles)) for cycles in (1, 4))
+    short, late = (response_of(scene.changed(analysis__cycles=cycles)) for cycles in (1, 4))
     assert not [name for name in short.data.variables if "amplitude" in name]
-    periodic = analyse(scene.changed(analysis__method="periodic"))
+    periodic = response_of(scene.changed(analysis__method="periodic"))
     one, other = (
         (result.data["strain_amplitude"] * np.exp(1j * result.data["strain_phase"])).sel(gauge="mid-span")
         for result in (late, periodic)

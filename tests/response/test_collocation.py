@@ -14,6 +14,7 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 from tests.response.synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, plain
 
 
@@ -105,17 +106,17 @@ def test_better_steps_tell_the_error(scheme, stages, count):
 def test_error_estimate_of_the_seed_four_bar():
     """Within a factor of 3 of the true one, which spans four powers of ten; too long steps are refused."""
     scene = seed_four_bar(effects=("coupling",), analysis={"solver": "collocation", "stability": False})
-    finest = analyse(scene.changed(analysis__sub_intervals=1080)).data
+    finest = response_of(scene.changed(analysis__sub_intervals=720)).data
     fine = finest["strain"]
     peak = np.abs(fine).max(dim=("theta", "s", "fibre"))
     for scheme, stages, count in (("radau", 2, 120), ("radau", 3, 72), ("radau", 3, 360), ("gauss", 3, 120)):
         steps = {"sub_intervals": count, "stages": stages, "scheme": scheme, "allow_coarse": True}
         data = analyse(scene.changed(analysis=scene.analysis.model_copy(update=steps))).data
-        error = np.abs(data["strain"] - fine[:: 1080 // count].to_numpy()).max(dim=("theta", "s", "fibre"))
+        error = np.abs(data["strain"] - fine[:: 720 // count].to_numpy()).max(dim=("theta", "s", "fibre"))
         assert (data["strain_error"].sel(source="time") < 3 * error).all()
         assert (data["strain_error"].sel(source="time") > error / 3).all()
         force = np.hypot(
-            *np.moveaxis((data["joint_force"] - finest["joint_force"][:: 1080 // count].to_numpy()).to_numpy(), 2, 0)
+            *np.moveaxis((data["joint_force"] - finest["joint_force"][:: 720 // count].to_numpy()).to_numpy(), 2, 0)
         )
         assert (data["joint_force_error"].sel(source="time") > force.max(axis=0) / 3).all()
         assert (data["joint_force_error"].sel(source="time") < 4 * force.max(axis=0)).all()
@@ -149,7 +150,7 @@ def test_steps_are_cut_where_a_load_jumps(scheme, speed):
 def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(method):
     """It is filtered out of the stress at the positions: 24 of them are too few, whatever the steps."""
     scene = seed_four_bar(effects=("coupling",), damping={"material": 5e-3}, mesh={"elements": 2})
-    fine = analyse(scene.changed(analysis__stability=False, analysis__allow_coarse=True)).data["strain"]
+    fine = response_of(scene.changed(analysis__stability=False, analysis__allow_coarse=True)).data["strain"]
     analysis = {"sub_intervals": 24, "stability": False, "allow_coarse": True, "method": method, "settled": 1e-6}
     found = analyse(scene.changed(analysis=scene.analysis.model_copy(update=analysis))).data
     turn = np.round(np.degrees(found["theta"].to_numpy()[-24:])).astype(int) % 360
@@ -164,7 +165,8 @@ def test_error_after_a_blow_is_estimated():
     """Blows excite vibrations faster than the steps follow: the estimate is at least a third of the true error."""
     blow = {"h": {"at": "B", "angle": np.radians(91.3), "impulse": (0, 0.002)}}
     scene = seed_four_bar(effects=("coupling",), impulses=blow, analysis={"stability": False, "allow_coarse": True})
-    fine, coarse = (analyse(scene.changed(analysis__sub_intervals=n)).data for n in (1440, 240))
+    fine = response_of(scene.changed(analysis__sub_intervals=1440)).data
+    coarse = analyse(scene.changed(analysis__sub_intervals=240)).data
     error = np.abs(coarse["strain"] - fine["strain"][::6].to_numpy()).max(dim=("theta", "s", "fibre"))
     assert (coarse["strain_error"].sel(source="time") > error / 3).all()
 

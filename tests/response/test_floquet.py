@@ -12,6 +12,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.stability.floquet import floquet
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 from tests.response.synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, places
 
 OMEGA, ZETA = np.array([2.0, 7.3, 20.0]), np.array([0.01, 0.02, 0.05])
@@ -222,8 +223,8 @@ def test_seed_four_bar_is_stable():
 @pytest.mark.parametrize("effects", [("coupling",), ("coupling", "moderate-rotations")])
 def test_both_solvers_judge_alike(effects):
     scene = seed_four_bar(effects=effects, damping={"material": 1.339e-4})
-    steps = analyse(scene.changed(analysis__solver="collocation", analysis__sub_intervals=240)).data
-    series = analyse(scene.changed(analysis__solver="harmonic-balance", analysis__sub_intervals=280)).data
+    steps = response_of(scene.changed(analysis__solver="collocation", analysis__sub_intervals=240)).data
+    series = response_of(scene.changed(analysis__solver="harmonic-balance", analysis__sub_intervals=280)).data
     # 60 harmonics leave 2e-5 of the nonlinear motion out
     assert np.abs(steps["multiplier"] - series["multiplier"]).max() < (1e-5 if len(effects) == 1 else 1e-4)
 

@@ -8,7 +8,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS
+from tests.common import DEMOS, response_of
 from tests.response.synthetic import PERIOD, Duffing, Manufactured, oscillators, places, plain
 
 START = np.zeros(1)
@@ -74,7 +74,7 @@ def test_impulses_are_refused():
 def strains(scene, count, **analysis):
     """Strains at 40 angles."""
     values = {f"analysis__{key}": value for key, value in analysis.items()}
-    result = analyse(scene.changed(**values, analysis__sub_intervals=count, analysis__stability=False))
+    result = response_of(scene.changed(**values, analysis__sub_intervals=count, analysis__stability=False))
     return result.data["strain"].to_numpy()[:: count // 40]
 
 

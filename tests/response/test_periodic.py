@@ -11,6 +11,7 @@ from fenics_mech.reference.gauss_legendre import gauss_legendre_periodic
 from fenics_mech.reference.nine_element import NineElementModel
 from fenics_mech.reference.strain import link_strain
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 
 STEPS = 1536
 
@@ -25,7 +26,7 @@ def exact():
 
 def errors(exact, count, **analysis):
     """Largest errors over the cycle, relative to the peak, of coupler and follower."""
-    result = analyse(seed_four_bar(analysis={"sub_intervals": count, "allow_coarse": True} | analysis))
+    result = response_of(seed_four_bar(analysis={"sub_intervals": count, "allow_coarse": True} | analysis))
     found = np.stack([result.strain_at(link) for link in ("crank", "coupler", "follower")], axis=1)
     expected = exact[:: STEPS // count]
     return (np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0))[1:]

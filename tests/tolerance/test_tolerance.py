@@ -20,7 +20,7 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
-from tests.common import DEMOS, analysed
+from tests.common import DEMOS, analysed, response_of
 
 TAPERED = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": "8e-12*(1 - 0.5*s)**3", "fibre": "8e-4"}
 
@@ -34,7 +34,7 @@ def true_error(result):
     )
     if scene.analysis.reduction != "none":
         finer = finer.changed(analysis__cutoff=3 * scene.analysis.cutoff)
-    best = analyse(finer).data["strain"].to_numpy()[::times]
+    best = response_of(finer).data["strain"].to_numpy()[::times]
     largest = np.abs(best).max(axis=(0, 2, 3))
     error = np.abs(result.data["strain"].to_numpy() - best).max(axis=(0, 2, 3))
     return float((error / np.maximum(largest, 0.1 * largest.max())).max())
