@@ -1,5 +1,5 @@
-# make run: analyse the seed four-bar into out/.   make test: run the tests.   make docs: build the documents.
-# All install what is missing first.
+# make run: analyse the seed four-bar into out/.   make test: run the fast tests.   make test-all: run all tests.
+# make docs: build the documents.   All install what is missing first.
 SHELL := /bin/bash
 # The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
 SYSTEM_PYTHON ?= /usr/bin/python3
@@ -8,12 +8,15 @@ APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv 
        libegl1 libgl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
 PYTHON := .venv/bin/python
 
-.PHONY: run test lint docs install clean
+.PHONY: run test test-all lint docs install clean
 run: install
 	$(PYTHON) -m fenics_mech run demos/four_bar.toml -o out
 
 # One process a core: the tests of a file share what they analyse.
 test: install lint
+	$(PYTHON) -m pytest -n auto --dist loadfile -m "not slow"
+
+test-all: install lint
 	$(PYTHON) -m pytest -n auto --dist loadfile
 
 lint: install

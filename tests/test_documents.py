@@ -16,6 +16,7 @@ from tests.common import ROOT
 from tests.documents import DOCS, blocks
 
 PAGES = {str(page.relative_to(ROOT)): page for page in documents.pages()}
+MARKED = [pytest.param(name, marks=pytest.mark.slow) if "tutorial" in name else name for name in PAGES]
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 README, PRESS = ROOT / "README.md", DOCS / "tutorial" / "press.toml"
 
@@ -42,7 +43,7 @@ def place(tmp_path_factory):
         yield folder
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", MARKED)
 def test_commands_and_snippets_run_and_print_what_is_shown(name, place):
     for block, said in documents.run(PAGES[name]):
         shown, printed = block.text.split(), said.split()

@@ -65,7 +65,6 @@ def test_mesh_under_an_axial_force_that_varies(effect, elements, reduction):
     assert float(found["error_order"].sel(source="mesh")) == 2  # from 6 elements to 8 measured 1.6 and 1.7
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("elements", [2, 3])
 @pytest.mark.parametrize(
     "effects", [(), ("coupling",), ("coupling", "geometric-stiffness"), ("coupling", "moderate-rotations")]
@@ -92,6 +91,7 @@ def test_mesh_under_drag(analysis):
     assert ratio(found, exact, "mesh") == pytest.approx(1.1, abs=0.4)
 
 
+@pytest.mark.slow
 def test_mesh_of_chapter_5_and_in_time():
     """The same error by other solvers, on the same equation: that of collocation, within the error of the modes."""
     scene = seed_four_bar(mesh={"elements": 2}, effects=("coupling",), damping={"material": 1.34e-4}, analysis=WHOLE)
@@ -254,6 +254,7 @@ def test_sub_intervals_and_modes_of_chapter_5(count, modes):
     assert (found < 5).all()
 
 
+@pytest.mark.slow
 def test_modes_left_out_without_their_static_answer():
     scene = seed_four_bar(analysis=CHAPTER_5 | {"modes": 3, "static_correction": False})
     exact = response_of(scene.changed(analysis__solver="collocation")).data
@@ -292,6 +293,7 @@ def test_axial_force_on_the_deflection_that_reduced_members_leave_to_statics(eff
     assert ratio(found, exact, "mesh") == pytest.approx(1.2, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("petsc", "tolerance"), [({}, 1e-4), ({}, 0.02), ({"transient_ts_type": "alpha2"}, 1e-4)])
 def test_steps_in_time(petsc, tolerance):
     """Against steps of a much smaller tolerance. Measured 1.3 to 8: half of the difference to ten times as large.
@@ -305,6 +307,7 @@ def test_steps_in_time(petsc, tolerance):
     assert (found < 10).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cutoff", [1000.0, 2200.0])
 def test_modes_left_out_at_a_start_from_rest(cutoff):
     """Against all nodes, for members that bend. Measured 1.2 to 2; without what the start puts in, 0.1 to 0.2."""
@@ -360,6 +363,7 @@ def test_a_peak_of_a_load_that_no_position_sees_is_named():
     assert "not_estimated" not in analysed(wide).data.attrs
 
 
+@pytest.mark.slow
 def test_chapter_5_sees_a_load_at_positions_only():
     """Collocation sees 93 % of the peak with 1,080 points, chapter 5 86 % with 360, also where the program chose it."""
     factor = {"kind": "expression", "formula": "sin(theta) + 5*exp(-((theta - 2.0001)/0.004)**2)"}
@@ -369,6 +373,7 @@ def test_chapter_5_sees_a_load_at_positions_only():
     assert "not_estimated" not in analysed(whole).data.attrs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damping", "what"),
     [({"material": 1.34e-4}, "strains in the first"), ({"ratio": 0.02}, "joint forces in the first")],
@@ -381,6 +386,7 @@ def test_a_start_that_lets_damping_jump_is_named(damping, what):
     assert "first instants" not in other
 
 
+@pytest.mark.slow
 def test_a_torsional_spring_much_stiffer_than_the_mesh():
     """With a ratio its drag goes with the mesh: at 1e6 N m/rad 12 % of the follower's strain, and 0.2 % were told."""
     clamp = {"clamp": {"joint": "C", "stiffness": 1e6}}
@@ -406,6 +412,7 @@ def test_what_modal_joins_lose_is_named():
     assert "join" not in analysed(scene).data.attrs.get("not_estimated", "")
 
 
+@pytest.mark.slow
 def test_a_law_too_fast_for_viscous_stress_in_time_is_named():
     """The 60th harmonic at 120 positions: strains 4 % off, of which a quarter was told; by 60 they look constant."""
     law = {"kind": "harmonics", "mean": 1.0, "sine": (0.5, *[0.0] * 10, 2.5e-3)}

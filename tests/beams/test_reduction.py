@@ -88,6 +88,7 @@ def test_demos_have_the_same_frequencies(name):
     assert np.allclose(*omega, rtol=1e-8, atol=0)
 
 
+@pytest.mark.slow
 def test_whole_equation_gives_the_same_motion_in_other_coordinates():
     # with modal damping, springs, gravity and a load along a member; the series is exact but for rounding
     scene = seed_four_bar(

@@ -116,6 +116,7 @@ def test_unknown_ending_is_refused_before_any_work(call, tmp_path):
     assert ".mp4" in err
 
 
+@pytest.mark.slow
 def test_animate_takes_a_saved_result(call, tmp_path):
     saved = seed_four_bar(analysis={"sub_intervals": 24, "method": "quasi-static"})
     analyse(saved).save(tmp_path / "result.nc")

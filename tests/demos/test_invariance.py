@@ -143,7 +143,6 @@ def test_turning_a_four_bar_with_a_rigid_coupler_changes_nothing(effects, scene_
     assert_same(analysed(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
 
 
-@pytest.mark.slow
 def test_mirroring_the_scene_changes_signs_only(machine):
     scene = few(machine)
     plain, other = analysed(scene).data, analyse(build(mirrored(scene))).data

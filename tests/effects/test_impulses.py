@@ -119,7 +119,6 @@ def test_beam_with_mass_of_its_own_against_the_series_of_its_modes():
     assert np.abs(tip_normal(data) - exact)[later].max() < 5e-4 * np.abs(exact).max()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("effects", [(), ("coupling", "moderate-rotations")])
 def test_blow_on_a_four_bar_is_the_limit_of_a_short_pulse(effects):
     # a smooth pulse of width b, with flanks of width b, changes mode n by about (omega_n b)^2/16: at 20 rad/s and
@@ -232,12 +231,13 @@ def test_drive_has_nothing_to_meet_where_a_mass_on_a_bent_massless_beam_is_struc
     assert np.abs(data["drive_impulse"].to_numpy()).max() < 1e-6 * J * L
 
 
+@pytest.mark.slow
 def test_a_motion_goes_on_after_many_cycles(tmp_path):
     """The links' positions at the impulses are sought near those of one cycle, and not near those of the tenth."""
     analysis = {"method": "transient", "sub_intervals": 12, "cycles": 1, "allow_coarse": True}
     kick = {"at": "coupler.B", "angle": 1.0, "impulse": (0.0, 1e-4)}
     scene = seed_four_bar(analysis=analysis, effects=("coupling",), impulses={"kick": kick}, drive__speed=10.0)
-    first = analyse(scene)
+    first = response_of(scene)
     later = first.data.assign_coords(
         theta=first.data["theta"] + 20 * math.pi, time=first.data["time"] + 10 * scene.period
     )

@@ -82,7 +82,6 @@ def test_small_loads_leave_the_linear_answer():
     assert np.abs(bent - linear).max() < 1e-8 * np.abs(linear).max()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("elements", "bound"), [(3, 0.02), (4, 0.005), (6, 0.004)])
 def test_seed_mechanism_agrees_with_geometrically_exact_beams(seed, elements, bound):
     exact = pd.read_csv("tests/data/seed_exact.csv", comment="#")

@@ -32,7 +32,6 @@ def struck(**rest):
     return seed_four_bar(**(values | rest))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "sign", "analysis"),
     [(TABLE, 1, BY_POINTS), (PULSE, 1, BY_POINTS), (TABLE, -1, BY_POINTS), (TABLE, 1, IN_TIME)],

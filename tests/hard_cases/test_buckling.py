@@ -213,7 +213,6 @@ def found_at(scene):
     return real + 1j * abs(imaginary)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
 @pytest.mark.parametrize(("which", "inside"), [(mathieu_b, -1), (mathieu_a, 1)])
 def test_tongue_at_its_border(column, which, inside, reduction):
@@ -230,7 +229,6 @@ def test_tongue_at_its_border(column, which, inside, reduction):
         assert found_at(pulsating(column, beyond, reduction)) == pytest.approx(multiplier(beyond), abs=1e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
 def test_multipliers_inside_the_tongue_and_far_outside(column, reduction):
     low, high = border(mathieu_a), border(mathieu_b)

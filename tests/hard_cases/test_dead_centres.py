@@ -226,6 +226,7 @@ def test_steps_longer_than_the_corner_are_refused(gap, count, solver):
         analyse(missing(gap, speed=150.0, damping={"ratio": 0.02}, analysis=analysis))
 
 
+@pytest.mark.slow
 def test_steps_as_short_as_the_corner_agree():
     strains = []
     for solver in ("sub-intervals", "collocation"):

@@ -107,6 +107,7 @@ def unfinished(folder):
     return [path for path in folder.glob("*.c") if not path.with_suffix(".c.cached").exists()]
 
 
+@pytest.mark.slow
 def test_killed_compilation_does_not_spoil_the_next(tmp_path):
     """Ffcx waits 10 s for what a killed process has begun, and then gives up: in every run, until someone cleans up."""
     folder, environment = tmp_path / "fenics_mech", os.environ | {"XDG_CACHE_HOME": str(tmp_path)}
@@ -119,6 +120,7 @@ def test_killed_compilation_does_not_spoil_the_next(tmp_path):
     assert list(folder.glob(f"{begun.stem}.*.so"))
 
 
+@pytest.mark.slow
 def test_two_runs_share_an_empty_cache(tmp_path):
     """The second finds what the first is compiling, and must wait for it however long it takes."""
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path)}

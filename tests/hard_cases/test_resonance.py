@@ -140,7 +140,6 @@ def test_a_mode_left_out_that_a_load_meets_is_in_the_estimate(damping, kept, met
         analyse(scene.changed(analysis__allow_coarse=False))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize(("elements", "mode"), [(2, 1), (2, 2), (4, 2)])
 def test_a_resonance_that_only_a_finer_mesh_meets_is_in_the_estimate(solver, elements, mode):
@@ -187,6 +186,7 @@ def test_a_mode_left_out_that_only_a_finer_mesh_has_at_a_harmonic_is_in_the_esti
     assert 0.7 < found["strain_error"].sel(source=["modes", "mesh"]).sum("source").max() / error < 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scheme", "stages", "count", "ratio"),
     [

@@ -24,6 +24,7 @@ def frequencies(scene):
     return scene_modes(scene, mechanism(scene)).frequency
 
 
+@pytest.mark.slow
 def test_first_six_frequencies():
     coarse, fine = (frequencies(reduced(n, analysis__modes=6)) for n in (1000, FINE))
     assert np.abs(fine / coarse - 1).max() < 1e-8

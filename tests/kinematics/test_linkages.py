@@ -169,7 +169,6 @@ def test_velocity_and_acceleration_are_derivatives(demo):
     branch=st.sampled_from(["right", "left"]),
     backwards=st.booleans(),
 )
-@settings(deadline=None, max_examples=60)
 def test_random_slider_cranks(r, slack, offset, guide, branch, backwards):
     rod = r + abs(offset) + slack  # Grashof: the crank turns fully
     assume(slack > 0.05 * rod)
@@ -186,7 +185,7 @@ def test_random_slider_cranks(r, slack, offset, guide, branch, backwards):
     lengths=st.lists(st.floats(0.1, 2.0), min_size=2, max_size=5),
     seed=st.integers(0, 2**32 - 1),
 )
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=20)
 def test_random_open_chains(lengths, seed):
     # the tip is a sum of turning arms, its velocity and acceleration the sum of their derivatives
     rng, period = np.random.default_rng(seed), 2.0

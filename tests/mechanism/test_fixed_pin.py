@@ -174,6 +174,7 @@ def test_quasi_static_answer_does_not_depend_on_the_mesh(support):
         assert np.abs(coarse[name] - fine[name]).max() < 1e-9 * size
 
 
+@pytest.mark.slow
 def test_periodic_answer_converges_with_the_mesh():
     analysis = {"modes": 1, "sub_intervals": 240, "allow_coarse": True}
     found = [response_of(swinging_rod(n, analysis=analysis)).data["strain"].to_numpy() for n in (5, 10, 20)]

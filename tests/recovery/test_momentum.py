@@ -135,6 +135,7 @@ def demo(name, motor=None, springs=(), **changes):
     return build(data | {"springs": dict(springs)}).changed(analysis__stability=False, analysis__stations=41, **changes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "largest"),
     [  # what the solvers' steps and harmonics leave; up to 0.7 if the forces of damping came from outside

@@ -49,6 +49,7 @@ def relative(found: np.ndarray, wanted: np.ndarray) -> float:
     return float(np.abs(found - wanted).max() / np.abs(wanted).max())
 
 
+@pytest.mark.slow
 def test_collocation_converges_at_sixth_order(model: NineElementModel, reference: CollocationResponse) -> None:
     answers = [gauss_legendre_periodic(model, n).displacement for n in (384, 768)]
     coarse, fine = (relative(q, reference.displacement[:: STEPS // len(q)]) for q in answers)

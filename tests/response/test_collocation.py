@@ -103,6 +103,7 @@ def test_better_steps_tell_the_error(scheme, stages, count):
     assert estimate == pytest.approx(error, rel=0.6 if stages == 1 else 0.25)
 
 
+@pytest.mark.slow
 def test_error_estimate_of_the_seed_four_bar():
     """Within a factor of 3 of the true one, which spans four powers of ten; too long steps are refused."""
     scene = seed_four_bar(effects=("coupling",), analysis={"solver": "collocation", "stability": False})
@@ -146,6 +147,7 @@ def test_steps_are_cut_where_a_load_jumps(scheme, speed):
         assert values @ steps.duration / scene.period == pytest.approx(mean, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["periodic", "transient"])
 def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(method):
     """It is filtered out of the stress at the positions: 24 of them are too few, whatever the steps."""
@@ -161,6 +163,7 @@ def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(meth
         analyse(scene.changed(analysis=scene.analysis.model_copy(update=analysis | {"allow_coarse": False})))
 
 
+@pytest.mark.slow
 def test_error_after_a_blow_is_estimated():
     """Blows excite vibrations faster than the steps follow: the estimate is at least a third of the true error."""
     blow = {"h": {"at": "B", "angle": np.radians(91.3), "impulse": (0, 0.002)}}

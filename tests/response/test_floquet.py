@@ -220,6 +220,7 @@ def test_seed_four_bar_is_stable():
     assert rate == pytest.approx(np.log(size) / scene.period)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effects", [("coupling",), ("coupling", "moderate-rotations")])
 def test_both_solvers_judge_alike(effects):
     scene = seed_four_bar(effects=effects, damping={"material": 1.339e-4})

@@ -85,6 +85,7 @@ def same(scene, stages, count, harmonics, angles):
     return np.abs(by_steps - by_series).max() / np.abs(by_steps).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effects", [("coupling",), ("coupling", "moderate-rotations")])
 def test_seed_four_bar_by_collocation_and_by_harmonics(effects):
     """Two solvers that share the equation alone; measured 2e-8 and 3e-7."""
@@ -97,6 +98,7 @@ def test_slider_crank_by_collocation_and_by_harmonics():
     assert same(scene, stages=4, count=120, harmonics=25, angles=120) < 1e-6  # measured 4e-9
 
 
+@pytest.mark.slow
 def test_quick_return_by_collocation_and_by_harmonics():
     """The pin passes from element to element, and P'' jumps there: both converge as a power.
 

@@ -38,6 +38,7 @@ def test_physical_join_converges_to_the_independent_answer(exact):
     assert np.all(errors(exact, 768, modes=8) < 0.003)
 
 
+@pytest.mark.slow
 def test_all_modes_converge_slowly(exact):
     found = [errors(exact, n, modes="all", allow_ringing=True).max() for n in (384, 768, 1536)]
     assert found[0] > 1.5 * found[1] > 2 * found[2]
@@ -69,6 +70,7 @@ def test_modes_that_ring_at_the_joins_are_refused(exact, modes, count, mode):
         assert errors(exact, count, modes=modes, allow_ringing=True).max() > 0.2
 
 
+@pytest.mark.slow
 def test_what_a_refusal_of_ringing_advises_rings_no_more():
     analysis = {"sub_intervals": 96, "modes": 8, "allow_coarse": True}
     with pytest.raises(SolverError) as refused:

@@ -34,6 +34,7 @@ CASES = {  # demo, what is stated, what changes
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_a_result_does_not_depend_on_what_it_has_in_common_with_others(case):
     demo, stated, changes = CASES[case]

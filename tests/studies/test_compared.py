@@ -93,6 +93,7 @@ def test_a_missing_exudyn_is_said_before_anything_runs(monkeypatch):
     require_ready(seed_four_bar(), quick=True)
 
 
+@pytest.mark.slow
 def test_quick_comparison_has_all_hand_coded_programs():
     steps, seed = [], seed_four_bar()
     found = compare_peers(seed, quick=True, progress=steps.append)

@@ -46,6 +46,7 @@ def run_of(data, **wanted):
     return data.isel(run=number)
 
 
+@pytest.mark.slow
 def test_quick_grid_has_each_run_with_its_error_or_its_reason(quick):
     data = quick[0].data
     failed = (data["failure"] != "").to_numpy()
@@ -58,6 +59,7 @@ def test_quick_grid_has_each_run_with_its_error_or_its_reason(quick):
     assert len(quick[1]) == steps_of(seed_four_bar(effects=(COUPLED,)), quick=True)
 
 
+@pytest.mark.slow
 def test_quasi_static_strains_are_exact_for_their_equation_and_far_off_with_all_effects(quick):
     # Strains from equilibrium are exact in the quasi-static limit on any mesh; without vibration the seed is 69 % off.
     run = run_of(quick[0].data, method="quasi-static", elements=1)
@@ -65,6 +67,7 @@ def test_quasi_static_strains_are_exact_for_their_equation_and_far_off_with_all_
     assert 0.3 < run["error_all"] < 1
 
 
+@pytest.mark.slow
 def test_the_same_equation_and_that_with_all_effects_are_two_measures(quick):
     data = quick[0].data
     fine = run_of(data, method="collocation, radau", sub_intervals=80)
@@ -74,6 +77,7 @@ def test_the_same_equation_and_that_with_all_effects_are_two_measures(quick):
     assert truncated["error_all"] > 1.1 * truncated["error"]  # for want of coupling, beside solver and mesh
 
 
+@pytest.mark.slow
 def test_references_machine_and_overhead_are_stated(quick):
     found = quick[0]
     assert found.references.keys() == {"quasi-static", "(5.1)", COUPLED}
@@ -88,6 +92,7 @@ def test_references_machine_and_overhead_are_stated(quick):
         assert expected in text
 
 
+@pytest.mark.slow
 def test_table_and_figure_are_written_whole(quick, tmp_path):
     written = write_cost(quick[0], tmp_path, "cost")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cost.csv", "cost.nc", "cost.png"]
@@ -102,6 +107,7 @@ def test_table_and_figure_are_written_whole(quick, tmp_path):
         Cost.load(written[1])
 
 
+@pytest.mark.slow
 def test_each_panel_draws_the_runs_below_its_limit(quick):
     figure = cost_figure(quick[0])
     left, right = figure.axes
@@ -116,6 +122,7 @@ def call(*arguments):
     return CliRunner().invoke(app, ["cost", *map(str, arguments)])
 
 
+@pytest.mark.slow
 def test_command_writes_its_files_and_says_what_it_found(quick, monkeypatch, tmp_path):
     monkeypatch.setattr(study, "measure_costs", lambda scene, **options: quick[0])
     found = call(DEMOS / "four_bar.toml", "--quick", "-o", tmp_path / "out")

@@ -86,6 +86,7 @@ def test_folds_of_a_beam_between_pins_are_duffings(branch):
     assert peaks == pytest.approx(expected[:, 1], rel=0.025)
 
 
+@pytest.mark.slow
 def test_motions_between_the_folds_are_unstable_in_the_middle_only(branch):
     first, second = np.flatnonzero(branch.data["fold"] == 1)
     leading = branch.data["multiplier"].transpose("point", "disturbance", "part").to_numpy()[:, 0]
@@ -103,6 +104,7 @@ def test_motions_between_the_folds_are_unstable_in_the_middle_only(branch):
     assert [stable for _, stable in branch.motions(1.34 * OMEGA)] == [True]
 
 
+@pytest.mark.slow
 def test_both_ends_are_what_an_analysis_gives(branch):
     assert branch.whole
     for index, share in ((0, 0.9), (-1, 1.35)):

@@ -89,6 +89,7 @@ def test_multiplier_is_the_decay_of_the_free_vibration_in_a_period(arm, tmp_path
     assert line.get_lines()[0].get_ydata() == pytest.approx(largest.to_numpy()[0])
 
 
+@pytest.mark.slow
 def test_points_are_added_where_the_peak_is_not_resolved(arm, tmp_path):
     top = resonance(2 * math.pi / OMEGA * np.linspace(0.45, 2, 20_001)).max() * 3 * FIBRE / LENGTH**2
     coarse = swept(arm, tmp_path, RANGE)
@@ -113,6 +114,7 @@ def test_refinement_estimates_the_error_of_linear_interpolation():
     assert unresolved(x, np.full((5, 1), np.nan)) == []
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_goes_on_to_the_same_file(arm, tmp_path, monkeypatch):
     whole = swept(arm, tmp_path / "whole", SHORT, refine_peaks=4)
     calls = []
@@ -140,6 +142,7 @@ def test_an_interrupted_sweep_goes_on_to_the_same_file(arm, tmp_path, monkeypatc
     assert again.data.identical(whole.data)
 
 
+@pytest.mark.slow
 def test_a_killed_process_leaves_whole_points_behind(tmp_path, arm):
     folder = tmp_path / "killed"
     arguments = (
@@ -179,6 +182,7 @@ def test_a_torn_point_is_computed_again(arm, tmp_path):
     assert (tmp_path / "out" / "sweep.nc").read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(MPIRUN is None, reason="no mpirun")
 def test_two_processes_come_to_the_same_file(arm, tmp_path):
     arguments = ("-m", "fenics_mech", "sweep", tmp_path / "arm.toml", "--over", SHORT, "--refine-peaks", 3, "-o")
@@ -189,6 +193,7 @@ def test_two_processes_come_to_the_same_file(arm, tmp_path):
     assert (tmp_path / "two" / "sweep.nc").read_bytes() == (tmp_path / "one" / "sweep.nc").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(MPIRUN is None, reason="no mpirun")
 def test_an_error_of_one_process_ends_all_with_one_message(arm, tmp_path):
     arguments = ["sweep", str(tmp_path / "arm.toml"), "--over", SHORT, "-o", str(tmp_path / "out")]
@@ -324,6 +329,7 @@ def test_values_are_read_in_units_and_units_are_known(seed):
     assert unit_of(seed, "damping.ratio") == "1"
 
 
+@pytest.mark.slow
 def test_peaks_between_few_positions(tmp_path):
     """A tolerance may be met by 24: of the strains, of which the largest at them is 1.3 % short, and 0.3 % between."""
     demo = load(DEMOS / "slider_crank.toml")
@@ -397,6 +403,7 @@ def test_refinement_is_for_one_field_that_is_no_whole_number(arm, tmp_path):
             swept(arm, tmp_path / "out", *over, refine_peaks=2)
 
 
+@pytest.mark.slow
 def test_plots_show_the_numbers(arm, tmp_path):
     sweep = swept(arm, tmp_path / "out", RANGE)
     names = {path.name for path in plot_sweep(sweep, tmp_path)}

@@ -31,6 +31,7 @@ def pictures_of(path):
         yield np.asarray(image.convert("RGB")).astype(int)
 
 
+@pytest.mark.slow
 def test_gif_has_the_frames_asked_for_and_they_differ(result, tmp_path):
     made = []
     path = animate(result, tmp_path / "m.gif", frames=6, fps=20, size=SMALL, progress=lambda *n: made.append(n))
