@@ -45,7 +45,7 @@ EVERYTHING = {
 
 def imbalance(scene):
     """What is left over in the result's balance of mean powers, over what damping takes."""
-    data = response_of(scene).data
+    data = analyse(scene).data
     causes = dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy()))
     lost = -sum(
         value for cause, value in causes.items() if cause not in ("drive", "drives", "loads", "impulses", "stored")

@@ -61,23 +61,6 @@ def test_random_crank_rockers_agree_with_the_closed_form(shortest, others, fract
         assert np.abs(np.exp(1j * found) - np.exp(1j * expected)).max() < 1e-10
 
 
-def test_velocity_and_acceleration_are_derivatives():
-    scene, h = seed_four_bar(), 1e-3
-    theta = np.linspace(0, 6, 13)
-    weights = {-3: -1 / 60, -2: 3 / 20, -1: -3 / 4, 1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # sixth order
-    motions = {i: solve_motion(scene, theta + i * h) for i in weights}
-    motion, rate = solve_motion(scene, theta), scene.drive.speed / h
-    for value, derivative in (
-        ("angle", "omega"),
-        ("omega", "alpha"),
-        ("position", "velocity"),
-        ("velocity", "acceleration"),
-    ):
-        difference = rate * sum(w * getattr(motions[i], value) for i, w in weights.items())
-        exact = getattr(motion, derivative)
-        assert np.abs(difference - exact).max() < 1e-9 * np.abs(exact).max()
-
-
 def test_point_acceleration_of_a_joint_is_the_same_from_both_links():
     motion = solve_motion(seed_four_bar(), THETA)
     for state_a, state_b in zip(motion.of_point("coupler", (0.2794, 0)), motion.of_point("follower", (0.27051, 0))):
