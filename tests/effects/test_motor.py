@@ -188,6 +188,7 @@ def test_shaft_whose_motion_is_not_found_is_named(motor):
     assert 0 <= angle < 360
 
 
+@pytest.mark.slow
 def test_motor_works_with_moderate_rotations_and_tells_stability():
     scene = with_motor(SHAFT, effects=("moderate-rotations",), analysis={"sub_intervals": 60, "allow_coarse": True})
     data = analyse(scene).data

@@ -107,6 +107,7 @@ def test_vibration_of_the_seed_against_section_7_4(damping):
         )
 
 
+@pytest.mark.slow
 def test_motion_in_time_has_harmonics_once_it_is_periodic(tmp_path):
     """Those of its last cycle are those of the periodic response: 1 % is what it may differ by from the one before."""
     analysis = {"method": "transient", "sub_intervals": 48, "modes": 3, "allow_coarse": True}

@@ -57,6 +57,7 @@ def test_collocation_converges_at_sixth_order(model: NineElementModel, reference
     assert fine < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coupling", [False, True])
 def test_collocation_solves_the_equation(model: NineElementModel, coupling: bool) -> None:
     # q'' comes from the equation of motion, so agreement of the series' derivatives is fulfilment of the equation.
