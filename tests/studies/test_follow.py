@@ -156,6 +156,7 @@ def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):
     )
 
 
+@pytest.mark.slow
 def test_files_and_pictures(branch, tmp_path):
     branch.save(tmp_path / "branch.nc")
     loaded = Branch.load(tmp_path / "branch.nc")

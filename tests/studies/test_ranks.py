@@ -115,6 +115,7 @@ cli.main()
     assert not (tmp_path / "out" / "result.nc").exists()
 
 
+@pytest.mark.slow
 def test_a_scene_that_is_wrong_is_one_message(tmp_path):
     (tmp_path / "bad.toml").write_text("nothing = 1")
     arguments = ("-m", "fenics_mech", "run", tmp_path / "bad.toml", "-o", tmp_path / "out")

@@ -56,7 +56,7 @@ def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     assert result.data.attrs["chosen"].startswith(f"strains to {tolerance:g}, met by collocation")
 
 
-@pytest.mark.parametrize("name", ["seed", "slider_crank"])
+@pytest.mark.parametrize("name", [pytest.param("seed", marks=pytest.mark.slow), "slider_crank"])
 def test_all_nodes_are_kept(name):
     assert analysed(scene_of(name).changed(tolerance=1e-2)).scene.analysis.reduction == "none"
 
