@@ -77,23 +77,10 @@ class Matrices:
         return self.stiffness if self.modal is None else self.stiffness + self.modal.stiffness
 
     @cached_property
-    def weakest(self) -> int | None:
-        """Angle with the smallest eigenvalue of the stiffness' symmetric part, if it is not positive."""
-        if not len(indefinite := self._looked_at):
-            return None
-        least = [np.linalg.eigvalsh(dense + dense.T)[0] for dense in map(self.stiffness.dense, indefinite)]
-        return int(indefinite[int(np.argmin(least))])
-
-    @cached_property
     def growth(self) -> float:
         """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0."""
-        return float(np.sqrt(max([0.0, *(-self._least_square(k) for k in self._looked_at)])))
-
-    @cached_property
-    def _looked_at(self) -> Index:
-        """Angles at which the stiffness is not positive; of many coordinates a few of these."""
-        where = not_positive(self.stiffness)
-        return where if self.mass.size <= MANY else where[:: max(1, -(-len(where) // LOOKED_AT))]
+        among = looked_at(not_positive(self.stiffness), self.mass.size)
+        return float(np.sqrt(max([0.0, *(-self._least_square(k) for k in among)])))
 
     def _least_square(self, k: int) -> float:
         """Least real part of ``omega^2`` of ``K x = omega^2 M x`` at an angle; of many, those next to 0."""
@@ -127,6 +114,11 @@ class Matrices:
             moves &= squares >= min(4 * squares[0], squares[-1])
         work = np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
         return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
+
+
+def looked_at(angles: Index, size: int) -> Index:
+    """Angles whose eigenvalues are looked at: all of them, or few where there are many coordinates."""
+    return angles if size <= MANY else angles[:: max(1, -(-len(angles) // LOOKED_AT))]
 
 
 def not_positive(stiffness: Stack) -> Index:

@@ -15,7 +15,7 @@ from fenics_mech import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
-from fenics_mech.scene.factories import four_bar
+from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.common import DEMOS, response_of
 
 LENGTH, BENDING, LINE, ACROSS = 0.5, 206e9 * 0.02 * 0.002**3 / 12, 7850 * 0.02 * 0.002, 0.1
@@ -88,6 +88,21 @@ def test_a_straight_strut_that_goes_off_in_time_is_refused(column, share):
     coarse = {"analysis__start": "rigid", "analysis__time_tolerance": 1e-2, "mesh__elements": 2}
     with pytest.raises(SolverError, match=r"grows without bound: at 0\.\d+ s"):
         analyse(pressed(column, share, "in time", LINEAR).changed(**coarse))
+
+
+@pytest.mark.parametrize(
+    ("damping", "speed", "says", "buckles"),
+    [
+        ({"material": 1e7}, 32.3, "the damping is .* times the inertia", False),
+        ({"ratio": 0.02}, 300.0, "grows too fast", True),
+    ],
+)
+def test_only_axial_forces_make_a_link_buckle(damping, speed, says, buckles):
+    """Both fail. Material damping that turns with the links makes the symmetric stiffness indefinite as well."""
+    scene = seed_four_bar(effects=("coupling", "moderate-rotations"), damping=damping, drive__speed=speed)
+    with pytest.raises(SolverError, match=says) as failed:
+        analyse(scene.changed(analysis__sub_intervals=24, analysis__allow_coarse=True))
+    assert ("buckles: under its axial forces" in str(failed.value)) == buckles
 
 
 @pytest.mark.slow

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects import AddedMatrices
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import looked_at, not_positive
 
 LARGEST_LOSS = 1e-3  # of an answer by rounding; measured, the estimate is 3 to 20 times the true loss
 
@@ -61,14 +64,31 @@ def naming_buckled(equation: Equation, tension: Array | None) -> Iterator[None]:
     try:
         yield
     except SolverError as error:
-        straight = equation.linear if tension is None else equation.straight(tension)
-        if (k := straight.weakest) is None:
+        if (found := _buckled(equation.system, tension)) is None:
             raise
-        theta, link = equation.system.motion.theta[k], weakest_link(equation.system, k, straight.stiffness.dense(k))
+        k, link = found
         raise type(error)(
             f"{error}. The straight link {link} buckles: under its axial forces the stiffness is not positive at drive "
-            f"angle {np.degrees(theta):.6g} deg"
+            f"angle {np.degrees(equation.system.motion.theta[k]):.6g} deg"
         ) from error
+
+
+def _buckled(system: System, tension: Array | None) -> tuple[int, str] | None:
+    """Angle and link at which axial forces alone make the stiffness of the links and springs not positive.
+
+    The whole stiffness also holds inertia and the damping's force by the turning of the links, which bend no link.
+    """
+    terms = replace(system.terms, coupled=False, matrices=AddedMatrices(stiffness=system.terms.matrices.stiffness))
+    equation = Equation(replace(system, terms=terms))
+    if tension is None:
+        loaded, free = equation.linear, Equation(replace(system, terms=replace(terms, stiffening=None))).linear
+    else:
+        loaded, free = equation.straight(tension), equation.straight(np.zeros_like(tension))
+    by_axial_forces = np.setdiff1d(not_positive(loaded.stiffness), not_positive(free.stiffness))
+    if not len(among := looked_at(by_axial_forces, system.size)):
+        return None
+    k = int(min(among, key=lambda k: np.linalg.eigvalsh(loaded.stiffness.dense(k))[0]))
+    return k, weakest_link(system, k, loaded.stiffness.dense(k))
 
 
 def weakest_link(system: System, k: int, stiffness: Array) -> str:
