@@ -22,10 +22,18 @@ from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
 from fenics_mech.mechanism.system import System
 
-KEPT = 14  # numbers of a nonzero that a solver holds at each position, beside its factors
-OF_MODE = 40  # the same of a coordinate, for each mode that is damped
-OF_COORDINATE = 300  # the same of a coordinate, with its factors: rough, for meshes that are not yet made
-OF_DAMPED = 1000  # the same with damping of modes
+
+@dataclass(frozen=True)
+class MemoryNeed:
+    """Numbers that a solver holds at each position."""
+
+    nonzero: int = 14  # of a nonzero of the matrices, beside their factors
+    mode: int = 40  # of a coordinate, for each mode that is damped
+    coordinate: int = 300  # of a coordinate, with its factors: rough, for meshes that are not yet made
+    damped: int = 1000  # the same with damping of modes
+
+
+MEMORY_NEED = MemoryNeed()
 
 
 @dataclass(frozen=True)
@@ -304,7 +312,11 @@ def require_room(system: System, positions: int, stages: int, modes: int | None)
         numbers = DENSE * system.size**2
     else:
         pattern = Equation(system)._congruence.pattern
-        numbers = KEPT * len(pattern.rows) + stages * pattern.elimination.blocks + OF_MODE * modes * system.size
+        numbers = (
+            MEMORY_NEED.nonzero * len(pattern.rows)
+            + stages * pattern.elimination.blocks
+            + MEMORY_NEED.mode * modes * system.size
+        )
     what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
     require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fenics_mech._guard import memory
-from fenics_mech.mechanism.equation import OF_COORDINATE, OF_DAMPED
+from fenics_mech.mechanism.equation import MEMORY_NEED
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import MOST_STATIONS
-from fenics_mech.scene.consistency import MOST_WHOLE
+from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.meshing import with_elements
 
 STAGES = 3
@@ -92,10 +92,10 @@ class Trial:
         """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none."""
         if discretisation.stations > MOST_STATIONS:
             return "stations"
-        if discretisation.elements > MOST_WHOLE:
+        if discretisation.elements > MESH.most_unreduced:
             return "elements"
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
-        most, numbers = (MOST_DAMPED, OF_DAMPED) if damped else (MOST_SPARSE, OF_COORDINATE)
+        most, numbers = (MOST_DAMPED, MEMORY_NEED.damped) if damped else (MOST_SPARSE, MEMORY_NEED.coordinate)
         if periodic and discretisation.sub_intervals * dofs > min(most, memory() / (8 * numbers * STAGES)):
             return "sub_intervals and elements"
         return ""

@@ -15,7 +15,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.drives import MOST_HARMONICS, Harmonics, check_finite
+from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
@@ -43,8 +43,8 @@ class FactorHarmonics(Harmonics):
     """
 
     mean: float = 0.0
-    cosine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
-    sine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
+    cosine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
+    sine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
 
     @property
     def jumps(self) -> tuple[float, ...]:

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.base import check_known
+from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
 if TYPE_CHECKING:
     from fenics_mech.scene.joints import Prismatic, Slot
     from fenics_mech.scene.models import Scene
-
-MOST_WHOLE = 300  # elements of a member; measured: relative strain error 4e-10 with 30, 5e-7 with 100, 6e-5 with 300
-MOST_GRADED = 1e3  # longest element of a member over the shortest; rounding changes strains by 1e-5 there
-CLOSEST = 1e-3  # of a member's length, between places at which loads need a node
 
 
 def check_references(scene: Scene) -> None:
@@ -66,17 +63,17 @@ def _check_mesh(scene: Scene) -> None:
     for label, (_, member) in scene.members().items():
         mesh = member.mesh or scene.mesh
         place = "mesh" if member.mesh is None else f"member {label}"
-        if mesh.ratio > MOST_GRADED * (1 + 1e-9):
+        if mesh.ratio > MESH.largest_unreduced_ratio * (1 + 1e-9):
             raise SceneError(
                 f"the longest element of a member is {mesh.ratio:.3g} times as long as the shortest: beyond "
-                f"{MOST_GRADED:g} the strains would be lost to rounding",
+                f"{MESH.largest_unreduced_ratio:g} the strains would be lost to rounding",
                 place=place,
                 hint="Take a milder grading, or write analysis.reduction = 'craig-bampton', which allows it",
             )
-        if mesh.count > MOST_WHOLE:
+        if mesh.count > MESH.most_unreduced:
             raise SceneError(
                 f"{mesh.count} elements in one member: rounding grows with the 4th power of their number, and beyond "
-                f"{MOST_WHOLE} the strains would lose more than 4 digits",
+                f"{MESH.most_unreduced} the strains would lose more than 4 digits",
                 place=place,
                 hint="Take fewer, or write analysis.reduction = 'craig-bampton', which allows it",
             )
@@ -99,10 +96,10 @@ def _check_loads(scene: Scene) -> None:
         )
     for label, places in scene.loaded_places().items():
         closest = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)
-        if closest < CLOSEST:
+        if closest < MESH.closest:
             raise SceneError(
                 f"two of {', '.join(f'{label}@{s:g}' for s in places)} and the member's ends are nearer to each other "
-                f"than {CLOSEST:g} of its length",
+                f"than {MESH.closest:g} of its length",
                 place="loads",
                 hint="Name the point at the end, or make them one place",
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,17 @@ from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.build import build
 from fenics_mech.scene.models import LONGEST_NAME, Scene
 
-LARGEST_FILE = 5_000_000  # bytes; a scene file is a few kB
-DEEPEST = 30  # parts of a dotted key: the time that tomllib takes grows with their square
-DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{DEEPEST}}}")
+
+@dataclass(frozen=True)
+class FileLimits:
+    """Limits of a scene file."""
+
+    largest: int = 5_000_000  # bytes; a scene file is a few kB
+    deepest: int = 30  # parts of a dotted key: the time that tomllib takes grows with their square
+
+
+FILE = FileLimits()
+DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{FILE.deepest}}}")
 
 
 def load(path: str | Path) -> Scene:
@@ -38,7 +47,7 @@ def load(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        text = read_bounded(path, LARGEST_FILE).decode("utf-8-sig")
+        text = read_bounded(path, FILE.largest).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         reason = "it is not a UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason_of(error)
         raise SceneError(f"cannot read the scene file: {reason}", place=str(path)) from error
@@ -54,7 +63,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
     """
     try:
         if deep := DEEP_KEY.search(text):
-            raise ValueError(f"the key {shortened(deep[0])} has more than {DEEPEST} parts")
+            raise ValueError(f"the key {shortened(deep[0])} has more than {FILE.deepest} parts")
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also of numbers with too many digits
         raise SceneError(f"not valid TOML: {error}", place=file) from error

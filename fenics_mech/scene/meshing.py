@@ -10,13 +10,10 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
-from fenics_mech.scene.bodies import Mesh
-from fenics_mech.scene.consistency import CLOSEST
+from fenics_mech.scene.bodies import MESH, Mesh
 from fenics_mech.scene.models import Scene
 
-SHORT = 0.35  # of an element, between its end and a load, up to which it carries the load inside
 CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "moderate-rotations"}  # loads, with these effects
-MOST_ELEMENTS = 1_000_000  # of a refined scene
 
 
 def nodes_of(mesh: Mesh) -> Array:
@@ -37,11 +34,11 @@ def member_nodes(scene: Scene, label: str) -> Array:
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
     distance = np.abs(nodes[:, None] - places)
-    needed = (distance.min(axis=0, initial=1.0) < CLOSEST) | np.isin(places, _in_need_of_nodes(scene, label))
-    found = np.sort(np.concatenate([nodes[distance.min(axis=1, initial=1.0) >= CLOSEST], places[needed]]))
+    needed = (distance.min(axis=0, initial=1.0) < MESH.closest) | np.isin(places, _in_need_of_nodes(scene, label))
+    found = np.sort(np.concatenate([nodes[distance.min(axis=1, initial=1.0) >= MESH.closest], places[needed]]))
     for place in places[~needed]:
         before, after = found[found <= place].max(initial=0.0), found[found > place].min(initial=1.0)
-        if min(place - before, after - place) >= SHORT * (after - before):
+        if min(place - before, after - place) >= MESH.short * (after - before):
             found = np.sort(np.append(found, place))
     return found
 
@@ -88,9 +85,9 @@ def refined(scene: Scene, times: int) -> Scene:
     if times == 0:
         return scene
     elements = sum(len(member_nodes(scene, label)) - 1 for label in scene.members())
-    if times > 40 or elements * 2**times > MOST_ELEMENTS:
+    if times > 40 or elements * 2**times > MESH.most_refined:
         raise SceneError(
-            f"refining {elements} elements {times} times gives more than {MOST_ELEMENTS:,} elements",
+            f"refining {elements} elements {times} times gives more than {MESH.most_refined:,} elements",
             place="mesh",
             hint="Refine less often",
         )

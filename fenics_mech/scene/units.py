@@ -9,6 +9,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,11 +20,19 @@ from fenics_mech.errors import shortened
 if TYPE_CHECKING:
     import pint
 
-LARGEST = 1e30  # of any quantity in SI: products of several of them must not overflow
-LONGEST = 100  # characters of a quantity
+
+@dataclass(frozen=True)
+class QuantityLimits:
+    """Limits of a quantity with a unit."""
+
+    largest: float = 1e30  # in SI: products of several of them must not overflow
+    longest: int = 100  # characters
+    most_powers: int = 5  # pint computes them with whole numbers of any length
+
+
+QUANTITY = QuantityLimits()
 POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³⁴⁵⁶⁷⁸⁹](?![⁰¹²³⁴⁵⁶⁷⁸⁹.])")
-MOST_POWERS = 5  # in a quantity: pint computes them with whole numbers of any length
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+|1)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
@@ -87,7 +96,7 @@ def registry() -> pint.UnitRegistry:
 def _in_common_units(text: str) -> tuple[float, Counter[str]] | None:
     """Read a number and its units as a float in SI and the powers of the SI units; None where it has any other."""
     text, powers = text.strip(), Counter[str]()
-    if (number := NUMBER.match(text)) is None or len(text) > LONGEST:
+    if (number := NUMBER.match(text)) is None or len(text) > QUANTITY.longest:
         return None
     value, rest = float(number[0]), text[number.end() :].strip()
     rest = rest if rest[:1] in ("", "*", "/") else f" {rest}"
@@ -116,10 +125,10 @@ def _by_pint(text: str, unit: str) -> float:
     """Convert the text of any quantity to a float in `unit`, or say what is wrong with it."""
     plain = "a number" if unit == "1" else f"a number in SI ({unit.replace('**', '^')})"
     example = f"write {plain} or a string such as {EXAMPLES[unit]!r}"
-    if len(text) > LONGEST:
+    if len(text) > QUANTITY.longest:
         raise ValueError(f"cannot read {shortened(text)} as a quantity: it has {len(text)} characters; {example}")
     powers = list(POWER.finditer(text))
-    if len(powers) > MOST_POWERS or any(not SMALL_POWER.match(text, power.start()) for power in powers):
+    if len(powers) > QUANTITY.most_powers or any(not SMALL_POWER.match(text, power.start()) for power in powers):
         raise ValueError(f"cannot read {text!r} as a quantity: an exponent is one digit, as in m^2; {example}")
     if not any(map(str.isdigit, text)):  # as "auto"
         raise ValueError(f"cannot read {text!r} as a quantity; {example}")
@@ -152,8 +161,8 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
             raise ValueError(
                 f"expected a number or a string with a unit such as {EXAMPLES[unit]!r}, found {shortened(value)}"
             )
-        if not abs(number) <= LARGEST:
-            raise ValueError(f"expected a finite number, at most {LARGEST:g} in SI, found {shortened(value)}")
+        if not abs(number) <= QUANTITY.largest:
+            raise ValueError(f"expected a finite number, at most {QUANTITY.largest:g} in SI, found {shortened(value)}")
         return float(number)
 
     return convert

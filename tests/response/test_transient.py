@@ -1,5 +1,7 @@
 """The response in time against closed forms and the periodic solvers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -177,7 +179,7 @@ def test_jumps_of_loads_are_found(factor, jumps):
 
 
 def test_loads_that_change_too_fast_are_refused(monkeypatch):
-    monkeypatch.setattr(coefficients, "MOST_WINDOWS", 300)
+    monkeypatch.setattr(coefficients, "TABLE", replace(coefficients.TABLE, most_windows=300))
     factor = {"kind": "expression", "formula": "sin(2000*theta)"}
     with pytest.raises(SolverError, match="change too fast to be interpolated"):
         interpolated(arm(20.0, loads={"tip": {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}}), 1e-7).at(0.0)

@@ -26,7 +26,7 @@ from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.stability.multipliers import FEW_STATES, eigenpairs
+from fenics_mech.response.stability.multipliers import SEARCH, eigenpairs
 from fenics_mech.response.stability.resonance import SINGULARITY, blamed
 from fenics_mech.response.stability.turning import LinkAxes, alike, separated, turns
 
@@ -156,7 +156,7 @@ def floquet(
     limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
     followed = 0 < flow.matrices.growth * float(np.max(flow.step)) < STABILITY.longest_step
-    slow = damped() if damped is not None and 2 * n > FEW_STATES and not diverging else None
+    slow = damped() if damped is not None and 2 * n > SEARCH.few_states and not diverging else None
     for (values, states), every in eigenpairs(flow, slow, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.pace)
         if followed and damped is not None:

@@ -8,6 +8,7 @@ multipliers. What they leave of the fast ones there is damped by another cycle a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,21 @@ from fenics_mech.response.periodic.krylov import products
 
 Complex = NDArray[np.complex128]
 Pairs = tuple[Complex, Complex]  # eigenvalues, and with each its state at the start of the cycle, (pairs, states)
-FEW_STATES = 80  # of which all multipliers are found as fast as some
-WANTED = 12  # slow disturbances that are looked for first
-MOST_STATES = 800  # of which all are found where some are not enough
-TOLERANCE, RESTARTS = 1e-6, 30  # of Krylov spaces: rounding of very fine meshes leaves no less
-LOST = 1e-8  # of the largest multiplier at Radau points: disturbances that are hardly left after a cycle
+
+
+@dataclass(frozen=True)
+class MultiplierLimits:
+    """How many multipliers are looked for, and how precisely."""
+
+    few_states: int = 80  # of which all multipliers are found as fast as some
+    wanted: int = 12  # slow disturbances that are looked for first
+    most_states: int = 800  # of which all are found where some are not enough
+    tolerance: float = 1e-6  # of Krylov spaces: rounding of very fine meshes leaves no less
+    restarts: int = 30  # of Krylov spaces
+    lost: float = 1e-8  # of the largest multiplier at Radau points: disturbances that are hardly left after a cycle
+
+
+SEARCH = MultiplierLimits()
 
 
 def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Pairs, bool]]:
@@ -47,11 +58,11 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
     SolverError
         When SLEPc does not converge.
     """
-    states, wanted = 2 * flow.size, WANTED
-    if damped is None and states > MOST_STATES:
+    states, wanted = 2 * flow.size, SEARCH.wanted
+    if damped is None and states > SEARCH.most_states:
         damped = flow  # what diverges is the largest there, too
-    while damped is not None and states > FEW_STATES and 4 * wanted <= min(states, MOST_STATES):
-        yield _slow(flow, damped, wanted, options), 16 * wanted > MOST_STATES and states > MOST_STATES
+    while damped is not None and states > SEARCH.few_states and 4 * wanted <= min(states, SEARCH.most_states):
+        yield _slow(flow, damped, wanted, options), 16 * wanted > SEARCH.most_states and states > SEARCH.most_states
         wanted *= 4
     unit = np.tile(flow.unit, 2)
     monodromy = flow.monodromy * unit[:, None] / unit
@@ -70,9 +81,9 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
         return np.stack([steps.march(state)[-1] for state in (states / unit[:, None]).T], axis=1) * unit[:, None]
 
     matrix = products(len(unit), lambda state: carried(state[:, None], damped)[:, 0])
-    krylov = {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": TOLERANCE, "eps_max_it": RESTARTS}
+    krylov = {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": SEARCH.tolerance, "eps_max_it": SEARCH.restarts}
     values, states = _solved(matrix, krylov, options)
-    kept = states[np.abs(values) > LOST * np.abs(values).max(initial=0.0)]
+    kept = states[np.abs(values) > SEARCH.lost * np.abs(values).max(initial=0.0)]
     if not len(kept):
         return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
     space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]

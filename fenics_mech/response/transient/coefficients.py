@@ -20,13 +20,21 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.modal_forces import NonlinearModalForces
 
-NODES = 8  # of the interpolation in a window
-WINDOWS = 8  # in a cycle, before any is halved
-REFERENCES = 64  # times at which the size of the motion is estimated
-NARROWEST = 1e-9  # of a cycle: windows of jumps
-JUMP = 1e-4  # of the largest value, from which on a step of the values is a jump
-MOST_WINDOWS = 5000  # in a cycle
-MOST_ENTRIES = 100_000_000  # of the matrices at the nodes of a cycle (0.8 GB)
+
+@dataclass(frozen=True)
+class TableLimits:
+    """Nodes and limits of the interpolation of matrices in time."""
+
+    nodes: int = 8  # in a window
+    windows: int = 8  # in a cycle, before any is halved
+    references: int = 64  # times at which the size of the motion is estimated
+    narrowest: float = 1e-9  # of a cycle: windows of jumps
+    jump: float = 1e-4  # of the largest value, from which on a step of the values is a jump
+    most_windows: int = 5000  # in a cycle
+    most_entries: int = 100_000_000  # of the matrices at the nodes of a cycle (0.8 GB)
+
+
+TABLE = TableLimits()
 
 
 @dataclass(frozen=True)
@@ -81,7 +89,7 @@ class Coefficients:
     start: float
     repeats_after: float
     tolerance: float
-    windows: int = WINDOWS
+    windows: int = TABLE.windows
     corners: Callable[[int], Array] = lambda cycle: np.zeros(0)
     error: float = 0.0
     law: Law | None = None
@@ -91,13 +99,13 @@ class Coefficients:
 
     def __post_init__(self) -> None:
         """Place the nodes in a window, 0..1, with their barycentric weights, and look at the size of everything."""
-        odd = np.pi * (2 * np.arange(NODES) + 1) / (2 * NODES)
+        odd = np.pi * (2 * np.arange(TABLE.nodes) + 1) / (2 * TABLE.nodes)
         self.nodes = (1 - np.cos(odd)) / 2
-        self.barycentric = (-1.0) ** np.arange(NODES) * np.sin(odd)
-        orders = np.arange(NODES)[:, None]
-        self.to_chebyshev = np.cos(orders * (np.pi - odd)) * np.where(orders, 2, 1) / NODES
+        self.barycentric = (-1.0) ** np.arange(TABLE.nodes) * np.sin(odd)
+        orders = np.arange(TABLE.nodes)[:, None]
+        self.to_chebyshev = np.cos(orders * (np.pi - odd)) * np.where(orders, 2, 1) / TABLE.nodes
         last = max(self.start, self.repeats_after) + self.cycle
-        count = max(REFERENCES, NODES * min(self.windows, MOST_WINDOWS) + 1)
+        count = max(TABLE.references, TABLE.nodes * min(self.windows, TABLE.most_windows) + 1)
         equation = self.equation_at(np.linspace(self.start, last, count))
         linear, self.law, self.coupled = equation.linear, equation.system.terms.law, equation.coupled
         self.growth = linear.growth
@@ -117,7 +125,7 @@ class Coefficients:
 
     def look(self, start: float, end: float) -> None:
         """Look at a stretch of time (s): a jump at an end of it is not seen."""
-        slack = NARROWEST * self.cycle
+        slack = TABLE.narrowest * self.cycle
         self.between, self._latest = (start + slack, end - slack), (np.nan, [])
 
     def repeats(self, cycle: int) -> bool:
@@ -151,7 +159,7 @@ class Coefficients:
         """Lagrange polynomials at a place 0..1 in a window, by the barycentric formula (Berrut and Trefethen, 2004)."""
         gap = place - self.nodes
         if abs(gap[hit := int(np.abs(gap).argmin())]) < 1e-14:
-            return np.eye(NODES)[hit]
+            return np.eye(TABLE.nodes)[hit]
         parts = self.barycentric / gap
         return parts / parts.sum()
 
@@ -168,9 +176,9 @@ class Coefficients:
             values = self._values(cycle, start, width)
             size = self._sizes(values) if size is None else size
             error = self._error(values, size)
-            weighed = error * width * WINDOWS / self.cycle  # what acts for a short time only does little
-            wrong = (weighed > self.tolerance) | (error > JUMP)
-            narrow = width < NARROWEST * self.cycle
+            weighed = error * width * TABLE.windows / self.cycle  # what acts for a short time only does little
+            wrong = (weighed > self.tolerance) | (error > TABLE.jump)
+            narrow = width < TABLE.narrowest * self.cycle
             self.error = max(self.error, float(weighed[~wrong | narrow].max(initial=0.0)))
             good.append((start[~wrong], width[~wrong], values[~wrong]))
             again = wrong & ~narrow
@@ -193,14 +201,14 @@ class Coefficients:
         step = np.abs(ends[:, 0] - before)
         difference = np.stack([part.max(axis=1) for part in np.split(step, self._ends[:-1], axis=1)], axis=1)
         edges[0] = 0.0
-        return _Table(start, width, values, edges, edges[(difference > JUMP * size).any(axis=1)])
+        return _Table(start, width, values, edges, edges[(difference > TABLE.jump * size).any(axis=1)])
 
     def _values(self, cycle: int, start: Array, width: Array) -> Array:
         times = (cycle * self.cycle + start[:, None] + width[:, None] * self.nodes).ravel()
         order = np.argsort(times, kind="stable")
         parts = [part.reshape(len(times), -1) for part in self._parts(self.equation_at(times[order]))]
         flat = np.concatenate(parts, axis=1)
-        return flat[np.argsort(order, kind="stable")].reshape(len(start), NODES, -1)
+        return flat[np.argsort(order, kind="stable")].reshape(len(start), TABLE.nodes, -1)
 
     def _sizes(self, values: Array) -> Array:
         """Largest value of each part; damping is compared with what would be critical, too."""
@@ -215,7 +223,7 @@ class Coefficients:
         return np.max([part.max(axis=1) / whole for part, whole in zip(parts, size)], axis=0)
 
     def _check_size(self, cycle: int, start: Array, windows: int) -> None:
-        if windows > MOST_WINDOWS or windows * NODES * int(self._ends[-1]) > MOST_ENTRIES:
+        if windows > TABLE.most_windows or windows * TABLE.nodes * int(self._ends[-1]) > TABLE.most_entries:
             raise SolverError(
                 f"the matrices or loads change too fast to be interpolated, at {cycle * self.cycle + start[0]:.6g} s, "
                 "or are lost in rounding beside a far too stiff spring or damper: give smoother loads and laws of the "

@@ -24,7 +24,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
-from fenics_mech.response.transient.coefficients import NODES, WINDOWS, Coefficients
+from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import LONGEST_STEP, Course, Schedule, StartState
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import blows_between, passages
@@ -113,17 +113,15 @@ def course_from(scene: Scene, system: System, start: StartState, longest: float 
         )
     require_positions(scene, positions)
     tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
-    cut = [load.cut_where_needed for load in scene.loads.values()]
-    seen = [
-        SHOWN if separate else load.enough_angles(NODES * WINDOWS) for load, separate in zip(scene.loads.values(), cut)
-    ]
+    enough = TABLE.nodes * TABLE.windows
+    seen = [SHOWN if load.cut_where_needed else load.enough_angles(enough) for load in scene.loads.values()]
     coefficients = Coefficients(
         partial(equation_in_time, scene, system),
         scene.period,
         time,
         schedule.steady_after,
         tolerance,
-        max(WINDOWS, math.ceil(LONGEST_GAP * max([1, *seen]) / NODES)),
+        max(TABLE.windows, math.ceil(LONGEST_GAP * max([1, *seen]) / TABLE.nodes)),
         _corners(scene),
     )
     blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))

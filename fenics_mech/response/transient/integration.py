@@ -19,7 +19,7 @@ from petsc4py import PETSc
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.transient.coefficients import NARROWEST, Coefficients
+from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import Blows, Course, Schedule, StartState
 from fenics_mech.response.transient.instant import Instant
 from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
@@ -27,7 +27,7 @@ from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 State = Callable[[], Any]  # gives z and its rate
 Prepared = tuple[float, State]  # TS's time over ours, and the state
-SAME = 2 * NARROWEST  # of a cycle, between times that count as one
+SAME = 2 * TABLE.narrowest  # of a cycle, between times that count as one
 
 
 @dataclass(frozen=True)
