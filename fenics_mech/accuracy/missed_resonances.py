@@ -85,9 +85,9 @@ def _resonances_of(solution: CollocationSolution | HarmonicSolution, equation: E
 def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, ElasticResponse, float]]:
     """Give the vibration that the mesh, or modes left out at the mesh's frequencies, may miss."""
     scene, system, kept = solution.scene, solution.system, solution.modes
-    rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene, kept.omega)
+    rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene.damping.ratio, kept.omega)
     modes = enough_modes(system, kept, system.load, rate, 2 * float(ratios.min()), scene.petsc)
-    losses, off = 2 * damping_ratios(scene, modes.omega).mean(axis=0), frequency_error(system, modes)
+    losses, off = 2 * damping_ratios(scene.damping.ratio, modes.omega).mean(axis=0), frequency_error(system, modes)
     resonances = Resonances(modes, rate, system.load, losses, off)
     left_out = np.arange(len(off)) >= kept.omega.shape[1]
     missed = resonances.by_mesh | (resonances.met & left_out & resonances.shifted)

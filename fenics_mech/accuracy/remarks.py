@@ -46,7 +46,7 @@ def _of_start(solution: TransientSolution) -> list[str]:
     scene = solution.scene
     reduced, started = scene.analysis.reduction != "none", scene.analysis.start != "rigid"
     remarks = (
-        (own_steps(scene), "the time steps, which PETSc's options state"),
+        (own_steps(scene.petsc), "the time steps, which PETSc's options state"),
         (reduced and started, "what the start puts into the modes left out of members"),
         (
             reduced and any(load.jumps for load in scene.loads.values()),

@@ -113,7 +113,7 @@ class AnswerOfModes:
     @property
     def loss(self) -> float:
         """Least loss factor of the modes kept, twice a damping ratio."""
-        return 2 * float(damping_ratios(self.scene, self.modes.omega).min())
+        return 2 * float(damping_ratios(self.scene.damping.ratio, self.modes.omega).min())
 
     @cached_property
     def momenta(self) -> Array:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +25,6 @@ from fenics_mech.response.transient.in_time import (
     equation_in_time,
     schedule_of,
 )
-from fenics_mech.scene import Scene
 
 OF_MODES = 2.0  # convergence order in the cutoff, of the answer of the modes left out
 ROUGHER, ROUGH_SHARE = (
@@ -43,10 +44,10 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
         When the rougher steps fail.
     """
     scene, system, course = solution.scene, solution.over_cycle, solution.course
-    rough = None if own_steps(scene) else _rough_course(solution)
+    rough = None if own_steps(scene.petsc) else _rough_course(solution)
     step, duration = scene.period / scene.analysis.sub_intervals, float(np.ptp(course.time))
     roughly, responses, loads, fast, state = [], [], [], [], np.zeros((4, course.displacement.shape[1]))
-    for part in cycles_of(scene, course.time):
+    for part in cycles_of(course.time, scene.analysis.sub_intervals):
         equation = equation_in_time(scene, system, course.time[part])
         motion = course.displacement[part], course.velocity[part]
         fast.append(too_fast(equation.linear, motion, step, duration))
@@ -69,9 +70,9 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
     return errors
 
 
-def own_steps(scene: Scene) -> bool:
-    """Whether the scene's options of PETSc choose the steps in time, whatever the tolerance."""
-    return any(name.startswith(OWN_STEPS) for name in scene.petsc)
+def own_steps(petsc: Mapping[str, Any]) -> bool:
+    """Whether options of PETSc choose the steps in time, whatever the tolerance."""
+    return any(name.startswith(OWN_STEPS) for name in petsc)
 
 
 def _rough_course(solution: TransientSolution) -> Course:

@@ -84,7 +84,10 @@ def _vibration(scene: Scene, system: System, modes: Modes, still: Array) -> tupl
         return np.zeros_like(still), 0.0, 1.0
     harmonics = np.fft.rfft(np.einsum("kmi,ki->km", modes.shapes, system.load), axis=0)
     omega = modes.omega.mean(axis=0)
-    ratio = np.maximum(damping_ratios(scene, modes.omega)[0], LEAST_DAMPING) + scene.damping.material * omega / 2
+    ratio = (
+        np.maximum(damping_ratios(scene.damping.ratio, modes.omega)[0], LEAST_DAMPING)
+        + scene.damping.material * omega / 2
+    )
     r = np.arange(len(harmonics))[:, None] * abs(scene.cycle_rate) / omega
     answer = 1 / (1 - r**2 + 2j * ratio * r)
 

@@ -16,8 +16,7 @@ from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import Modes
-from fenics_mech.forces.element_loads import point_loads
-from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.forces.element_loads import pin_loads
 from fenics_mech.forces.section_forces import section_forces
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
@@ -158,8 +157,7 @@ def _quasi_static(solution: Solution) -> Array:
     scene, system, middle = solution.scene, solution.system, np.array([0.5])
     linear = replace(system, terms=replace(system.without_axial_forces.terms, law=None, coupled=False))
     response = solve_static(linear, scene.petsc)
-    found = reactions(linear, nodal_forces(linear, response))
-    axial, _, moment = section_forces(linear, response, middle, point_loads(linear, found))
+    axial, _, moment = section_forces(linear, response, middle, pin_loads(linear, response))
     by_force, by_moment = stress_over_modulus(scene, middle, axial[..., None], moment[..., None])
     return by_force[..., 0] + by_moment[..., 0, 0]
 

@@ -14,7 +14,7 @@ from fenics_mech.effects.dampers import damper_forces
 from fenics_mech.effects.springs import spring_forces
 from fenics_mech.forces.air import drag_known
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_loads import point_loads
+from fenics_mech.forces.element_loads import pin_loads, point_loads
 from fenics_mech.forces.joint_forces import Reactions, joint_forces, nodal_forces, reactions
 from fenics_mech.forces.section_forces import MemberState, recover_members, section_forces
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
@@ -139,7 +139,8 @@ def _largest_strain(scene: Scene, system: System, response: ElasticResponse, str
     found, places = np.abs(strain).max(axis=(0, 2, 3)), places_between_stations(scene, system, response)
     if not len(places):
         return found
-    _, elastic, _ = _with_viscous_forces(system, response, places)
+    undamped = response.undamped
+    elastic = recover_members(system, undamped, places, pin_loads(system, undamped))
     axial, bending = (elastic_strain(scene, part) for part in _stress_over_modulus(scene, elastic))
     return np.maximum(found, np.abs(axial[..., None] + bending).max(axis=(0, 2, 3)))
 

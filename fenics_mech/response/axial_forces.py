@@ -13,15 +13,14 @@ from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.mechanism import System
-from fenics_mech.scene import Scene
 
 MOST_UPDATES = 60
 SETTLED = 1e-7  # change of the axial forces, of the largest
 
 
-def settles(scene: Scene, terms: Terms) -> bool:
+def settles(tension: str, terms: Terms) -> bool:
     """Whether the axial forces of the geometric stiffness are those of the response, and not of the rigid motion."""
-    return scene.analysis.tension == "settled" and terms.stiffening is not None
+    return tension == "settled" and terms.stiffening is not None
 
 
 def settle(system: System, respond: Callable[[System], ElasticResponse]) -> System:

@@ -16,6 +16,8 @@ from fenics_mech.mechanism.matrices import not_positive
 from fenics_mech.mechanism.modal_forces import FEW
 from fenics_mech.scene import Scene
 
+Ratio = float | tuple[float, ...]
+
 
 @dataclass(frozen=True)
 class DampedModesLimits:
@@ -37,9 +39,9 @@ class DampedModesLimits:
 LIMITS = DampedModesLimits()
 
 
-def damping_ratios(scene: Scene, omega: Array) -> Array:
+def damping_ratios(ratio: Ratio, omega: Array) -> Array:
     """Ratio of every mode (E.12), of the shape of `omega`; the last one stated holds for the modes after it."""
-    stated = np.atleast_1d(scene.damping.ratio)
+    stated = np.atleast_1d(ratio)
     return np.broadcast_to(stated[np.minimum(np.arange(omega.shape[1]), len(stated) - 1)], omega.shape)
 
 
@@ -84,7 +86,7 @@ def _up_to(mass: Stack, stiffness: Stack, enough: float, resolved: float) -> Dam
     return DampedModes(count, fastest) if count < FEW * mass.size else None
 
 
-def modal_damping(scene: Scene, system: System, modes: DampedModes | None = None) -> Array | None:
+def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | None:
     """Give F of ``F^T F = M Phi 2 zeta omega Phi^T M`` at every angle; None if nothing is damped.
 
     The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid. With shapes
@@ -93,10 +95,10 @@ def modal_damping(scene: Scene, system: System, modes: DampedModes | None = None
 
     Parameters
     ----------
-    scene
-        The linkage.
+    ratio
+        Damping ratio, or those of the slowest modes.
     system
-        Its mechanism at the angles.
+        The mechanism at the angles.
     modes
         Those that are damped; None for all.
 
@@ -110,13 +112,13 @@ def modal_damping(scene: Scene, system: System, modes: DampedModes | None = None
     SolverError
         When the stiffness is not positive.
     """
-    if not np.any(scene.damping.ratio):
+    if not np.any(ratio):
         return None
     mass, stiffness = system.once("held matrices", lambda: _held(system))
-    key = str(scene.damping.ratio), modes
+    key = str(ratio), modes
     if modes is None:
-        return system.once("modal damping", lambda: _of_all(scene, mass, stiffness), key)
-    return system.once("modal damping", lambda: _of_slowest(scene, mass, stiffness, modes), key)
+        return system.once("modal damping", lambda: _of_all(ratio, mass, stiffness), key)
+    return system.once("modal damping", lambda: _of_slowest(ratio, mass, stiffness, modes), key)
 
 
 def between_positions(damping: Array, unit: Array, places: Array) -> Array | None:
@@ -173,7 +175,7 @@ def _held(system: System) -> tuple[Stack, Stack]:
     return mass, stiffness
 
 
-def _of_slowest(scene: Scene, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
+def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
     """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
     count = modes.count
     width = min(mass.size, count + max(LIMITS.more_shapes, count // 2))
@@ -182,7 +184,7 @@ def _of_slowest(scene: Scene, mass: Stack, stiffness: Stack, modes: DampedModes)
         part = slice(first, first + LIMITS.at_a_time)
         squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
         times = np.sqrt(squares)
-        ratios = damping_ratios(scene, times) * modes.share(1 / times)
+        ratios = damping_ratios(ratio, times) * modes.share(1 / times)
         scale = np.sqrt(2 * ratios / times**3)  # (E.12), of shapes of unit stiffness
         found.append(scale[..., None] * moved[:, :count])
     return np.concatenate(found)
@@ -211,7 +213,7 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
     return squares, shapes, moved
 
 
-def _of_all(scene: Scene, mass: Stack, stiffness: Stack) -> Array:
+def _of_all(ratio: Ratio, mass: Stack, stiffness: Stack) -> Array:
     """Factor of the damping of all modes, which LAPACK finds in whole arrays."""
     unit = np.sqrt(stiffness.diagonal)
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
@@ -219,5 +221,5 @@ def _of_all(scene: Scene, mass: Stack, stiffness: Stack) -> Array:
     scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass.full / pairs).transpose(0, 2, 1))
     squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
     times = np.sqrt(np.maximum(squares, 0))
-    root = (shapes * np.sqrt(2 * damping_ratios(scene, times) * times)[:, None]) @ shapes.transpose(0, 2, 1)  # (E.12)
+    root = (shapes * np.sqrt(2 * damping_ratios(ratio, times) * times)[:, None]) @ shapes.transpose(0, 2, 1)  # (E.12)
     return root @ (unit[:, :, None] * lower).transpose(0, 2, 1)

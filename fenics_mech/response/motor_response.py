@@ -83,12 +83,12 @@ class MotorCycle(Cycle):
     def damping_at(self, theta: Array) -> Array | None:
         """Modal damping at drive angles where the crank is not ahead, ``(angles, coordinates, coordinates)``."""
         there = _turned(self.scene, self.system, theta, np.zeros((3, len(theta))))
-        return modal_damping(self.scene, there)
+        return modal_damping(self.scene.damping.ratio, there)
 
     @cached_property
     def damping(self) -> Array | None:
         """Modal damping at the starts of the sub-intervals."""
-        return modal_damping(self.scene, self.system)
+        return modal_damping(self.scene.damping.ratio, self.system)
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -185,12 +186,12 @@ def boundary_load(scene: Scene, system: System) -> Array | None:
     return moved(scene.changed(effects=()), system, motion).load  # axial forces load nothing by themselves
 
 
-def modes_kept(scene: Scene, system: System) -> int:
-    """Give the number of modes that the scene keeps."""
-    return system.size if scene.analysis.modes == "all" else min(scene.analysis.modes, system.size)
+def modes_kept(modes: int | Literal["all"], size: int) -> int:
+    """Give the number of modes that are kept of a mechanism with so many coordinates."""
+    return size if modes == "all" else min(modes, size)
 
 
 @guarded()
 def scene_modes(scene: Scene, system: System) -> Modes:
     """Solve for the modes that the scene keeps."""
-    return solve_modes(system, modes_kept(scene, system), scene.petsc)
+    return solve_modes(system, modes_kept(scene.analysis.modes, system.size), scene.petsc)

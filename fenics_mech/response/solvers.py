@@ -44,7 +44,7 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
         return needed
     damped = bool(terms.damping.material or terms.damping.drag or terms.matrices.damping)
     beyond = bool(terms.coupled or terms.law or damped or terms.matrices.follower)
-    beyond = beyond or bool(scene.impulses) or settles(scene, terms)
+    beyond = beyond or bool(scene.impulses) or settles(scene.analysis.tension, terms)
     if beyond and asked == "sub-intervals":
         names = ", ".join(effect.name for effect in active(scene))
         raise SceneError(
@@ -70,7 +70,7 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
     points = scene.analysis.sub_intervals * (1 if solver == "sub-intervals" else scene.analysis.stages)
     refuse_undersampled(scene, points, by_collocation=solver in ("collocation", MOTOR.solver))
     if solver == "sub-intervals":
-        require_joined(modes_kept(scene, system), points)
+        require_joined(modes_kept(scene.analysis.modes, system.size), points)
     else:
         stages, damped = scene.analysis.stages, bool(np.any(scene.damping.ratio))
         modes = damped_modes(scene, system) if damped and solver == "collocation" else None
@@ -81,6 +81,6 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
 def by_statics(scene: Scene, system: System) -> StaticSolution:
     """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that."""
     refuse_undersampled(scene, scene.analysis.sub_intervals)
-    if settles(scene, system.terms):
+    if settles(scene.analysis.tension, system.terms):
         system = settle(system, lambda changed: static_response(scene, changed))
     return StaticSolution(scene=scene, system=system, response=static_response(scene, system))

@@ -65,7 +65,7 @@ class Cycle:
     @cached_property
     def start(self) -> Equation:
         """The equation at the starts of the sub-intervals."""
-        return Equation(self.system, modal_damping(self.scene, self.system, self.damped))
+        return Equation(self.system, modal_damping(self.scene.damping.ratio, self.system, self.damped))
 
     @cached_property
     def damped(self) -> DampedModes | None:
@@ -75,7 +75,7 @@ class Cycle:
     @property
     def settling(self) -> bool:
         """Whether axial forces of the response act on it."""
-        return settles(self.scene, self.system.terms)
+        return settles(self.scene.analysis.tension, self.system.terms)
 
     @property
     def linear(self) -> bool:

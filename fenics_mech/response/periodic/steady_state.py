@@ -176,7 +176,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
 
 def _refuse_without_series(scene: Scene, system: System) -> None:
     """Raise `SceneError` where harmonic balance does not solve what the scene states."""
-    if settles(scene, system.terms):
+    if settles(scene.analysis.tension, system.terms):
         raise SceneError(
             "harmonic balance does not update axial forces",
             place="analysis.tension",

@@ -109,7 +109,7 @@ class SubIntervals:
         """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s), or equally long."""
         if duration is None:
             duration = np.full(len(modes.theta), scene.period / len(modes.theta))
-        oscillators = Oscillators(modes.omega, damping_ratios(scene, modes.omega))
+        oscillators = Oscillators(modes.omega, damping_ratios(scene.damping.ratio, modes.omega))
         return cls(oscillators, duration[:, None], *_joins(scene, modes, duration[:, None, None]), scene.petsc)
 
     @cached_property
@@ -227,7 +227,7 @@ def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: E
     balanced
         The response with the inertia that balances the elastic forces.
     """
-    share = 2 * damping_ratios(scene, modes.omega) * rate
+    share = 2 * damping_ratios(scene.damping.ratio, modes.omega) * rate
     if not share.any():
         return balanced
     drag = superposed(modes, modes.omega**2 * share)

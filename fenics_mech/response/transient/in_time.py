@@ -62,7 +62,7 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     """
     course = course_from(scene, system, start)
     parts = []
-    for part in cycles_of(scene, course.time):
+    for part in cycles_of(course.time, scene.analysis.sub_intervals):
         equation = equation_in_time(scene, system, course.time[part])
         parts.append(elastic_response(equation, course.displacement[part], course.velocity[part]))
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
@@ -76,7 +76,7 @@ def refuse_in_time(scene: Scene, system: System) -> None:
     analysis = scene.analysis
     if not scene.drives:
         raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
-    if settles(scene, system.terms):
+    if settles(scene.analysis.tension, system.terms):
         raise SceneError(
             "method = 'transient' does not update axial forces",
             place="analysis.tension",
@@ -96,9 +96,8 @@ def refuse_in_time(scene: Scene, system: System) -> None:
         )
 
 
-def cycles_of(scene: Scene, time: Array) -> list[slice]:
-    """Cut positions in time into cycles: the matrices are dense, and those of all cycles need too much memory."""
-    count = scene.analysis.sub_intervals
+def cycles_of(time: Array, count: int) -> list[slice]:
+    """Cut positions in time into cycles of so many: the matrices of all cycles need too much memory."""
     return [slice(k, k + count) for k in range(0, len(time), count)]
 
 
@@ -159,7 +158,7 @@ def schedule_of(scene: Scene) -> Schedule:
 def equation_in_time(scene: Scene, system: System, time: Array) -> Equation:
     """Give the equation of motion at ascending times (s)."""
     here = moved(scene, system, solve_motion_in_time(scene, time))
-    return Equation(here, modal_damping(scene, here))
+    return Equation(here, modal_damping(scene.damping.ratio, here))
 
 
 def concatenated(parts: list[Joined]) -> Joined:
