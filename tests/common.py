@@ -53,3 +53,11 @@ def _no_errors(solution: Solution, *_: object) -> Errors:
 
     sizes = {name: np.ones(len(parts)) for name, parts in places_of(solution.scene).items()}
     return Errors({name: {"time": 0 * size} for name, size in sizes.items()}, {"time": 0.0}, sizes)
+
+
+def with_all_effects(scene: Scene) -> Scene:
+    """Give a scene the effects that matter to linkages; those of thick links where it states what they need."""
+    from fenics_mech.effects import EFFECTS
+
+    thick = () if EFFECTS["shear"].missing_data(scene) else ("rotary-inertia", "shear")
+    return scene.changed(effects=("coupling", "moderate-rotations", *thick))

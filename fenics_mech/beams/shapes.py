@@ -122,20 +122,7 @@ def work_equivalent(line: Array, length: Array) -> Array:
 
 
 def moments_at_ends(moments: Array, length: Array) -> Array:
-    """Forces at the nodes of elements that do the same work as moments spread linearly along them.
-
-    Parameters
-    ----------
-    moments
-        At the first and second node (N m/m), ``(angles, elements, 2)``.
-    length
-        Of the elements (m), ``(elements,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Forces and moments in the elements' dofs u, w, phi, ``(angles, elements, 6)``.
-    """
+    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``."""
     forces = np.zeros((*moments.shape[:2], 6))
     forces[..., NORMAL] = moments @ TURNING.T
     forces[..., [2, 5]] *= length[:, None]

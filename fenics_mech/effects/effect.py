@@ -47,14 +47,6 @@ class Survey:
     gravity: float
 
 
-def _never(scene: Scene) -> bool:
-    return False
-
-
-def _nothing(scene: Scene) -> str:
-    return ""
-
-
 @dataclass(frozen=True)
 class Effect:
     """A physical effect. Every module of this package that has an `EFFECT` adds one to the program.
@@ -108,10 +100,10 @@ class Effect:
     source: str
     terms: Callable[[Situation], Terms] | None = None
     beams: Callable[[Scene, Beams], Beams] | None = None
-    stated: Callable[[Scene], bool] = _never
+    stated: Callable[[Scene], bool] = lambda scene: False
     size: Callable[[Survey], float] | None = None
     estimate: str = ""
-    missing_data: Callable[[Scene], str] = _nothing
+    missing_data: Callable[[Scene], str] = lambda scene: ""
     stated_by: str = ""
     without: Mapping[str, Any] = field(default_factory=dict)
     needs: tuple[str, ...] = ()

@@ -86,13 +86,9 @@ def _spread(situation: Situation, load: LineLoad) -> Terms:
     along_and_across = np.stack([1 - place, place], axis=-1) @ ends[..., None, :, :]  # (angles, elements, nodes, 2)
     values = np.broadcast_to(along_and_across, (len(situation.motion.theta), *place.shape, 2))
     line = np.zeros((len(values), len(here), 4))
-    line[:, here] = load.factor_at(situation.motion.theta)[:, None, None] * _by_component(values)
+    by_component = values.swapaxes(-1, -2).reshape(*values.shape[:2], 4)
+    line[:, here] = load.factor_at(situation.motion.theta)[:, None, None] * by_component
     return Terms(loads=Loads(line=line))
-
-
-def _by_component(values: Array) -> Array:
-    """Order ``(angles, elements, nodes, components)`` by component, ``(angles, elements, 4)``."""
-    return values.swapaxes(-1, -2).reshape(*values.shape[:2], 4)
 
 
 EFFECT = Effect(

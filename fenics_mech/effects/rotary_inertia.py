@@ -6,9 +6,6 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from fenics_mech._arrays import Array
 from fenics_mech.beams.distributions import along_elements
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
@@ -24,12 +21,10 @@ def beams(scene: Scene, links: Beams) -> Beams:
     length. So the mass also acts on the link's angular acceleration, which is the slope of the rigid acceleration that
     it is multiplied by; it has no part in the gyroscopic matrix, and none in the centrifugal forces.
     """
-    (rotary,) = along_elements(scene, links.layout, _rotary_inertia)
+    (rotary,) = along_elements(
+        scene, links.layout, lambda scene, label, s: scene.rigidity(label, s).rotary_inertia[None]
+    )
     return replace(links, inertia=replace(links.inertia, rotary=rotary))
-
-
-def _rotary_inertia(scene: Scene, label: str, s: Array) -> Array:
-    return np.stack([scene.rigidity(label, s).rotary_inertia])
 
 
 EFFECT = Effect(

@@ -32,7 +32,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
         When a material or a section does not say what is needed, or a pin travels along a member that bends.
     """
     _refuse_travelling(scene)
-    (stiffness,) = along_elements(scene, links.layout, _shear_stiffness)
+    (stiffness,) = along_elements(scene, links.layout, lambda scene, label, s: scene.shear_stiffness(label, s)[None])
     angle = _angle(links, stiffness.mean * links.mesh.cell_length)
     return replace(links, layout=links.layout.sheared(angle), rigidity=replace(links.rigidity, shear=stiffness))
 
@@ -47,10 +47,6 @@ def _angle(links: Beams, stiffness: Array) -> Array:
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
     broken.destroy()
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]
-
-
-def _shear_stiffness(scene: Scene, label: str, s: Array) -> Array:
-    return np.stack([scene.shear_stiffness(label, s)])
 
 
 def missing_data(scene: Scene) -> str:

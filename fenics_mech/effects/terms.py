@@ -225,8 +225,8 @@ class Loads(_Sum):
 
         Moments are taken for couples. Of a force on an arm of a rigid link, the turn of the arm is left out.
         """
-        force = None if self.force is None else _turned(self.force, (len(self.force), -1, 3))
-        ends = None if self.ends is None else _turned(self.ends, (*self.ends.shape[:2], 2, 3))
+        force = None if self.force is None else quarter_back(self.force, (len(self.force), -1, 3))
+        ends = None if self.ends is None else quarter_back(self.ends, (*self.ends.shape[:2], 2, 3))
         line = None if self.line is None else np.concatenate([self.line[..., 2:], -self.line[..., :2]], axis=-1)
         return Loads(force, line, ends)
 
@@ -246,8 +246,11 @@ class Loads(_Sum):
         return {name: part for name in ("force", "line", "ends") if (part := getattr(self, name)) is not None}
 
 
-def _turned(forces: Array, shape: tuple[int, ...]) -> Array:
-    """Turn forces along two axes, beside a moment in each, by a quarter clockwise; they are an array of that shape."""
+def quarter_back(forces: Array, shape: tuple[int, ...]) -> Array:
+    """Turn forces along two axes, beside a moment in each, by a quarter clockwise; they are an array of that shape.
+
+    Moments do no work in it.
+    """
     x, y, _ = np.moveaxis(forces.reshape(shape), -1, 0)
     return np.stack([y, -x, np.zeros_like(x)], axis=-1).reshape(forces.shape)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,7 +83,8 @@ def _described(scene: Scene, poses: Array, motion: Array) -> str:
     turns = np.abs(motion[:, 2])
     leads = turns if turns.max() > SEEN * moves.max() else moves
     first = int(leads.argmax())
-    joints = [name for name, joint in scene.joints.items() if _takes_part(joint.connect, links[first])]
+    held = {name: [point.split(".")[0] for point in joint.connect] for name, joint in scene.joints.items()}
+    joints = [name for name, bodies in held.items() if links[first] in bodies]
     if leads is turns:
         still = [name for name in joints if _speed(scene, poses, motion, name, first) < SEEN * size * turns[first]]
         text = f"link {links[first]} can turn freely" + (f" about joint {still[0]}" if still else "")
@@ -97,10 +96,6 @@ def _described(scene: Scene, poses: Array, motion: Array) -> str:
     others = [links[i] for i in np.argsort(-moves, kind="stable") if i != first and moves[i] > SEEN * moves.max()]
     more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
     return text + (f" and moves {', '.join(others[:MOST_NAMED])}{more} with it" if others else "")
-
-
-def _takes_part(points: Sequence[str], link: str) -> bool:
-    return any(point.split(".")[0] == link for point in points)
 
 
 def _speed(scene: Scene, poses: Array, motion: Array, joint: str, link: int) -> float:

@@ -42,14 +42,9 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     return parts, nodes, shapes, reduction, scene.analysis.cutoff, reduction != "none" and most_recovered(scene)
 
 
-def stress_stiffened(scene: Scene) -> bool:
-    """Whether axial forces act on the bent axis."""
-    return any(effect.stress_stiffening for effect in active(scene))
-
-
 def most_recovered(scene: Scene) -> int:
     """Elements of a reduced member on which it is recovered, at most."""
-    return RECOVERED_STIFFENED if stress_stiffened(scene) else RECOVERED
+    return RECOVERED_STIFFENED if any(effect.stress_stiffening for effect in active(scene)) else RECOVERED
 
 
 def _reducible(scene: Scene, beams: Beams) -> list[int]:

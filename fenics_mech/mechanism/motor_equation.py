@@ -16,6 +16,7 @@ import numpy as np
 from fenics_mech._arrays import Array, Index
 from fenics_mech._sparse import Stack
 from fenics_mech.effects import Entries
+from fenics_mech.effects.terms import quarter_back
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
@@ -91,7 +92,7 @@ class MotorEquation(Equation):
     @cached_property
     def linear(self) -> Matrices:
         """The equation linearised about the twist; its load makes it hold for the whole coordinates."""
-        plain, rows = self._without_twist.linear, self._rows()
+        plain, rows = Equation(self.system, self.modal_damping).linear, self._rows()
         motor = self.motor.stiffness, self.motor.damping, self.motor.inertia
         blocks = plain.stiffness, plain.damping, plain.mass
         stiffness, damping, mass = (
@@ -101,11 +102,6 @@ class MotorEquation(Equation):
         modal = None if plain.modal is None else plain.modal.widened(1)  # the twist strains nothing
         load = self.load - np.einsum("iak,ia->ak", self.tangents, self.twist)
         return Matrices(mass, damping, stiffness, load, modal)
-
-    @cached_property
-    def _without_twist(self) -> Equation:
-        """The equation of the elastic coordinates alone."""
-        return Equation(self.system, self.modal_damping)
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates to the mechanism's; they do no work in the twist."""
@@ -134,7 +130,8 @@ class MotorEquation(Equation):
         turning = 2 * (s @ (omega * field).T).T + drag  # x^T (2 m_v + D)
         held = (s @ (alpha * field).T - centrifugal @ (omega**2 * field).T).T  # x^T m_a
         held += _times_transposed((*matrices.stiffness, *matrices.follower, *matrices.convective), field)  # x^T S
-        carried = (s @ system.rigid_acceleration.T).T - _quarter_back(system.applied)  # r^T Q: of m a by the form s
+        turned = quarter_back(system.applied, (len(omega), -1, 3))
+        carried = (s @ system.rigid_acceleration.T).T - turned  # r^T Q: of m a by the form s
         held += self.unit.omega[:, link] * carried  # P q turns with its link
         first, second = transformation.derivatives(motion)
         by_angle = transformation.derivatives(self.unit)[0]  # dP/dpsi: at 1 rad/s it is P'
@@ -150,12 +147,6 @@ def _times_transposed(added: tuple[Entries, ...], vectors: Array) -> Array:
     for entries in added:
         total += Entries(entries.columns, entries.rows, entries.values).times(vectors)
     return total
-
-
-def _quarter_back(forces: Array) -> Array:
-    """Forces on nodes turned by a quarter clockwise; moments do no work in it."""
-    x, y, _ = forces.reshape(len(forces), -1, 3).transpose(2, 0, 1)
-    return np.stack([y, -x, np.zeros_like(x)], axis=-1).reshape(forces.shape)
 
 
 def _bordered(block: Stack, row: Array, column: Array, constant: float) -> Stack:

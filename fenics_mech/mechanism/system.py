@@ -272,14 +272,6 @@ class System:
         of_elements = () if given is None else (Entries.of_elements(self.beams.mesh, given.blocks),)
         return (*self.terms.matrices.stiffness, *of_elements)
 
-    @cached_property
-    def _petsc_mass(self) -> PETSc.Mat:
-        return self.beams.mass if self.beams.reduction is None else to_petsc(self.link_mass)
-
-    @cached_property
-    def _petsc_stiffness(self) -> PETSc.Mat:
-        return self.beams.stiffness if self.beams.reduction is None else to_petsc(self.link_stiffness)
-
     def positions(
         self, symmetric: bool = False, among: slice = slice(None)
     ) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
@@ -297,7 +289,10 @@ class System:
         p = _csr(self.transformation, self.values[0])
         pointers, columns, _ = p.getValuesCSR()
         added = tuple(map(self.on_links, self.symmetric_stiffness if symmetric else self.added_stiffness))
-        link_mass, link_stiffness = self._petsc_mass, _Changing(self._petsc_stiffness, added)
+        link_mass, constant = self.beams.mass, self.beams.stiffness
+        if self.beams.reduction is not None:
+            link_mass, constant = to_petsc(self.link_mass), to_petsc(self.link_stiffness)
+        link_stiffness = _Changing(constant, added)
         mass, stiffness = (matrix.PtAP(p) for matrix in (link_mass, link_stiffness.at(0)))
         for k in range(len(self.values))[among]:
             if k:

@@ -152,10 +152,11 @@ def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[
         When the file cannot be read or is not of that kind.
     """
     try:
-        content, seal = split_seal(read_bounded(Path(path), min(LARGEST_FILE, memory() // 4)))
+        file = read_bounded(Path(path), min(LARGEST_FILE, memory() // 4))
     except (OSError, ValueError) as error:
         raise ResultError(f"{path}: cannot be read as a {kind}: {reason_of(error)}") from error
-    if seal != seal_of(content):  # HDF5 may end the process over a damaged file
+    content = file[:-SEAL_LENGTH]
+    if file != content + seal_of(content):  # HDF5 may end the process over a damaged file
         raise ResultError(
             f"{path}: this file is not a {kind} of fenics_mech, or was cut or changed after it was written"
         )
@@ -215,11 +216,6 @@ def write_dataset(path: Path, data: xr.Dataset, engine: str) -> None:
 def seal_of(content: bytes) -> bytes:
     """Give what stands behind a file's content."""
     return SEAL + hashlib.sha256(content).hexdigest().encode()
-
-
-def split_seal(file: bytes) -> tuple[bytes, bytes]:
-    """Split a file into its content and its seal."""
-    return file[:-SEAL_LENGTH], file[-SEAL_LENGTH:]
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:

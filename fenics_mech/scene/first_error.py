@@ -52,7 +52,8 @@ def first_error(error: ValidationError, data: Any, keys: Callable[[], Collection
     place = _place(first["loc"], data)
     message, hint = _sentence(first), ""
     if first["type"] == "extra_forbidden":
-        missing = [str(other["loc"][-1]) for other in _missing_beside(first, found)]
+        beside = [other["loc"] for other in found if other["type"] == "missing"]
+        missing = [str(loc[-1]) for loc in beside if loc[:-1] == first["loc"][:-1]]
         near = difflib.get_close_matches(place[-1], missing, n=1) or _known_key(place[-1], keys())
         advice = "Remove it or correct its name; `fenics-mech schema` lists all keys"
         if len(place) > 1 and place[-1] in ABOVE:
@@ -84,11 +85,6 @@ def _misspelled(found: list[Any]) -> Any | None:
 def _known_key(name: str, known: Collection[str]) -> list[str]:
     """Give the key of any table that a name, which is none, is nearly."""
     return [] if name in known else difflib.get_close_matches(name, known, n=1, cutoff=0.8)
-
-
-def _missing_beside(error: Any, found: list[Any]) -> list[Any]:
-    """Errors about keys that are missing in the table that another error is in."""
-    return [other for other in found if other["type"] == "missing" and other["loc"][:-1] == error["loc"][:-1]]
 
 
 def _sentence(error: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,14 +17,11 @@ from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
 from fenics_mech.analysis import analyse
-from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SceneError
-from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 
-ALL = ("coupling", "moderate-rotations")
-THICK = ("rotary-inertia", "shear")  # for scenes that state what they need
+ADDED = ("coupling", "geometric-stiffness", "moderate-rotations")
 
 
 @dataclass
@@ -66,7 +63,7 @@ class Run:
     difference: float
 
 
-def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geometric-stiffness", *ALL[1:])) -> list[Run]:
+def added_one_by_one(scene: Scene) -> list[Run]:
     """Run a scene quasi-statically, then with vibration, then with effects added one at a time.
 
     All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
@@ -88,11 +85,11 @@ def added_one_by_one(scene: Scene, effects: Sequence[str] = ("coupling", "geomet
     if not (scene.impulses or any(drive.motor for drive in scene.drives)):  # these are nothing without vibration
         scenes = {"quasi-static": scene.changed(effects=(), analysis__method="quasi-static")} | scenes
     acting: tuple[str, ...] = ()
-    for name in effects:
+    for name in ADDED:
         acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "moderate-rotations")), name)
         scenes[name] = scene.changed(effects=acting)
     runs = {name: run(changed) for name, changed in scenes.items()}
-    last = runs[effects[-1]][0]
+    last = runs[ADDED[-1]][0]
     return [Run(name, result, count, difference(result, last)) for name, (result, count) in runs.items()]
 
 
@@ -102,47 +99,6 @@ def run(scene: Scene) -> tuple[Result, Count]:
     with counted() as count:
         result = analyse(scene)
     return result, count
-
-
-@dataclass(frozen=True)
-class Trial:
-    """The program's choice for a scene, against all effects.
-
-    Parameters
-    ----------
-    scene
-        Name of the scene.
-    method, effects
-        What was chosen.
-    error
-        Largest difference of the strains from those with all effects, over the member's largest.
-    seconds, seconds_of_all
-        Time of the run that chooses (the choice with it), and of that with all effects.
-    """
-
-    scene: str
-    method: str
-    effects: tuple[str, ...]
-    error: float
-    seconds: float
-    seconds_of_all: float
-
-
-def with_all_effects(scene: Scene) -> Scene:
-    """Give a scene all effects that are on trial; those of thick links where it states what they need."""
-    return scene.changed(effects=ALL + tuple(name for name in THICK if not EFFECTS["shear"].missing_data(scene)))
-
-
-def try_choice(scene: Scene) -> Trial:
-    """Compare the effects that the program chooses for a scene with all of them on."""
-    whole, count_of_all = run(with_all_effects(scene))
-    automatic = scene.changed(effects="auto")
-    result, count = run(automatic)
-    chosen, _ = choose(automatic)
-    names = tuple(sorted(set(chosen.effects)))
-    return Trial(
-        scene.name, chosen.analysis.method, names, difference(result, whole), count.seconds, count_of_all.seconds
-    )
 
 
 def difference(result: Result, other: Result) -> float:

@@ -193,9 +193,9 @@ def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
     """Give the value that a scene has once `value`, SI or with a unit, is written at `path`."""
     data, number = scene_data(scene), _number(str(value))
     for key, part in _walk(data, path):
-        if not _has(part, key):
-            keys = list(part) if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else ()
-            known = ", ".join(str(key) for key in keys)
+        keys = list(part) if isinstance(part, dict) else range(len(part)) if isinstance(part, list) else ()
+        if key not in keys:
+            known = ", ".join(map(str, keys))
             hint = f"There are {known}" if known else "There is nothing below the key before it"
             raise SceneError(f"there is no {key!r} in this scene", place=path, hint=hint)
     changed = scene_data(build(placed(data, {path: value if number is None else number})))
@@ -236,10 +236,6 @@ def _walk(data: Any, path: str) -> Iterator[tuple[str | int, Any]]:
     for key in _keys(path):
         yield key, data
         data = data[key]
-
-
-def _has(part: Any, key: str | int) -> bool:
-    return key in part if isinstance(part, dict) else isinstance(part, list) and key in range(len(part))
 
 
 def _keys(path: str) -> list[str | int]:

@@ -142,14 +142,12 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
     write_whole(path, lambda temporary: temporary.write_text(text))
 
 
+_common_here = cache(CommonParts)
+
+
 def compute_here(point: tuple[Path, Record, Gauge]) -> None:
     """Compute one of the points of a worker process, which has what it can in common with those before it."""
     compute_point(*point, _common_here())
-
-
-@cache
-def _common_here() -> CommonParts:
-    return CommonParts()
 
 
 def give_up(path: Path) -> None:

@@ -159,7 +159,8 @@ def levels_table(data: xr.Dataset, variable: str, known: Mapping[str, float]) ->
             least = known.get(equation, 0.0)
             cells = [seconds[np.maximum(error, least) <= level].min(initial=np.inf) for level in LEVELS]
             times = (number(1e3 * cell) if np.isfinite(cell) else "" for cell in cells)
-            table.add_row(escape(method), *times, _best(error, least))
+            best = _as_known(float(np.nanmin(error)), least) if np.isfinite(error).any() else "none"
+            table.add_row(escape(method), *times, best)
     return table
 
 
@@ -197,11 +198,6 @@ def _known(cost: Cost, of_peers: bool) -> dict[str, float]:
             equation = name.rpartition(", ")[0] if of_peers else name
             known[equation] = max(found[place], known.get(equation, 0.0))
     return known
-
-
-def _best(error: Array, least: float) -> str:
-    """Say which error is the smallest."""
-    return _as_known(float(np.nanmin(error)), least) if np.isfinite(error).any() else "none"
 
 
 def _as_known(error: float, least: float) -> str:

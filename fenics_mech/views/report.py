@@ -177,7 +177,8 @@ def _decisions(result: Result) -> Table:
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
-        rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {_elements(scene)} elements"
+        elements = sum(len(member_nodes(scene, label)) - 1 for label in scene.members())  # it is recovered on fewer
+        rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
     table = Table.grid(padding=(0, 2))
@@ -212,11 +213,6 @@ def _quantities(result: Result) -> dict[str, str]:
     if result.scene.drives:
         names["torque"] = "input torque" if effort_units(result.scene) == ["N m"] else "drive effort"
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
-
-
-def _elements(scene: Scene) -> int:
-    """Number of elements of the scene's own mesh; results of reduced members may be on fewer."""
-    return sum(len(member_nodes(scene, label)) - 1 for label in scene.members())
 
 
 def _solver(result: Result) -> str:

@@ -9,9 +9,9 @@ from rich.console import Console
 from fenics_mech import load
 from fenics_mech.effects import EFFECTS
 from fenics_mech.planning.effect_choice import choose, decided, examine
-from fenics_mech.studies.effect_costs import difference, with_all_effects
+from fenics_mech.studies.effect_costs import difference
 from fenics_mech.views.tables import effects_table
-from tests.common import response_of
+from tests.common import response_of, with_all_effects
 
 DEMOS = (
     "composite_four_bar",

@@ -67,15 +67,12 @@ class Interval(Arithmetic):
     def __pow__(self, power: float) -> Interval:
         p = float(power)
         if p % 1:
-            return self.from_zero(lambda x: x**p) if p > 0 else self.from_zero(np.log)._exp(p)
+            return self.from_zero(lambda x: x**p) if p > 0 else EXP(self.from_zero(np.log) * p)
         ends = Interval.around(self.low**p, self.high**p)
         inside = (self.low <= 0) & (self.high >= 0)
         if p < 0:
             return Interval(np.where(inside, -np.inf, ends.low), np.where(inside, np.inf, ends.high))
         return ends if p % 2 or p == 0 else Interval(np.where(inside, 0.0, ends.low), ends.high)
-
-    def _exp(self, p: float) -> Interval:
-        return EXP(self * p)
 
     def from_zero(self, f: Callable[[Array], Array]) -> Interval:
         """Values of an increasing function of positive numbers; no bounds where some are negative."""
