@@ -25,8 +25,8 @@ from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
 from fenics_mech.studies.cost_grid import QUASI_STATIC, SETTINGS, TRUNCATED, Trial, equations_of, grid, reference_meshes
-from fenics_mech.studies.run_table import RunTable
-from fenics_mech.studies.timing import Clock, bare_seconds, machine, timed
+from fenics_mech.studies.run_table import RunTable, labelled
+from fenics_mech.studies.timing import bare_seconds, machine, timed
 
 LONGEST = 12.0  # seconds of a run, after which a method is not made finer
 NUMBERS = {  # by variable: unit, meaning
@@ -95,9 +95,7 @@ class Cost(RunTable):
         return dict(json.loads(self.data.attrs["references"]))
 
 
-def measure_costs(
-    scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None, clock: Clock = time.process_time
-) -> Cost:
+def measure_costs(scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None) -> Cost:
     """Run the grid of a scene.
 
     Parameters
@@ -108,8 +106,6 @@ def measure_costs(
         Few and coarse runs, against coarse references.
     progress
         Called with the name of each step before it; there are `steps_of` many.
-    clock
-        Gives the time by which runs are measured (s).
 
     Raises
     ------
@@ -118,10 +114,10 @@ def measure_costs(
     MechanismError
         When the converged answer with all effects is not found: there is nothing to measure by then.
     """
-    imports = clock()
+    imports = time.process_time()
     equations = equations_of(scene)
     trials, meshes = grid(equations, quick), reference_meshes(scene, quick)
-    compiling = _compiling(trials, clock)
+    compiling = _compiling(trials)
     references = _references(equations, meshes, quick, progress)
     known = {name: found for name, found in references.items() if isinstance(found, Converged)}
     whole = list(equations)[-1]
@@ -131,7 +127,7 @@ def measure_costs(
     slow: set[tuple[str, str]] = set()
     for number, each in enumerate(trials):
         progress(f"{number + 1} of {len(trials)}: {each.method}, {each.equation}")
-        line = _run(each, known.get(each.equation), known[whole], (each.method, each.equation) in slow, clock)
+        line = _run(each, known.get(each.equation), known[whole], (each.method, each.equation) in slow)
         lines.append(line)
         if line.numbers.get("seconds", 0.0) > LONGEST:
             slow.add((each.method, each.equation))
@@ -142,7 +138,7 @@ def measure_costs(
     }
     attributes: dict[str, Any] = stamp(scene) | machine() | {"import_seconds": imports, "compile_seconds": compiling}
     attributes |= {"references": json.dumps(described), "equation": whole, "meshes": list(meshes)}
-    return Cost(dataset(lines).assign_attrs(attributes | overhead(equations[whole], clock)))
+    return Cost(dataset(lines).assign_attrs(attributes | overhead(equations[whole])))
 
 
 def steps_of(scene: Scene, quick: bool = False) -> int:
@@ -151,23 +147,23 @@ def steps_of(scene: Scene, quick: bool = False) -> int:
     return len(grid(equations, quick)) + len(equations) + 2
 
 
-def overhead(scene: Scene, clock: Clock = time.process_time) -> dict[str, float]:
+def overhead(scene: Scene) -> dict[str, float]:
     """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s)."""
     coarse = scene.changed(analysis__allow_coarse=True, analysis__solver="auto", analysis__allow_ringing=True)
-    _, timing = timed(lambda: analyse(coarse), clock)
+    _, timing = timed(lambda: analyse(coarse))
     bare = bare_seconds(lambda: analyse(coarse))
     return {"analyse_seconds": timing.seconds, "bare_seconds": bare}
 
 
-def _compiling(trials: Sequence[Trial], clock: Clock) -> float:
+def _compiling(trials: Sequence[Trial]) -> float:
     """Time by which the first run of each equation is longer than the second: it compiles, or reads forms."""
     found = 0.0
     for scene in {each.equation: each.scene for each in reversed(trials)}.values():
-        times = [clock()]
+        times = [time.process_time()]
         for _ in range(2):
             with suppress(MechanismError):  # what fails is reported when it is measured
                 analyse(scene)
-            times.append(clock())
+            times.append(time.process_time())
         found += max(0.0, 2 * times[1] - times[0] - times[2])
     return found
 
@@ -189,13 +185,13 @@ def _references(
     return found
 
 
-def _run(trial: Trial, own: Converged | None, whole: Converged, slow: bool, clock: Clock) -> Line:
+def _run(trial: Trial, own: Converged | None, whole: Converged, slow: bool) -> Line:
     """Make one run, whatever it ends with."""
     identity = (trial.method, trial.equation, trial.settings)
     if slow:
         return Line(*identity, {}, "not run", f"a coarser run took more than {LONGEST:g} s")
     try:
-        result, timing = timed(lambda: analyse(trial.scene), clock)
+        result, timing = timed(lambda: analyse(trial.scene))
     except MechanismError as error:
         return Line(*identity, {}, type(error).__name__, str(error))
     return Line(*identity, timing.numbers | measured(result, own, whole))
@@ -222,17 +218,9 @@ def measured(result: Result, own: Converged | None, whole: Converged) -> dict[st
 
 def dataset(lines: Sequence[Line]) -> xr.Dataset:
     """Label the numbers of some runs."""
-    data = xr.Dataset()
-    for name, meaning in TEXTS.items():
-        data[name] = ("run", np.array([getattr(line, name) for line in lines], dtype=object), {"long_name": meaning})
-    for name, meaning in SETTINGS.items():
-        values = [line.settings.get(name) for line in lines]
-        if name in TEXT_SETTINGS:
-            column: Any = np.array(["" if value is None else value for value in values], dtype=object)
-        else:
-            column = np.array([np.nan if value is None else 0 if value == "all" else value for value in values], float)
-        data[name] = ("run", column, {"long_name": meaning})
-    for name, (unit, meaning) in NUMBERS.items():
-        column = np.array([line.numbers.get(name, np.nan) for line in lines])
-        data[name] = ("run", column, {"units": unit, "long_name": meaning})
-    return data
+    rows = []
+    for line in lines:
+        settings: dict[str, Any] = dict.fromkeys(SETTINGS, np.nan) | dict.fromkeys(TEXT_SETTINGS, "")
+        settings |= {name: 0 if value == "all" else value for name, value in line.settings.items()}
+        rows.append({name: getattr(line, name) for name in TEXTS} | settings | line.numbers)
+    return labelled(rows, TEXTS | SETTINGS, NUMBERS)

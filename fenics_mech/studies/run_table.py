@@ -2,11 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
+
+import numpy as np
+import xarray as xr
 
 from fenics_mech.recovery.result import Saved, write_whole
+
+
+def labelled(
+    rows: Sequence[Mapping[str, Any]], settings: Mapping[str, str], numbers: Mapping[str, tuple[str, str]]
+) -> xr.Dataset:
+    """Label what some runs gave.
+
+    Parameters
+    ----------
+    rows
+        Of each run its settings, and numbers as far as they are known.
+    settings
+        Meaning of each setting: a text or a number.
+    numbers
+        Unit and meaning of each number.
+    """
+    data = xr.Dataset()
+    for name, meaning in settings.items():
+        column = np.array([row[name] for row in rows])
+        data[name] = ("run", column.astype(object) if column.dtype.kind == "U" else column, {"long_name": meaning})
+    for name, (unit, meaning) in numbers.items():
+        column = np.array([row.get(name, np.nan) for row in rows])
+        data[name] = ("run", column, {"units": unit, "long_name": meaning})
+    return data
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -20,7 +19,7 @@ from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.run_table import RunTable
+from fenics_mech.studies.run_table import RunTable, labelled
 from fenics_mech.studies.timing import machine, timed
 
 LONGEST = 15.0  # seconds of a run, after which a line is not made longer
@@ -190,7 +189,9 @@ def measure_scaling(
         if row.get("seconds", 0.0) > LONGEST and size.series != PER_POSITION:
             slow.add(size.line)
         rows.append(row)
-    return Scaling(dataset(rows).assign_attrs({"fenics_mech": __version__, "sizes": len(rows)} | machine()))
+    return Scaling(
+        labelled(rows, SETTINGS, NUMBERS).assign_attrs({"fenics_mech": __version__, "sizes": len(rows)} | machine())
+    )
 
 
 def in_own_process(size: Size) -> dict[str, float]:
@@ -224,19 +225,6 @@ def peak_memory() -> float:
     """
     with open("/proc/self/status") as status:
         return next(float(line.split()[1]) / 1e3 for line in status if line.startswith("VmHWM"))
-
-
-def dataset(rows: Sequence[dict[str, Any]]) -> xr.Dataset:
-    """Label the numbers of some runs."""
-    data = xr.Dataset()
-    for name, meaning in SETTINGS.items():
-        values = [row[name] for row in rows]
-        text = isinstance(values[0], str)
-        data[name] = ("run", np.array(values, dtype=object if text else np.int32), {"long_name": meaning})
-    for name, (unit, meaning) in NUMBERS.items():
-        column = np.array([row.get(name, math.nan) for row in rows])
-        data[name] = ("run", column, {"units": unit, "long_name": meaning})
-    return data
 
 
 def cost_per_position(data: xr.Dataset) -> list[tuple[str, int, float]]:

@@ -272,11 +272,11 @@ def _mark_modes(axes: Axes, result: Result, limit: float) -> None:
             axes.text((low + min(high, limit)) / 2, 0.98 - 0.08 * (mode % 2), str(mode + 1), **at)
 
 
-def transverse_deflection(result: Result, s: float = 0.5) -> Array:
-    """Deflection along each member's normal (m) from its rigid position at `s`, ``(angles, members)``."""
+def transverse_deflection(result: Result) -> Array:
+    """Deflection along each member's normal (m) from its rigid position at mid-span, ``(angles, members)``."""
     normal = member_normals(member_ends(result.scene, result.data["theta"].to_numpy()))
     deflection = result.data["deflection"].transpose("theta", "member", "component", "s").to_numpy()
-    return np.sum(at_place(deflection, result.data["s"].to_numpy(), s) * normal, axis=-1)
+    return np.sum(at_place(deflection, result.data["s"].to_numpy(), 0.5) * normal, axis=-1)
 
 
 def figure_of(result: Result, rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:

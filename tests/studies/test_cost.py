@@ -171,8 +171,8 @@ def test_a_method_is_not_made_finer_when_a_run_took_too_long(monkeypatch):
     monkeypatch.setattr(study, "analyse", lambda scene: (_ for _ in ()).throw(wrong))
     trial = grid(equations_of(seed_four_bar()), quick=True)[0]
     nothing = Converged(np.ones((2, 1, 1, 1)), Difference(0, 0), "")
-    assert study._run(trial, None, nothing, True, FakeClock()).failure == "not run"
-    line = study._run(trial, None, nothing, False, FakeClock())
+    assert study._run(trial, None, nothing, True).failure == "not run"
+    line = study._run(trial, None, nothing, False)
     assert (line.failure, line.message) == ("SceneError", "not to be run")
 
 

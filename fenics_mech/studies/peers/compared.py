@@ -29,7 +29,7 @@ from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage, wi
 from fenics_mech.studies.peers.exudyn_cycle import Integration, import_exudyn, steady_cycle
 from fenics_mech.studies.peers.peer_runs import COUPLED, EXACT, EXUDYN, OURS, Entry, Note
 from fenics_mech.studies.peers.seed_programs import CHAPTER_5, by_hand, converged_by_hand, is_seed
-from fenics_mech.studies.timing import Clock, machine, timed
+from fenics_mech.studies.timing import machine, timed
 
 SEED_MEMBERS = ("coupler", "follower")
 EXUDYN_RUNS = (  # elements a member, coarse cycles and their steps, fine cycles and theirs, tolerance of Newton
@@ -55,9 +55,7 @@ COLLOCATION = (  # sub-intervals, Radau points in each, elements a member
 SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
 
 
-def compare_peers(
-    scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None, clock: Clock = time.process_time
-) -> Cost:
+def compare_peers(scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None) -> Cost:
     """Run all programs that know a machine.
 
     Parameters
@@ -68,8 +66,6 @@ def compare_peers(
         Few and coarse runs; of the seed, without SciPy and Exudyn.
     progress
         Called with the name of each step before it.
-    clock
-        Gives the time by which runs are measured (s).
 
     Returns
     -------
@@ -92,7 +88,7 @@ def compare_peers(
     lines = []
     for number, entry in enumerate(entries):
         progress(f"{number + 1} of {len(entries)}: {entry.program}, {entry.equation}")
-        lines.append(_run(entry, known, clock))
+        lines.append(_run(entry, known))
     references = {
         f"{equation}, {OURS if ours else 'peers'}": {"how": found.how, **vars(found.uncertainty)}
         for (ours, equation), found in known.items()
@@ -151,11 +147,11 @@ def _references(entries: Sequence[Entry]) -> list[tuple[bool, str]]:
     return sorted({(ours, each.equation) for each in entries for ours in (each.program.startswith(OURS), False)})
 
 
-def _run(entry: Entry, known: dict[tuple[bool, str], Converged], clock: Clock) -> Line:
+def _run(entry: Entry, known: dict[tuple[bool, str], Converged]) -> Line:
     """Make one run, whatever it ends with."""
     solving: list[float] = []
     try:
-        strain, timing = timed(lambda: entry.work(solving.append), clock)
+        strain, timing = timed(lambda: entry.work(solving.append))
     except (MechanismError, ArithmeticError) as error:
         return Line(entry.program, entry.equation, entry.settings, {}, type(error).__name__, str(error))
     numbers = timing.numbers
