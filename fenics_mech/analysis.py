@@ -46,6 +46,11 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     common
         What it may have in common with other analyses of a study. The result is the same, to the last bit.
 
+    Returns
+    -------
+    Result
+        Strains, stresses, forces, deflections, their errors, and every decision that was taken.
+
     Raises
     ------
     AssemblyError

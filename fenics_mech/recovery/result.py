@@ -49,6 +49,16 @@ class Saved:
     def save(self, path: str | Path) -> Path:
         """Write as NetCDF; the file appears whole or not at all.
 
+        Parameters
+        ----------
+        path
+            File to write; its folder must exist.
+
+        Returns
+        -------
+        Path
+            The file.
+
         Raises
         ------
         ResultError
@@ -60,6 +70,11 @@ class Saved:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read what was saved.
+
+        Parameters
+        ----------
+        path
+            A file that `save` wrote.
 
         Raises
         ------
@@ -102,7 +117,23 @@ class Result(Saved):
         return tuple(json.loads(self.data.attrs.get("warnings", "[]")))
 
     def to_csv(self, folder: str | Path) -> list[Path]:
-        """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value."""
+        """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value.
+
+        Parameters
+        ----------
+        folder
+            Where to write; it is made when it is not there.
+
+        Returns
+        -------
+        list of Path
+            The files.
+
+        Raises
+        ------
+        ResultError
+            When the folder cannot be made or a file cannot be written.
+        """
         folder = Path(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -119,7 +150,21 @@ class Result(Saved):
         return paths
 
     def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> Array:
-        """Strain over the drive angles at a place of a member, interpolated between stations, ``(angles,)``.
+        """Strain over the drive angles at a place of a member, interpolated between stations.
+
+        Parameters
+        ----------
+        member
+            Label of the member.
+        s
+            Place along it, 0..1.
+        fibre
+            "+" (on the side of the member's normal) or "-".
+
+        Returns
+        -------
+        numpy.ndarray
+            Strain (m/m), ``(angles,)``.
 
         Raises
         ------

@@ -39,7 +39,18 @@ class Part(BaseModel):
 
     @classmethod
     def read(cls, data: Any) -> Self:
-        """Make the part from plain data, as a scene file holds it; errors as of the class."""
+        """Make the part from plain data.
+
+        Parameters
+        ----------
+        data
+            What the table of a scene file holds: numbers in SI or texts with a unit, lists, and tables by key.
+
+        Raises
+        ------
+        SceneError
+            When a key is missing or unknown, or a value is not valid, with its place.
+        """
         try:
             return cls.model_validate(data)
         except ValidationError as error:

@@ -35,6 +35,11 @@ def load(path: str | Path) -> Scene:
     path
         A TOML file. Paths in it are relative to its folder.
 
+    Returns
+    -------
+    Scene
+        The scene; paths of measurements in it count from the working folder.
+
     Raises
     ------
     SceneError

@@ -69,6 +69,11 @@ def refined(scene: Scene, times: int) -> Scene:
     times
         How often each element is cut into two: it becomes ``2**times`` elements of equal length.
 
+    Returns
+    -------
+    Scene
+        The same scene with finer meshes.
+
     Raises
     ------
     SceneError

@@ -244,7 +244,18 @@ class Scene(Part):
         return math.atan2(y2 - y, x2 - x)
 
     def point(self, name: str) -> tuple[str, Point]:
-        """Split "body.point" into the body's name and the point's coordinates in the body's frame (m)."""
+        """Find a point.
+
+        Parameters
+        ----------
+        name
+            Its name, "body.point".
+
+        Returns
+        -------
+        tuple
+            The body's name, and the point's coordinates in the body's frame (m).
+        """
         body, point = name.split(".")
         return body, (self.ground if body == "ground" else self.links[body]).points[point]
 
@@ -278,7 +289,20 @@ class Scene(Part):
         return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
     def rigidity(self, label: str, s: Array) -> Rigidity:
-        """Stiffness, mass and fibres of a member, by label, at places `s` (0..1) along it."""
+        """Stiffness, mass and fibres of a member.
+
+        Parameters
+        ----------
+        label
+            Its label, as `members` gives it.
+        s
+            Places along it, 0..1, ``(places,)``.
+
+        Returns
+        -------
+        Rigidity
+            EA (N), EI (N m^2), line density (kg/m) and more at these places.
+        """
         return self.sections[self.members()[label][1].section].rigidity(s, self._stock(label))
 
     def shear_stiffness(self, label: str, s: Array) -> Array:

@@ -87,7 +87,13 @@ class Branch(Saved):
         return bool(self.data.attrs["ended"] == END)
 
     def changes(self) -> list[tuple[float, float, str]]:
-        """Give the values of neighbouring points between which stability changes, and how."""
+        """Give the values of neighbouring points between which stability changes, and how.
+
+        Returns
+        -------
+        list of tuple
+            Both values (SI), and "fold", "branching", "period doubling" or "Neimark-Sacker".
+        """
         stable, fold = (self.data[name].to_numpy() == 1 for name in ("stable", "fold"))
         found = []
         for k in np.flatnonzero(stable[1:] != stable[:-1]):
@@ -99,9 +105,17 @@ class Branch(Saved):
         return found
 
     def motions(self, value: float) -> list[tuple[float, bool]]:
-        """Give the place along the branch, in points, of every motion at a value, and whether it is stable.
+        """Give every motion at a value of the number; between two points the number counts as linear.
 
-        Between two points the number counts as linear.
+        Parameters
+        ----------
+        value
+            The number (SI).
+
+        Returns
+        -------
+        list of tuple
+            Place along the branch, in points from 0, and whether the motion is stable.
         """
         off, stable = self.values - value, self.data["stable"].to_numpy() == 1
         before = np.flatnonzero(off[:-1] * off[1:] < 0)
@@ -141,6 +155,11 @@ def follow(
         Called with the value of each point before its strains are recovered.
     keep
         Called with the branch as far as it is known when an error, or the user, ends the search.
+
+    Returns
+    -------
+    Branch
+        The motions in the order of the branch, as far as it was followed, and where it ended.
 
     Raises
     ------

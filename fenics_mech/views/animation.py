@@ -57,6 +57,11 @@ def animate(
     progress
         Called before each picture with its index, from 0, and the number of pictures.
 
+    Returns
+    -------
+    Path
+        The file that was written.
+
     Raises
     ------
     ViewError

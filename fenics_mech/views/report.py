@@ -70,6 +70,11 @@ def summary(result: Result) -> Summary:
     result
         The result.
 
+    Returns
+    -------
+    Summary
+        A text with tables; `rich.print` shows it with colours.
+
     Examples
     --------
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS

@@ -47,6 +47,11 @@ def four_bar(
     **rest
         Other keys of a scene: name, damping, mesh, analysis, measurements, petsc.
 
+    Returns
+    -------
+    Scene
+        The machine, to be analysed as it is or `changed`.
+
     Raises
     ------
     SceneError

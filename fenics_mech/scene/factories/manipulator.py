@@ -38,6 +38,11 @@ def manipulator(
     **rest
         Other keys of a scene: name, damping, mesh, analysis, measurements, petsc.
 
+    Returns
+    -------
+    Scene
+        The machine, to be analysed as it is or `changed`.
+
     Raises
     ------
     SceneError

@@ -48,6 +48,11 @@ def quick_return(
     **rest
         Other keys of a scene: name, damping, mesh, analysis, measurements, petsc.
 
+    Returns
+    -------
+    Scene
+        The machine, to be analysed as it is or `changed`.
+
     Raises
     ------
     SceneError

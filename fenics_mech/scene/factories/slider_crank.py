@@ -51,6 +51,11 @@ def slider_crank(
     **rest
         Other keys of a scene: name, damping, mesh, analysis, measurements, petsc.
 
+    Returns
+    -------
+    Scene
+        The machine, to be analysed as it is or `changed`.
+
     Raises
     ------
     SceneError
