@@ -82,7 +82,7 @@ def _rough_course(solution: TransientSolution) -> Course:
     cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
     tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
     rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)
-    return course_from(rough, solution.over_cycle, solution.start, LONGER * LONGEST_STEP)
+    return course_from(rough, solution.over_cycle, solution.start, solution.coefficients, LONGER * LONGEST_STEP)
 
 
 def _without_mesh(

@@ -15,6 +15,7 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
+from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.response.transient.course import Course, StartState
 from fenics_mech.scene import Scene
 
@@ -55,11 +56,14 @@ class TransientSolution(Solution):
         The state from which it started.
     over_cycle
         The mechanism over one cycle of its steady drive.
+    coefficients
+        The matrices of the equation at any time.
     """
 
     course: Course
     start: StartState
     over_cycle: System
+    coefficients: Coefficients
 
 
 @dataclass(frozen=True, kw_only=True)

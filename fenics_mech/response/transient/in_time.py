@@ -60,14 +60,21 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     SolverError
         When the time steps fail.
     """
-    course = course_from(scene, system, start)
+    coefficients = coefficients_of(scene, system, start.time)
+    course = course_from(scene, system, start, coefficients)
     parts = []
     for part in cycles_of(course.time, scene.analysis.sub_intervals):
         equation = equation_in_time(scene, system, course.time[part])
         parts.append(elastic_response(equation, course.displacement[part], course.velocity[part]))
     whole = moved(scene, system, solve_motion_in_time(scene, course.time))
     return TransientSolution(
-        scene=scene, system=whole, response=concatenated(parts), course=course, start=start, over_cycle=system
+        scene=scene,
+        system=whole,
+        response=concatenated(parts),
+        course=course,
+        start=start,
+        over_cycle=system,
+        coefficients=coefficients,
     )
 
 
@@ -101,9 +108,11 @@ def cycles_of(time: Array, count: int) -> list[slice]:
     return [slice(k, k + count) for k in range(0, len(time), count)]
 
 
-def course_from(scene: Scene, system: System, start: StartState, longest: float = LONGEST_STEP) -> Course:
+def course_from(
+    scene: Scene, system: System, start: StartState, coefficients: Coefficients, longest: float = LONGEST_STEP
+) -> Course:
     """Integrate from the start to the end, in steps of at most that share of a cycle."""
-    analysis, schedule, time = scene.analysis, replace(schedule_of(scene), longest=longest), start.time
+    schedule, time = replace(schedule_of(scene), longest=longest), start.time
     if (positions := schedule.count(time)) > MOST_POSITIONS:
         raise SceneError(
             f"{shortened(positions)} positions are more than a result holds, {MOST_POSITIONS}",
@@ -111,20 +120,24 @@ def course_from(scene: Scene, system: System, start: StartState, longest: float 
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
     require_positions(scene, positions)
-    tolerance = max(INTERPOLATION * analysis.time_tolerance, FINEST)
+    blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))
+    return integrate(coefficients, schedule, start, scene.petsc, blows)
+
+
+def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
+    """Give the matrices of the equation at any time from a start on (s)."""
+    tolerance = max(INTERPOLATION * scene.analysis.time_tolerance, FINEST)
     enough = TABLE.nodes * TABLE.windows
     seen = [SHOWN if load.cut_where_needed else load.enough_angles(enough) for load in scene.loads.values()]
-    coefficients = Coefficients(
+    return Coefficients(
         partial(equation_in_time, scene, system),
         scene.period,
-        time,
-        schedule.steady_after,
+        start,
+        schedule_of(scene).steady_after,
         tolerance,
         max(TABLE.windows, math.ceil(LONGEST_GAP * max([1, *seen]) / TABLE.nodes)),
         _corners(scene),
     )
-    blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))
-    return integrate(coefficients, schedule, start, scene.petsc, blows)
 
 
 def _corners(scene: Scene) -> Callable[[int], Array]:
