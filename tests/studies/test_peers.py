@@ -12,9 +12,9 @@ from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.peers.beam_linkage import beam_linkage, with_material_damping
-from fenics_mech.studies.peers.exact_curves import SEED_RETARDATION, exact_seed, refined, write_curves
 from fenics_mech.studies.peers.exudyn_cycle import Cycle, Integration, steady_cycle
 from tests.common import DEMOS
+from tests.data.seed_exact import SEED_RETARDATION, exact_seed, refined, write_curves
 
 STORED = Path(__file__).parent.parent / "data" / "seed_exact.csv"
 MEMBERS = {"coupler": 1, "follower": 2}

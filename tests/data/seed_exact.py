@@ -1,4 +1,4 @@
-"""Strains of the seed as geometrically exact beams, by Exudyn: `python -m fenics_mech.studies.peers.exact_curves FILE`.
+"""Strains of the seed as geometrically exact beams, by Exudyn: `python -m tests.data.seed_exact FILE`.
 
 They share with this program's beams, link frames and periodic solver only the rigid-body position at which they start.
 """
