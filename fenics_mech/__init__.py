@@ -7,6 +7,8 @@ Numerical libraries that are loaded after it use one thread, unless the user has
 small, and threads only get in each other's way.
 """
 
+# ruff: noqa: F403, F405
+
 import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -28,59 +30,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # OpenBLAS and MKL follow it, unl
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
-    from fenics_mech.scene import (
-        AirDrag,
-        Analysis,
-        CustomSection,
-        Damping,
-        Drive,
-        Expression,
-        FactorExpression,
-        FactorHarmonics,
-        FactorTable,
-        Ground,
-        Harmonics,
-        HingeDamper,
-        HingeSpring,
-        Impulse,
-        ISection,
-        LaminateSection,
-        LineDamper,
-        LineLoad,
-        LineSpring,
-        Link,
-        Load,
-        Material,
-        Measurement,
-        Member,
-        Mesh,
-        Motor,
-        Ply,
-        PointMass,
-        PolygonPart,
-        PolygonSection,
-        Prismatic,
-        Pulse,
-        RectangleSection,
-        Revolute,
-        RigidBody,
-        RoundSection,
-        Scene,
-        Slot,
-        Table,
-        TaperSection,
-        TimeExpression,
-        TimeTable,
-        TubeSection,
-        VariableSection,
-        Weld,
-        four_bar,
-        load,
-        manipulator,
-        quick_return,
-        refined,
-        slider_crank,
-    )
+    from fenics_mech.scene import *
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
