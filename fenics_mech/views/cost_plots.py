@@ -67,7 +67,7 @@ def cost_figure(cost: Cost) -> Figure:
         f"error{where}": "Relative to the program's own converged solution"
         if of_peers
         else "Relative to the converged solution of the same equation",
-        f"error_all{where}": f"Relative to the converged solution of {other}",
+        f"error_all{where}": f"Relative to that of {other}",
     }
     return _figure(
         data, panels, f"What accuracy costs: {data.attrs['title']}{', beside other programs' if of_peers else ''}"
