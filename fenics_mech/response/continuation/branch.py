@@ -78,7 +78,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float], common: CommonP
     def equation_at(value: float) -> Equation:
         changed = at(value)
         there = system_at_points(changed, mechanism(changed, common=common), Steps.of(changed), tableau)
-        return Equation(there, modal_damping(changed, there))
+        return Equation(there, modal_damping(changed.damping.ratio, there))
 
     stiffened = any(effect.stress_stiffening and not effect.nonlinear for effect in active(scene))
     polynomial = not (stiffened and np.any(scene.damping.ratio))  # modal damping goes with the root of the stiffness

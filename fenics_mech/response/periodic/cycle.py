@@ -104,7 +104,7 @@ class Cycle:
             found = there.once("damping between", lambda: between_positions(known, unit, tableau.points), key)
             if found is not None:
                 return found
-        return modal_damping(self.scene, there, self.damped)
+        return modal_damping(self.scene.damping.ratio, there, self.damped)
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none)."""
