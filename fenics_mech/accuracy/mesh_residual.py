@@ -232,7 +232,8 @@ def at_the_start(system: System) -> Loads:
     for span in beams.reduction.spans:
         inner[span.inner] = True
     force[~inner] = 0.0
-    kept = beams.reduction.shape[:, len(beams.reduction.kept) :]
+    first, count = len(beams.reduction.kept), len(beams.reduction.mode_omega)
+    kept = beams.reduction.shape[:, first : first + count]
     momenta = (mass @ kept).toarray()
     force -= momenta @ ((kept.T @ force) / (kept.multiply(momenta).sum(axis=0).A1))
     return Loads(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))

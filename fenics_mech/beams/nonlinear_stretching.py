@@ -15,40 +15,45 @@ from fenics_mech.beams.layout import Layout
 
 @dataclass(frozen=True)
 class Stretching:
-    """Elongation ``line v + v^T bow v/2`` of elements, or of strings of them, in their dofs in link axes.
+    """Elongation ``line v + v^T bow v/2`` of elements, in their dofs in link axes or in what moves these.
 
     It is the integral of von Karman's strain ``u' + w'^2/2``.
 
     Parameters
     ----------
     line
-        ``(elements, 6)``, or ``(strings, n)``.
+        ``(elements, n)``.
     bow
-        ``int w' z' dx``, ``(elements, 6, 6)``, or ``(strings, n, n)`` (1/m ...).
+        ``int w' z' dx``, ``(elements, n, n)`` (1/m ...).
     """
 
     line: Array
     bow: Array
 
     def elongation(self, v: Array) -> tuple[Array, Array]:
-        """Elongation ``line v + v^T bow v/2`` of each element or string, and its gradient ``line + bow v``.
+        """Elongation ``line v + v^T bow v/2`` of each element, and its gradient ``line + bow v``.
 
         Parameters
         ----------
         v
-            Displacements of each, ``(angles, strings, n)``.
+            Displacements of each, ``(angles, elements, n)``.
 
         Returns
         -------
         tuple
-            The elongation (m), ``(angles, strings)``, and the gradient, ``(angles, strings, n)``.
+            The elongation (m), ``(angles, elements)``, and the gradient, ``(angles, elements, n)``.
         """
         gradient = self.line + each(self.bow, v)
         return np.sum((self.line + gradient) * v, -1) / 2, gradient
 
     def bowed(self, a: Array, b: Array) -> Array:
-        """``a^T bow b`` of two displacements ``(angles, strings, n)``, ``(angles, strings)`` (m)."""
+        """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m)."""
         return np.asarray(np.sum(a * each(self.bow, b), axis=-1))
+
+    def by(self, shape: Array) -> Stretching:
+        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``."""
+        line = np.einsum("ei,ein->en", self.line, shape)
+        return Stretching(line, shape.transpose(0, 2, 1) @ self.bow @ shape)
 
     @classmethod
     def of(cls, layout: Layout) -> Stretching:

@@ -4,6 +4,9 @@
 the shape that statics gives it, and vibrates in its lowest modes with both ends clamped. The links' matrices do not
 depend on the drive angle in the links' own axes, nor does T: it is found once.
 
+Where the strain is nonlinear, bending shortens members, which no mode along the axis can follow. There the displacement
+of all inner nodes along the axis is kept, in place of those modes: every element then stretches by itself.
+
 The modes and the matrices over z come from the mesh as it is, however fine. What happens at every drive angle needs a
 few of its nodes only: a coarser mesh with the same members, on which strains are recovered.
 """
@@ -24,7 +27,6 @@ from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.span import Span, outside
-from fenics_mech.beams.strings import Strings
 
 ABOVE = 20.0  # measured on the seed four-bar: strains to 4e-5, with 10 to 2e-4, with 5 to 2e-3
 
@@ -45,12 +47,14 @@ class Reduction:
         The members whose inner nodes are not.
     cutoff
         Frequency up to which their modes are kept (rad/s).
-    mode_member, mode_omega
-        Member and frequency (rad/s) of each mode; the modes follow the nodal dofs in z.
+    mode_member
+        Member of each mode, and then of each displacement along the axis that is kept: they follow the nodal dofs in z.
+    mode_omega
+        Frequency of each mode (rad/s).
     shape, fine_shape
         T, ``(nodal dofs, coordinates)``, on both meshes.
     stiffness
-        ``T^T k T``, which has no entries between nodal dofs and modes.
+        ``T^T k T``, which has no entries between nodal dofs and what follows.
     """
 
     fine: Beams
@@ -65,7 +69,9 @@ class Reduction:
     stiffness: sp.csr_matrix
 
     @classmethod
-    def of(cls, fine: Beams, seen: Beams, members: Sequence[int], cutoff: float | None = None) -> Reduction:
+    def of(
+        cls, fine: Beams, seen: Beams, members: Sequence[int], cutoff: float | None = None, stretched: bool = False
+    ) -> Reduction:
         """Reduce the links.
 
         Parameters
@@ -79,6 +85,8 @@ class Reduction:
         cutoff
             Frequency up to which their modes with clamped ends are kept (rad/s); None means `ABOVE` times the lowest
             of them all, below which the mechanism's own lowest mode is.
+        stretched
+            Whether the displacement along the axis of the inner nodes that are seen is kept.
         """
         height = 3 * len(fine.mesh.node_name)
         mass = to_scipy(fine.mass)
@@ -91,13 +99,20 @@ class Reduction:
         for span in spans:
             inner = span.inner.ravel()
             parts[0] = parts[0] + _placed(span.carried(), inner, np.searchsorted(kept, span.ends), static.shape)
-            omega, shapes = span.modes(cutoff)
+            omega, shapes = span.modes(cutoff, bending=stretched)
             omegas.append(omega)
             parts.append(_placed(shapes.T, inner, np.arange(len(shapes)), (height, len(shapes))))
         shape, omega = sp.hstack(parts, format="csr"), np.concatenate(omegas)
-        modal = sp.diags(omega**2 * (shape.T @ mass @ shape).diagonal()[len(kept) :])
+        inside = sp.diags(omega**2 * (shape.T @ mass @ shape).diagonal()[len(kept) :])
         seen_mass = to_scipy(seen.mass)
         on_seen = spans if seen is fine else [Span.of(seen, seen_mass, member) for member in members]
+        within = [span.member for span, part in zip(spans, omegas[1:]) for _ in part]
+        if stretched:
+            axial = _along(spans, on_seen, height)
+            between = sp.diags(omega**2) @ shape[:, len(kept) :].T @ mass @ axial  # 0 on the neutral line
+            inside = sp.bmat([[inside, between], [between.T, _axial_stiffness(seen, on_seen)]])
+            shape = sp.hstack([shape, axial], format="csr")
+            within += [span.member for span in on_seen for _ in span.inner]
         rows = (3 * np.array([fine.mesh.node(name) for name in seen.mesh.node_name])[:, None] + np.arange(3)).ravel()
         return cls(
             fine=fine,
@@ -105,11 +120,11 @@ class Reduction:
             kept=_without(len(rows), on_seen),
             spans=tuple(on_seen),
             cutoff=cutoff,
-            mode_member=np.repeat(np.array(members, dtype=np.int64), [len(part) for part in omegas[1:]]),
+            mode_member=np.array(within, dtype=np.int64),
             mode_omega=omega,
             shape=shape[rows],
             fine_shape=shape,
-            stiffness=sp.block_diag([_stiffness(fine, spans, kept), modal], format="csr"),
+            stiffness=sp.block_diag([_stiffness(fine, spans, kept), inside], format="csr"),
         )
 
     @property
@@ -147,9 +162,18 @@ class Reduction:
         return place
 
     @cached_property
-    def strings(self) -> Strings:
-        """The members as strings."""
-        return Strings.of(self)
+    def of_elements(self) -> tuple[Index, Array]:
+        """Coordinates that move each element, ``(elements, n)``, and its nodal dofs by them, ``(elements, 6, n)``.
+
+        Those of an element with fewer are filled up with its first, by which then nothing moves.
+        """
+        parts = [self.shape[dofs].tocsc() for dofs in element_dofs(self.mesh)]
+        moving = [np.flatnonzero(np.diff(part.indptr)) for part in parts]
+        most = max(map(len, moving))
+        shape = np.zeros((len(parts), 6, most))
+        for block, part, mine in zip(shape, parts, moving):
+            block[:, : len(mine)] = part[:, mine].toarray()
+        return np.array([np.append(mine, np.full(most - len(mine), mine[0])) for mine in moving]), shape
 
     def pairs(self, rows: Index, columns: Index) -> tuple[Index, Index, sp.csr_matrix]:
         """Say what entries of a matrix over the nodal dofs add to which entries over the coordinates.
@@ -197,3 +221,25 @@ def _stiffness(beams: Beams, spans: Sequence[Span], kept: Index) -> sp.csr_matri
     rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
     values = np.concatenate(blocks).ravel()
     return sp.csr_matrix((values, (rows.ravel(), columns.ravel())), shape=(len(kept), len(kept)))
+
+
+def _along(spans: Sequence[Span], on_seen: Sequence[Span], height: int) -> sp.csr_matrix:
+    """Nodal dofs as one inner node that is seen after the other moves along its member, ``(nodal dofs, nodes)``."""
+    parts = [sp.csr_matrix((height, 0))]
+    for span, coarse in zip(spans, on_seen):
+        moved = span.along(np.cumsum(coarse.chain.length)[:-1])
+        parts.append(_placed(moved.T, span.inner.ravel(), np.arange(len(moved)), (height, len(moved))))
+    found = sp.hstack(parts, format="csr")
+    found.eliminate_zeros()
+    return found
+
+
+def _axial_stiffness(seen: Beams, spans: Sequence[Span]) -> sp.csr_matrix:
+    """Stiffness of the elements that are seen, over the displacements of the spans' inner nodes along the axis."""
+    rigidity = seen.rigidity.axial.mean / seen.mesh.cell_length
+    parts = [sp.csr_matrix((0, 0))]
+    for span in spans:
+        count = len(span.cells)
+        longer = sp.eye(count, count - 1) - sp.eye(count, count - 1, -1)
+        parts.append(longer.T @ sp.diags(rigidity[span.cells]) @ longer)
+    return sp.block_diag(parts, format="csr")

@@ -86,8 +86,26 @@ class Span:
         """Lowest frequency with clamped ends (rad/s)."""
         return float(np.sqrt(self._lowest(1)[0].min(initial=np.inf)))
 
-    def modes(self, cutoff: float) -> tuple[Array, Array]:
-        """Modes with clamped ends, up to a frequency (rad/s).
+    def along(self, places: Array) -> Array:
+        """Displacements of the inner dofs in link axes as one place after the other moves along the axis by 1.
+
+        Parameters
+        ----------
+        places
+            Distances from the first end (m), ascending.
+
+        Returns
+        -------
+        numpy.ndarray
+            Linear between the places and the ends, which are held, ``(places, inner dofs)``.
+        """
+        ends = np.cumsum(self.chain.length)
+        held = np.concatenate([[0.0], places, ends[-1:]])
+        shares = np.array([np.interp(ends[:-1], held, unit) for unit in np.eye(len(held))[1:-1]])
+        return (shares[..., None] * self.rotation[0]).reshape(len(places), -1)
+
+    def modes(self, cutoff: float, bending: bool = False) -> tuple[Array, Array]:
+        """Modes with clamped ends, up to a frequency (rad/s): all, or those across the axis.
 
         Returns
         -------
@@ -107,10 +125,14 @@ class Span:
             if not inside.all() or len(squares) < count or count == size:
                 break
             count = min(2 * count, size)
-        shapes = shapes[inside].reshape(-1, *self.inner.shape)
+        squares, shapes = squares[inside], shapes[inside].reshape(-1, *self.inner.shape)
         unit = np.array([1.0, 1.0, self.chain.length.mean()])  # of rotations, beside those of displacements
+        if bending:
+            largest = np.abs(shapes * unit).max(axis=1)
+            bent = largest[:, 0] < largest[:, 1:].max(axis=1)
+            squares, shapes = squares[bent], shapes[bent]
         shapes = np.array([shape / max((shape * unit).flat, key=abs) for shape in shapes]).reshape(shapes.shape)
-        return np.sqrt(squares[inside]), (shapes @ self.rotation).reshape(-1, self.inner.size)
+        return np.sqrt(squares), (shapes @ self.rotation).reshape(-1, self.inner.size)
 
     def _lowest(self, count: int) -> tuple[Array, Array]:
         """Give squares of frequencies, ascending, and shapes in member axes, ``(modes, inner dofs)``.

@@ -76,7 +76,7 @@ class Entries:
 
     @classmethod
     def of_blocks(cls, dofs: Index, blocks: Array) -> Entries:
-        """Give the matrix of blocks ``(angles or 1, strings, n, n)`` on `dofs`, ``(strings, n)``."""
+        """Give the matrix of blocks ``(angles or 1, elements, n, n)`` on `dofs`, ``(elements, n)``."""
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         return cls(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
 
@@ -94,9 +94,9 @@ class Entries:
 
 
 class Law(Protocol):
-    """A nonlinear force of strings, which are elements, or members that are reduced, beside the linear elastic one.
+    """A nonlinear force of elements beside the linear elastic one.
 
-    Its displacement v and velocity v' are those of the links' coordinates. Newton's method takes each string's tension
+    Its displacement v and velocity v' are those of the links' coordinates. Newton's method takes each element's tension
     as an unknown of its own, beside v. It then needs few steps and no small ones: a tension that is computed from a
     bending not yet right is a bad guess, as members are stiff along their axes. Source: Magisano, Leonetti and Garcea,
     Int. J. Numer. Meth. Engng 109 (2017) 1237.
@@ -104,14 +104,14 @@ class Law(Protocol):
 
     @property
     def dofs(self) -> Index:
-        """The links' coordinates of each string, ``(strings, n)``."""
+        """The links' coordinates of each element, ``(elements, n)``."""
 
     @property
-    def on_elements(self) -> ElementLaw:
-        """The same on the elements, by their nodal dofs."""
+    def on_elements(self) -> Law:
+        """The same by the nodal dofs."""
 
     def force(self, v: Array, rate: Array) -> Array:
-        """Forces on the strings in link axes, ``(angles, strings, n)``, from v and v'."""
+        """Forces on the elements in link axes, ``(angles, elements, n)``, from v and v'."""
 
     def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
         """Force about v, v' and a tension, ``constant + by_v v + by_rate v'``.
@@ -119,46 +119,24 @@ class Law(Protocol):
         Returns
         -------
         tuple
-            The constant ``(angles, strings, n)``, and two matrices ``(angles, strings, n, n)``.
+            The constant ``(angles, elements, n)``, and two matrices ``(angles, elements, n, n)``.
         """
 
     def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one (N), ``(angles, strings)``."""
+        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
 
     def tension(self, v: Array, rate: Array) -> Array:
-        """Axial force of each string, with the linear part (N), ``(angles, strings)``."""
+        """Axial force of each element, with the linear part (N), ``(angles, elements)``."""
 
     def axial(self, v: Array) -> Array:
-        """Axial force of each string by the linear strain (N), ``(angles, ..., strings)`` of ``(angles, ..., v)``."""
+        """Axial force of each element by the linear strain (N), ``(angles, ..., elements)`` of ``(angles, ..., v)``."""
 
     def gradient(self, v: Array) -> Array:
-        """Gradient of the nonlinear part of each string's elongation, ``(angles, strings, n)``; it is linear in v."""
+        """Gradient of the nonlinear part of each element's elongation, ``(angles, elements, n)``; it is linear in v."""
 
     @property
     def bow(self) -> Array:
-        """Second derivative of each string's elongation (1/m ...), ``(strings, n, n)``."""
-
-
-class ElementLaw(Protocol):
-    """A nonlinear force on the elements, from their nodal v and v'."""
-
-    def mean(self, tension: Array) -> Array:
-        """Mean over each string of an axial force ``(angles, elements)``, ``(angles, strings)``."""
-
-    def tension(self, v: Array, rate: Array) -> Array:
-        """Axial force of each element (N), ``(angles, elements)``."""
-
-    def force(self, v: Array, rate: Array) -> Array:
-        """Forces on the elements' ends in link axes, ``(angles, elements, 6)``."""
-
-    def of_stress(self) -> ElementLaw:
-        """Give the law without axial forces that are given, which are no stress of the elements' strain."""
-
-    def lengthening(self, v: Array) -> Array:
-        """Elongation of each element beside that of linear theory (m), ``(angles, elements)``."""
-
-    def turned(self, tension: Array, v: Array) -> Array:
-        """Forces on the elements' ends by a tension of their strings on the bent axis, ``(angles, elements, 6)``."""
+        """Second derivative of each element's elongation (1/m ...), ``(elements, n, n)``."""
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ def _modal_damping(equation: Equation, q: Array, rate: Array, v: Array) -> Modal
     forces = linear.forces(rates)
     strain = equation.links_stiffness.solve(forces)
     if isinstance(modal, NonlinearModalForces):
-        on_bent_axis = modal.law.on_elements.turned(modal.tension(rates), v)
+        on_bent_axis = modal.tension(rates)[..., None] * modal.law.on_elements.gradient(v)
         forces = forces + modal.on_bent_axis(rates, q)
     acceleration = equation.linear.mass.solve(forces)
     return ModalDamping(system.to_links(strain), system.to_links(acceleration), on_bent_axis)

@@ -25,9 +25,7 @@ def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     if beams.reduction is None:
         ends += each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
     else:
-        law = system.terms.law
-        longer = None if law is None or response.velocity is None else law.on_elements.lengthening(v)
-        elastic, settled = response_of_reduced_members(beams, strained, without_elastic(system, response), longer)
+        elastic, settled = response_of_reduced_members(beams, strained, without_elastic(system, response))
         ends, v = ends + elastic, v + settled - strained
     held = system.transformation.held
     if held is not None:

@@ -10,9 +10,7 @@ from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.span import Span, outside
 
 
-def response_of_reduced_members(
-    beams: Beams, strained: Array, missing: Array, elongation: Array | None = None
-) -> tuple[Array, Array]:
+def response_of_reduced_members(beams: Beams, strained: Array, missing: Array) -> tuple[Array, Array]:
     """Balance the inner nodes of reduced members: the modes left out answer statically (mode acceleration).
 
     Source: Cornwell, Craig and Johnson, Earthq. Eng. Struct. Dyn. 11 (1983) 679.
@@ -25,8 +23,6 @@ def response_of_reduced_members(
         Displacement whose elastic forces are all stress of the links, ``(angles, nodal dofs)``.
     missing
         Force that the nodes need from the links' stress, in link axes, ``(angles, nodal dofs)``.
-    elongation
-        What elements are longer than in linear theory (m), ``(angles, elements)``; it adds up to 0 over a member.
 
     Returns
     -------
@@ -43,9 +39,6 @@ def response_of_reduced_members(
         elastic[:, whole] = each(beams.element_stiffness[whole], v)
     for span in spans:
         elastic[:, span.cells], settled[:, span.inner] = _of_span(span, strained, missing)
-        if elongation is not None:
-            along = np.cumsum(elongation[:, span.cells], axis=1)[:, :-1, None]
-            settled[:, span.inner] += along * span.rotation[0]
     return elastic, settled
 
 

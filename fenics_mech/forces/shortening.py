@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse.linalg import SuperLU, splu
 
-from fenics_mech._arrays import Array, summed
+from fenics_mech._arrays import Array
 from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.element_matrices import assemble_beams
@@ -35,7 +35,7 @@ class Shortening:
     Parameters
     ----------
     system
-        The mechanism, with geometric stiffness or a reduced nonlinear law, of members that can stretch.
+        The mechanism, with geometric stiffness, of members that can stretch.
     jets
         Elastic displacement v in link axes and two time derivatives, each ``(angles, nodal dofs)``.
     """
@@ -50,13 +50,12 @@ class Shortening:
         Members that cannot stretch are replaced by those that can: what is too short moves the nodes of a linkage that
         is statically determinate in the same way.
         """
-        terms = system.terms
-        if terms.stiffening is None and (terms.law is None or system.beams.reduction is None):
+        if system.terms.stiffening is None:
             return None
         if system.transformation.held is not None:
             other = stretching(scene)
             beams = shaped(other, assemble_beams(other, mesh_scene(other)))
-            system = build_system(other, beams, system.motion, terms)
+            system = build_system(other, beams, system.motion, system.terms)
         return cls(system, jets)
 
     @cached_property
@@ -90,8 +89,6 @@ class Shortening:
         """
         system, transformation = self.system, self.system.transformation
         found = [self._inside(length) for length in lengths]
-        if system.terms.stiffening is None:
-            return found
         answers: list[Array] = []
         stresses: list[Array] = []
         for n, length in enumerate(lengths):
@@ -127,13 +124,11 @@ class Shortening:
         moved = np.zeros((len(shorter), self.system.transformation.height))
         if beams.reduction is None:
             return moved
-        rigidity, string = beams.rigidity.axial.mean / beams.mesh.cell_length, beams.reduction.strings.of_element
-        count = int(string.max()) + 1
-        mean = summed(shorter, string, count) / np.bincount(string, 1 / rigidity, count)
-        longer = mean[:, string] / rigidity - shorter
         for span in beams.reduction.spans:
-            along = np.cumsum(longer[:, span.cells], axis=1)[:, :-1, None]
-            moved[:, span.inner] += along * span.rotation[0]
+            flexible = beams.mesh.cell_length[span.cells] / beams.rigidity.axial.mean[span.cells]
+            gone = shorter[:, span.cells]
+            longer = gone.sum(axis=1, keepdims=True) * flexible / flexible.sum() - gone
+            moved[:, span.inner] += np.cumsum(longer, axis=1)[:, :-1, None] * span.rotation[0]
         return moved
 
     @cached_property

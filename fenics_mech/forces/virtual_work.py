@@ -252,7 +252,7 @@ class Forces:
         elastic = (stiffness @ self.displacement.T).T
         material = system.terms.damping.material * (stiffness @ self._velocity.T).T
         if system.terms.law is not None:
-            law = system.terms.law.on_elements.of_stress()
+            law = system.terms.law.on_elements
             at_rest = system.assembled(law.force(self.displacement, self.still))
             elastic = elastic + at_rest
             material = material + system.assembled(law.force(self.displacement, self._velocity)) - at_rest

@@ -16,7 +16,7 @@ from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
 
 RECOVERED = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
-RECOVERED_STIFFENED = 32  # the same, where axial forces act on the bent axis: those are as good as these elements
+RECOVERED_STIFFENED = 32  # the same, where given axial forces act on the bent axis: they are as good as these elements
 
 
 def links(scene: Scene) -> Beams:
@@ -29,8 +29,8 @@ def links(scene: Scene) -> Beams:
     coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(scene))
     seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
     cutoff = scene.analysis.cutoff
-    reduction = Reduction.of(fine, seen, members, None if cutoff == "auto" else 2 * math.pi * cutoff)
-    return replace(seen, reduction=reduction)
+    highest = None if cutoff == "auto" else 2 * math.pi * cutoff
+    return replace(seen, reduction=Reduction.of(fine, seen, members, highest, nonlinear(scene)))
 
 
 def links_depend_on(scene: Scene) -> tuple[object, ...]:
@@ -38,13 +38,20 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     nodes = [member_nodes(scene, label).tolist() for label in scene.members()]
     shapes = [effect.name for effect in active(scene) if effect.beams is not None]
     parts = [getattr(scene, key) for key in OF_LINKS]
-    reduction = scene.analysis.reduction
-    return parts, nodes, shapes, reduction, scene.analysis.cutoff, reduction != "none" and most_recovered(scene)
+    if scene.analysis.reduction == "none":
+        return parts, nodes, shapes
+    return parts, nodes, shapes, scene.analysis.cutoff, nonlinear(scene), most_recovered(scene)
+
+
+def nonlinear(scene: Scene) -> bool:
+    """Whether the strain of the links is nonlinear."""
+    return any(effect.nonlinear for effect in active(scene))
 
 
 def most_recovered(scene: Scene) -> int:
     """Elements of a reduced member on which it is recovered, at most."""
-    return RECOVERED_STIFFENED if any(effect.stress_stiffening for effect in active(scene)) else RECOVERED
+    given = any(effect.stress_stiffening for effect in active(scene)) and not nonlinear(scene)
+    return RECOVERED_STIFFENED if given else RECOVERED
 
 
 def _reducible(scene: Scene, beams: Beams) -> list[int]:

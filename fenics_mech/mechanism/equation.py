@@ -153,7 +153,7 @@ class Equation:
         q, rate
             Coordinates and their time derivatives, ``(angles, coordinates)``.
         tension
-            Axial force of each string of the nonlinear law that goes with them (N), ``(angles, strings)``.
+            Axial force of each element that goes with them, where the law is nonlinear (N), ``(angles, elements)``.
         """
         law = self.system.terms.law
         if law is None:
@@ -189,7 +189,7 @@ class Equation:
         return replace(tangents, stiffness=stiffness, load=tangents.load + load, modal=modal)
 
     def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array) -> Matrices:
-        """Linearise about v and v' of the links, and the tension of their strings."""
+        """Linearise about v and v' of the links, and the tension of their elements."""
         linear, (constant, *tangents) = self.linear, law.linearised(*state, tension)
         damping, stiffness = self._tangents(law, *tangents)
         return replace(
@@ -200,7 +200,7 @@ class Equation:
         )
 
     def straight(self, tension: Array) -> Matrices:
-        """Linearise about straight links at rest under axial forces (N), ``(angles, strings)``."""
+        """Linearise about straight links at rest under axial forces (N), ``(angles, elements)``."""
         still = np.zeros((len(tension), self.system.size))
         return self.linearised(still, still, tension)
 
@@ -234,7 +234,7 @@ class Equation:
         Returns
         -------
         numpy.ndarray
-            Axial force of each string (N), ``(angles, strings)``.
+            Axial force of each element (N), ``(angles, elements)``.
         """
         law = self.system.terms.law
         assert law is not None
@@ -261,7 +261,7 @@ class Equation:
         return self._congruence.products(p, (k, p))
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
-        """Carry forces on the links' coordinates `dofs`, ``(angles, strings, n)``, to the mechanism's."""
+        """Carry forces on the links' coordinates `dofs`, ``(angles, elements, n)``, to the mechanism's."""
         return self.system.transformation.backward_at(self.jets[0], dofs, forces)
 
     def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
@@ -289,7 +289,7 @@ class Equation:
 
 
 def _places_of(law: Law) -> tuple[Index, Index]:
-    """Rows and columns of the blocks of a law's strings, over the links' coordinates."""
+    """Rows and columns of the blocks of a law's elements, over the links' coordinates."""
     rows, columns = np.broadcast_arrays(law.dofs[:, :, None], law.dofs[:, None, :])
     return rows.ravel(), columns.ravel()
 

@@ -79,18 +79,18 @@ class ModalForces:
 class NonlinearModalForces:
     """Modal damping of links whose strain is nonlinear: y holds the rates of the whole strain.
 
-    With the strings' axial forces N in the modes' stress, ``y = F q' + H q + N s`` with the rate s of what bending adds
-    to the strings' elongation. On the linear strain alone damping would brake the bending: an axis that bends freely
-    shortens without stress.
+    With the elements' axial forces N in the modes' stress, ``y = F q' + H q + N s`` with the rate s of what bending
+    adds to the elements' elongation. On the linear strain alone damping would brake the bending: an axis that bends
+    freely shortens without stress.
 
     Parameters
     ----------
     linear
         F and H.
     axial
-        N, ``(angles, modes, strings)`` (N per unit of force).
+        N, ``(angles, modes, elements)`` (N per unit of force).
     law
-        The strings.
+        The elements.
     transformation, jets
         P and P' of the angles, as nonzeros.
     """
@@ -107,7 +107,7 @@ class NonlinearModalForces:
         return forward(p, q), forward(p, rate) + forward(turned, q)
 
     def _bending(self, gradient: Array, v_rate: Array) -> Array:
-        """Give ``N s``, ``(angles, modes)``, with the gradient of what bending adds to the strings' elongation."""
+        """Give ``N s``, ``(angles, modes)``, with the gradient of what bending adds to the elements' elongation."""
         return np.einsum("tms,ts->tm", self.axial, np.sum(gradient * v_rate[:, self.law.dofs], axis=-1))
 
     def rates(self, q: Array, rate: Array) -> Array:
@@ -116,11 +116,11 @@ class NonlinearModalForces:
         return self.linear.rates(q, rate) + self._bending(self.law.gradient(v), v_rate)
 
     def tension(self, rates: Array) -> Array:
-        """Give the axial force of each string that goes with y (N), ``(angles, strings)``."""
+        """Give the axial force of each element that goes with y (N), ``(angles, elements)``."""
         return np.einsum("tms,tm->ts", self.axial, rates)
 
     def on_bent_axis(self, rates: Array, q: Array) -> Array:
-        """Give the forces of the strings' tension on the bent axis, ``(angles, coordinates)``, of y and q."""
+        """Give the forces of the elements' tension on the bent axis, ``(angles, coordinates)``, of y and q."""
         v = self.transformation.forward(self.jets[0], q)
         return self._on_coordinates(self.tension(rates)[..., None] * self.law.gradient(v))
 
@@ -135,7 +135,7 @@ class NonlinearModalForces:
         Returns
         -------
         tuple
-            The linear forces, the strings' tension that adds to their stiffness (N), ``(angles, strings)``, and the
+            The linear forces, the elements' tension that adds to their stiffness (N), ``(angles, elements)``, and the
             load with which they are exact at the state, ``(angles, coordinates)``.
         """
         (p, turned), (v, v_rate) = self.jets, self._links(q, rate)
@@ -149,30 +149,30 @@ class NonlinearModalForces:
 
     @cached_property
     def _carrying(self) -> tuple[Index, Index, Index, Pairs]:
-        """Forces on strings and nonzeros of P that meet, the place of their product, and the places that N meets."""
+        """Forces on elements and nonzeros of P that meet, the place of their product, and the places that N meets."""
         rows, columns, size = self.transformation.rows, self.transformation.columns, self.linear.outward.shape[2]
         force, nonzero = np.nonzero(self.law.dofs.ravel()[:, None] == rows)
-        string = force // self.law.dofs.shape[1]
-        places, place = np.unique(string * size + columns[nonzero], return_inverse=True)
+        element = force // self.law.dofs.shape[1]
+        places, place = np.unique(element * size + columns[nonzero], return_inverse=True)
         mode = np.arange(self.axial.shape[1])[:, None]
         met = mode * len(self.law.dofs) + places // size, np.arange(len(places)), mode * size + places % size
         return force, nonzero, place, Pairs.of(*(part.ravel() for part in np.broadcast_arrays(*met)))
 
     def _by_mode(self, *parts: tuple[Array, Array]) -> Array:
-        """Sum N times forces on the strings that P or P' carries to the coordinates, ``(angles, modes, coordinates)``.
+        """Sum N times forces on the elements that P or P' carries to the coordinates, ``(angles, modes, coordinates)``.
 
-        The parts are nonzeros of P or P', and forces ``(angles, strings, n)``.
+        The parts are nonzeros of P or P', and forces ``(angles, elements, n)``.
         """
         force, nonzero, place, pairs = self._carrying
         products = np.zeros((len(self.axial), len(force)))
         for jet, forces in parts:
             products += forces.reshape(len(forces), -1)[:, force] * jet[:, nonzero]
         found = np.zeros(self.linear.outward.shape)
-        strings = self.axial.reshape(len(found), -1)
-        pairs.add(strings, summed(products, place, int(place.max()) + 1), found.reshape(len(found), -1))
+        axial = self.axial.reshape(len(found), -1)
+        pairs.add(axial, summed(products, place, int(place.max()) + 1), found.reshape(len(found), -1))
         return found
 
     def _on_coordinates(self, forces: Array) -> Array:
-        """Carry forces on the strings, ``(angles, strings, n)``, to the coordinates."""
+        """Carry forces on the elements, ``(angles, elements, n)``, to the coordinates."""
         found = self.transformation.backward_at(self.jets[0], self.law.dofs, forces)
         return np.pad(found, ((0, 0), (0, self.linear.outward.shape[2] - found.shape[1])))  # a twist strains nothing

@@ -121,9 +121,8 @@ def rigid_tension(scene: Scene, bare: System) -> Array:
 
 
 def rough_tension(scene: Scene, system: System) -> Array | None:
-    """Axial force from loads and rigid motion (N), in the strings of the links' nonlinear law, if they have one."""
-    law = system.terms.law
-    return None if law is None else law.on_elements.mean(rigid_tension(scene, system))
+    """Axial force of each element from loads and rigid motion (N), where the links have a nonlinear law."""
+    return None if system.terms.law is None else rigid_tension(scene, system)
 
 
 def static_response(scene: Scene, system: System) -> ElasticResponse:

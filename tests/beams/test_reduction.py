@@ -128,11 +128,26 @@ def test_what_is_left_out_answers_statically():
 
 
 @pytest.mark.slow
-def test_moderate_rotations_of_members_as_strings():
+@pytest.mark.parametrize(("damping", "largest"), [({"material": 1e-3}, 1e-6), ({"ratio": 0.05}, 1e-4)])
+def test_moderate_rotations_give_the_same_motion_in_other_coordinates(damping, largest):
+    # measured 4e-8 and 3e-5 by the end of the series: with 150 harmonics 1e-10. Without the inertia of the shortening,
+    # and what it makes of the axial force inside members, 1e-3 and 2e-3
+    effects = ("moderate-rotations", "coupling")
+    scene = seed_four_bar(effects=effects, mesh__elements=2, damping=damping, **SERIES)
+    assert furthest(scene, **ALL) < largest
+
+
+@pytest.mark.slow
+def test_moderate_rotations_of_reduced_members():
     still = seed_four_bar(effects=("moderate-rotations",), analysis__method="quasi-static", mesh__elements=6)
     assert furthest(still, **ALL) < 1e-9
-    moving = seed_four_bar(effects=("moderate-rotations", "coupling"), mesh__elements=6, analysis__sub_intervals=72)
-    assert 1e-4 < furthest(moving, **REDUCED) < 6e-3  # vibration spreads the axial force inside members too
+    moving = seed_four_bar(
+        effects=("moderate-rotations", "coupling"),
+        mesh__elements=6,
+        damping={"material": 1.34e-4},
+        analysis__sub_intervals=240,
+    )
+    assert furthest(moving, **REDUCED) < 2e-4  # measured 8e-5, of joint forces by the steps; strains 2e-5
 
 
 @pytest.mark.slow
@@ -159,10 +174,17 @@ def test_many_elements_need_the_reduction():
         seed_four_bar(mesh__elements=301)
 
 
-def test_motion_in_time_refuses_strings():
-    scene = seed_four_bar(effects=("moderate-rotations",), analysis__method="transient", **REDUCED)
-    with pytest.raises(SceneError, match="does not support reduced members with moderate rotations"):
-        analyse(scene)
+@pytest.mark.slow
+@pytest.mark.parametrize(("damping", "largest"), [({"material": 1.34e-4}, 1e-4), ({"ratio": 0.02}, 1e-3)])
+def test_motion_in_time_with_moderate_rotations(damping, largest):
+    # measured 4e-5 and 4e-4: a start from rest swings the modes that are left out; all modes are damped by the ratio
+    whole = seed_four_bar(
+        effects=("moderate-rotations", "coupling"),
+        damping=damping,
+        analysis={"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 120, "allow_coarse": True},
+    )
+    strain, found = (analyse(scene).data["strain"] for scene in (whole, whole.changed(**REDUCED)))
+    assert float(np.abs(found - strain).max() / np.abs(strain).max()) < largest
 
 
 def test_cutoff_is_a_frequency():

@@ -89,12 +89,6 @@ def refuse_in_time(scene: Scene, system: System) -> None:
             place="analysis.tension",
             hint="Take the effect 'moderate-rotations' in place of 'geometric-stiffness'",
         )
-    if analysis.reduction != "none" and system.terms.law is not None:
-        raise SceneError(
-            "method = 'transient' does not support reduced members with moderate rotations",
-            place="analysis.reduction",
-            hint="Write reduction = 'none', or leave the effect 'moderate-rotations' out",
-        )
     if analysis.time_tolerance > LARGEST_TOLERANCE:
         raise SceneError(
             f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",

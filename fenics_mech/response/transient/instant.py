@@ -59,7 +59,7 @@ class Instant:
         return mass, damping, stiffness
 
     def _modal_rates(self, shape: list[Array], gradient: Array, z: Array, rate: Array) -> tuple[Array, Array]:
-        """What bending adds to the modes' rates, and the strings' tension by them; see `NonlinearModalForces`."""
+        """What bending adds to the modes' rates, and the elements' tension by them; see `NonlinearModalForces`."""
         (p, first, outward, by_place, axial), law = shape, self.coefficients.law
         assert law is not None
         bending = axial @ np.sum(gradient * (p @ rate + first @ z)[law.dofs], axis=-1)[0]
