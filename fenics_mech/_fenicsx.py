@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 import ufl
+from cffi import FFI  # type: ignore[import-untyped]
 from dolfinx import fem, jit
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
+from fenics_mech._sparse.kernels import kernels, pointer
 
 try:  # dolfinx >= 0.10
     from dolfinx.io import gmsh as gmshio
@@ -83,6 +85,12 @@ def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
     return compiled(fem.FunctionSpace, mesh, ufl.MixedElement(*parts))
 
 
+@_quiet()
+def broken_line(mesh: Any, degree: int) -> Any:
+    """Give the space of discontinuous Lagrange elements of a degree."""
+    return compiled(fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("DG", degree))
+
+
 def cell_dofs(space: Any, part: int) -> tuple[Index, Array]:
     """Give the dofs of one part of a mixed space, ``(cells, dofs)``, and their places 0..1 in the reference cell."""
     part_space = space.sub(part)
@@ -95,7 +103,7 @@ def cell_dofs(space: Any, part: int) -> tuple[Index, Array]:
 @_quiet()
 def cellwise(mesh: Any, values: Array) -> Any:
     """Give the function that takes one value per cell."""
-    space = compiled(fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("DG", 0))
+    space = broken_line(mesh, 0)
     function = fem.Function(space)
     function.x.array[[space.dofmap.cell_dofs(cell)[0] for cell in range(len(values))]] = values
     return function
@@ -113,3 +121,47 @@ def assemble(form: Any) -> PETSc.Mat:
 def assemble_vector(form: Any) -> Array:
     """Compile a linear form and assemble it."""
     return np.asarray(fem_petsc.assemble_vector(compiled(fem.form, form)).array_r).copy()
+
+
+class CellKernel:
+    """The compiled kernel of a form, called for many states of all cells at once.
+
+    Parameters
+    ----------
+    form
+        The form. Functions that are not `states` keep the values that they have now.
+    states
+        Functions that change from state to state.
+    cells
+        The cells, in the order of the results.
+    """
+
+    def __init__(self, form: Any, states: tuple[Any, ...], cells: Index) -> None:
+        with _quiet():
+            made = compiled(fem.form, form)
+        record = made.ufcx_form
+        of_cells = record.integrals(0)[0] if callable(getattr(record, "integrals", None)) else record.form_integrals[0]
+        self.address = int(FFI().cast("uintptr_t", of_cells.tabulate_tensor_float64))
+        self.kept = made  # the compiled code lives as long as this
+        mesh = states[0].function_space.mesh
+        dofmap = mesh.geometry.dofmap
+        vertices = dofmap.array.reshape(-1, 2) if hasattr(dofmap, "array") else np.asarray(dofmap)
+        self.places = np.ascontiguousarray(mesh.geometry.x[vertices[cells]].reshape(len(cells), -1))
+        self.parts: list[Array | int] = []
+        for i in range(record.num_coefficients):
+            function = form.coefficients()[record.original_coefficient_position[i]]
+            which = [k for k, state in enumerate(states) if state is function]
+            dofs = [function.function_space.dofmap.cell_dofs(cell) for cell in cells]
+            self.parts.append(which[0] if which else function.x.array[np.array(dofs)])
+        self.shape = (states[0].function_space.dofmap.dof_layout.num_dofs,) * len(form.arguments())
+
+    def __call__(self, *states: Array) -> Array:
+        """Give the cells' tensors, ``(positions, cells, ...)``, of states ``(positions, cells, dofs)``."""
+        count = len(states[0])
+        parts = [states[p] if isinstance(p, int) else np.broadcast_to(p, (count, *p.shape)) for p in self.parts]
+        values = np.ascontiguousarray(np.concatenate(parts, axis=-1))
+        positions, cells, given = values.shape
+        result, module = np.zeros((positions, cells, *self.shape)), kernels(1)
+        arrays = (pointer(module, part) for part in (values, self.places, result))
+        module.lib.tabulate(self.address, positions, cells, given, int(np.prod(self.shape)), *arrays)
+        return result

@@ -60,4 +60,4 @@ def with_all_effects(scene: Scene) -> Scene:
     from fenics_mech.effects import EFFECTS
 
     thick = () if EFFECTS["shear"].missing_data(scene) else ("rotary-inertia", "shear")
-    return scene.changed(effects=("coupling", "moderate-rotations", *thick))
+    return scene.changed(effects=("coupling", "large-rotations", *thick))

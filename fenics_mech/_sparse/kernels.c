@@ -6,6 +6,7 @@
    sparse; rows are exchanged within a block only. Blocks are numbered: the diagonal ones by their turn, then those below
    the diagonal, column by column, then their mirror images. */
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 typedef struct {
@@ -387,4 +388,15 @@ void products(long positions, long pairs, const int *left, const int *right, con
         double *out = result + t * stride;
         for (long e = 0; e < pairs; e++) out[target[e]] += a[left[e]] * b[right[e]];
     }
+}
+
+/* Call the kernel of a form, as FFCx compiles it, for every cell at every position. Values are those of the coefficients,
+   (positions, cells, given), places the vertices of each cell, results (positions, cells, made). */
+typedef void form_kernel(double *, const double *, const double *, const double *, const int *, const uint8_t *);
+void tabulate(uintptr_t kernel, long positions, long cells, long given, long made, const double *values,
+              const double *places, double *results)
+{
+    form_kernel *f = (form_kernel *)kernel;
+    for (long k = 0; k < positions * cells; k++)
+        f(results + k * made, values + k * given, 0, places + (k % cells) * 6, 0, 0);
 }

@@ -40,6 +40,8 @@ void march(const pattern *p, long first, long last, const double *damping, const
            const double *starts, double *ends, double *accelerations, double *work);
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work);
+void tabulate(uintptr_t kernel, long positions, long cells, long given, long made, const double *values,
+              const double *places, double *results);
 void products(long positions, long pairs, const int *left, const int *right, const int *target, const double *one,
               long one_stride, const double *other, long other_stride, double *result, long stride);
 """

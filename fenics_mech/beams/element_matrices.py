@@ -22,6 +22,7 @@ from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.scene import PointMass, RigidBody, Scene
 
 if TYPE_CHECKING:
+    from fenics_mech.beams.bent_axis import BentAxis
     from fenics_mech.beams.reduction import Reduction
 
 
@@ -194,6 +195,13 @@ class Beams:
     def stretching(self) -> Stretching:
         """What tension and bending do to each other in every element, assembled when first asked for."""
         return Stretching.of(self.layout)
+
+    @cached_property
+    def bent_axis(self) -> BentAxis:
+        """Shortening and bending of axes that turn far, compiled when first asked for."""
+        from fenics_mech.beams.bent_axis import BentAxis  # noqa: PLC0415  (few scenes have large rotations)
+
+        return BentAxis.of(self.layout, self.rigidity.bending.coefficient)
 
     @cached_property
     def _broken_gyroscopic(self) -> PETSc.Mat:

@@ -134,6 +134,11 @@ class Layout:
         dofs = np.concatenate([dofs, _fenicsx.cell_dofs(self.space, 2)[0][mesh.cell]], axis=1)
         return dofs, np.concatenate([values @ self.tie, angle], axis=1)
 
+    @property
+    def broken_deflection(self) -> Array:
+        """Broken dofs of the deflection by the nodal dofs of each element, in member axes, ``(elements, 4, 6)``."""
+        return self._hermite[1][:, 2:6]
+
     @cached_property
     def _embedding(self) -> sp.csr_matrix:
         """Broken <- nodal: column j is the broken function of nodal dof j (link axes)."""

@@ -15,7 +15,7 @@ EFFECT = Effect(
     source="section 7.4; Przemieniecki (1968), ch. 15",
     terms=terms,
     stress_stiffening=True,
-    refuses=("moderate-rotations",),
+    refuses=("large-rotations",),
     size=lambda survey: survey.tension * survey.sensitivity,
     estimate="change of a mode's stiffness x sensitivity",
 )

@@ -33,5 +33,5 @@ EFFECT = Effect(
     meaning="members that bend but do not stretch",
     source="(7.2) with EA without bound",
     beams=beams,
-    refuses=("moderate-rotations",),
+    refuses=("large-rotations",),
 )

@@ -42,6 +42,8 @@ from fenics_mech.forces.inertia import (
 )
 from fenics_mech.mechanism import System
 
+BETWEEN = 5  # places at which a moment is summed up along a bent axis
+
 
 @dataclass(frozen=True)
 class MemberState:
@@ -98,7 +100,7 @@ def recover_members(
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
     inertia, (ends, v) = inertia_of(system, response, element), balanced(system, response)
-    axial, shear, moment = _statics(system, response, ends, inertia, loads, element, xi)
+    axial, shear, moment = _statics(system, response, ends.copy(), inertia, loads, element, xi)
     displacement = nodal_in_members(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, inertia, v)
@@ -106,10 +108,15 @@ def recover_members(
     if beams.layout.offsets is not None:  # from the neutral line to the axis
         sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
         u += beams.layout.offsets.neutral[element] * (slope + sections)
-    tension = element_tension(system, response)
+    tension, rotation = element_tension(system, response), slope
     if tension is not None:  # the axial force acts on the bent axis
-        shear += tension[:, element] * slope
         moment += tension[:, element] * (w - displacement[..., 1])
+    if tension is not None and system.terms.law is not None:
+        moment += _by_arms_of_bent_axis(system, response, ends, loads, element, xi)
+        along = np.sqrt(1 - slope**2)
+        axial, shear, rotation = axial * along - shear * slope, shear * along + axial * slope, np.arcsin(slope)
+    elif tension is not None:
+        shear += tension[:, element] * slope
     shape = (len(moment), len(beams.mesh.members), len(s))
     return MemberState(
         s=s,
@@ -117,8 +124,27 @@ def recover_members(
         shear_force=shear.reshape(shape),
         moment=moment.reshape(shape),
         deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
-        rotation=slope.reshape(shape),
+        rotation=rotation.reshape(shape),
     )
+
+
+def _by_arms_of_bent_axis(
+    system: System, response: ElasticResponse, ends: Array, loads: Sequence[PointLoad], element: Index, xi: Array
+) -> Array:
+    """Give what the moment differs as forces across a bent axis have shorter arms, ``(angles, places)``.
+
+    Along the arc the moment changes by ``V c + N b``, with the force N along the member's straight line, V across it,
+    and the sine b and cosine c of the rotation; here that is ``V (c - 1)``. A moment at a node is that on b, and so c
+    times the one on the rotation.
+    """
+    h, (places, weights) = system.beams.mesh.cell_length[element], np.polynomial.legendre.leggauss(BETWEEN)
+    inner, of = np.outer(xi, (places + 1) / 2).ravel(), np.repeat(element, BETWEEN)
+    shear = _statics(system, response, ends.copy(), inertia_of(system, response, of), loads, of, inner)[1]
+    nodal = nodal_in_members(system, system.to_links(response.displacement))
+    slope = _of_nodes(nodal[:, of], system.beams.mesh.cell_length[of], inner)[2]
+    change = (shear * (np.sqrt(1 - slope**2) - 1)).reshape(len(slope), -1, BETWEEN) @ (weights / 2)
+    at_node = _of_nodes(nodal[:, element], h, np.zeros_like(xi))[2]
+    return np.asarray(change * xi * h + ends[:, element, 2] * (1 - np.sqrt(1 - at_node**2)))
 
 
 def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
@@ -304,7 +330,7 @@ def _spread_where_varying(
 def strain_of(system: System, response: ElasticResponse, v: Array) -> Array:
     """Nodal values v of the elements in member axes, less what strains nothing along them, ``(angles, elements, 6)``.
 
-    With moderate rotations bending shortens the axis: elements are as much longer as their axial force stretches them.
+    With large rotations bending shortens the axis: elements are as much longer as their axial force stretches them.
     """
     nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, response)
     if system.terms.law is not None and tension is not None:

@@ -18,6 +18,7 @@ from fenics_mech._guard import require_memory
 from fenics_mech._sparse import DENSE, Congruence, Stack
 from fenics_mech.effects import Entries
 from fenics_mech.effects.terms import Law
+from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
 from fenics_mech.mechanism.system import System
@@ -191,12 +192,24 @@ class Equation:
     def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array) -> Matrices:
         """Linearise about v and v' of the links, and the tension of their elements."""
         linear, (constant, *tangents) = self.linear, law.linearised(*state, tension)
+        if not np.isfinite(constant).all():
+            raise self._turned_too_far(constant)
         damping, stiffness = self._tangents(law, *tangents)
         return replace(
             linear,
             damping=linear.damping if damping is None else linear.damping + damping.on(linear.damping.pattern),
             stiffness=linear.stiffness + stiffness.on(linear.stiffness.pattern),
             load=linear.load - self._to_coordinates(constant, law.dofs),
+        )
+
+    def _turned_too_far(self, forces: Array) -> SolverError:
+        """Name a member whose axis turns so far that there are no forces ``(angles, elements, n)``."""
+        mesh = self.system.beams.mesh
+        k, element, _ = np.argwhere(~np.isfinite(forces))[0]
+        return SolverError(
+            f"at drive angle {np.degrees(self.system.motion.theta[k]):.6g} deg the axis of member "
+            f"{mesh.members[mesh.cell_member[element]]} would turn by 90 degrees or more from its straight line, where "
+            "its strains end. Lower loads or speed, or take stiffer members"
         )
 
     def straight(self, tension: Array) -> Matrices:

@@ -48,7 +48,7 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
             return system
     raise SolverError(
         f"the axial forces do not settle: after {MOST_UPDATES} updates they still change by {change:.1e} of the "
-        "largest. Take the effect 'moderate-rotations' instead of 'geometric-stiffness' with tension = 'settled'"
+        "largest. Take the effect 'large-rotations' instead of 'geometric-stiffness' with tension = 'settled'"
     )
 
 

@@ -131,7 +131,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     Raises
     ------
     SceneError
-        When nothing is driven, and loads move a rigid-body mode that is to stay at rest, or moderate rotations are
+        When nothing is driven, and loads move a rigid-body mode that is to stay at rest, or large rotations are
         asked for where there is one.
     SolverError
         When there is no answer, or springs let a whole link turn too far for small motions.
@@ -150,7 +150,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     if len(rigid) and system.terms.law is not None:
         free = "; ".join(freedoms_in_words(scene, system, rigid))
         raise SceneError(
-            f"the effect 'moderate-rotations' needs a mechanism that is held: {free}",
+            f"the effect 'large-rotations' needs a mechanism that is held: {free}",
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )

@@ -13,7 +13,7 @@ from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.bodies import MESH, Mesh
 from fenics_mech.scene.models import Scene
 
-CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "moderate-rotations"}  # loads, with these effects
+CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "large-rotations"}  # loads, with these effects
 
 
 def nodes_of(mesh: Mesh) -> Array:

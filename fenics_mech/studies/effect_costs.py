@@ -21,7 +21,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 
-ADDED = ("coupling", "geometric-stiffness", "moderate-rotations")
+ADDED = ("coupling", "geometric-stiffness", "large-rotations")
 
 
 @dataclass
@@ -86,7 +86,7 @@ def added_one_by_one(scene: Scene) -> list[Run]:
         scenes = {"quasi-static": scene.changed(effects=(), analysis__method="quasi-static")} | scenes
     acting: tuple[str, ...] = ()
     for name in ADDED:
-        acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "moderate-rotations")), name)
+        acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "large-rotations")), name)
         scenes[name] = scene.changed(effects=acting)
     runs = {name: run(changed) for name, changed in scenes.items()}
     last = runs[ADDED[-1]][0]

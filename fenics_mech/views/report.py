@@ -115,8 +115,8 @@ def _validity(result: Result) -> Text:
     acting = _acting(result)
     if any(effect.nonlinear for effect in acting):
         if turn.max() <= VALIDITY.rotation:
-            return Text(f"Inside the theory of moderate rotations: {turned}; {worst}.")
-        text = f"OUTSIDE THE THEORY OF MODERATE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
+            return Text(f"Inside the theory of large rotations: {turned}; {worst}.")
+        text = f"OUTSIDE THE THEORY OF LARGE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
         return Text(text, style="bold red")
     carried = any(effect.stress_stiffening for effect in acting)
     if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:

@@ -47,10 +47,10 @@ def beyond_theory(data: xr.Dataset) -> xr.DataArray:
     effects = data["effects"].astype(str)
     if "rotation" not in data:  # no point has a result
         return xr.zeros_like(effects, dtype=bool)
-    moderate, carried = (
+    exact, carried = (
         effects.str.contains("|".join(effect.name for effect in EFFECTS.values() if known(effect)))
         for known in (lambda effect: effect.nonlinear, lambda effect: effect.stress_stiffening)
     )
     euler, bow, turn = (data[name].max("member") for name in ("euler_ratio", "bow", "rotation"))
     linear = (bow > VALIDITY.bow) | (~carried & (euler > VALIDITY.euler_ratio))
-    return xr.where(moderate, turn > VALIDITY.rotation, linear)
+    return xr.where(exact, turn > VALIDITY.rotation, linear)

@@ -151,7 +151,7 @@ def test_steps_hide_what_they_change_more_than_damping(stages, loss, hidden):
 def test_a_large_hidden_vibration_is_told_as_linear():
     """The seed with one element, measured 0.4 to 2.7: its law made 12 of a vibration as large as the motion itself."""
     scene = seed_four_bar(
-        effects=("coupling", "moderate-rotations"),
+        effects=("coupling", "large-rotations"),
         mesh={"elements": 1},
         damping={"ratio": 0.02},
         analysis={"sub_intervals": 120, "solver": "collocation", "allow_coarse": True, "allow_large": True},

@@ -129,20 +129,20 @@ def test_what_is_left_out_answers_statically():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("damping", "largest"), [({"material": 1e-3}, 1e-6), ({"ratio": 0.05}, 1e-4)])
-def test_moderate_rotations_give_the_same_motion_in_other_coordinates(damping, largest):
+def test_large_rotations_give_the_same_motion_in_other_coordinates(damping, largest):
     # measured 4e-8 and 3e-5 by the end of the series: with 150 harmonics 1e-10. Without the inertia of the shortening,
     # and what it makes of the axial force inside members, 1e-3 and 2e-3
-    effects = ("moderate-rotations", "coupling")
+    effects = ("large-rotations", "coupling")
     scene = seed_four_bar(effects=effects, mesh__elements=2, damping=damping, **SERIES)
     assert furthest(scene, **ALL) < largest
 
 
 @pytest.mark.slow
-def test_moderate_rotations_of_reduced_members():
-    still = seed_four_bar(effects=("moderate-rotations",), analysis__method="quasi-static", mesh__elements=6)
+def test_large_rotations_of_reduced_members():
+    still = seed_four_bar(effects=("large-rotations",), analysis__method="quasi-static", mesh__elements=6)
     assert furthest(still, **ALL) < 1e-9
     moving = seed_four_bar(
-        effects=("moderate-rotations", "coupling"),
+        effects=("large-rotations", "coupling"),
         mesh__elements=6,
         damping={"material": 1.34e-4},
         analysis__sub_intervals=240,
@@ -176,10 +176,10 @@ def test_many_elements_need_the_reduction():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("damping", "largest"), [({"material": 1.34e-4}, 1e-4), ({"ratio": 0.02}, 1e-3)])
-def test_motion_in_time_with_moderate_rotations(damping, largest):
+def test_motion_in_time_with_large_rotations(damping, largest):
     # measured 4e-5 and 4e-4: a start from rest swings the modes that are left out; all modes are damped by the ratio
     whole = seed_four_bar(
-        effects=("moderate-rotations", "coupling"),
+        effects=("large-rotations", "coupling"),
         damping=damping,
         analysis={"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 120, "allow_coarse": True},
     )

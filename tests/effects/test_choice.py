@@ -59,7 +59,7 @@ def test_slow_machines_are_quasi_static_and_fast_ones_are_not(seed):
     crawling, _ = choose(seed.changed(effects="auto", drive__speed=0.5))
     assert crawling.analysis.method == "quasi-static"
     fast, _ = choose(seed.changed(effects="auto"))
-    assert set(fast.effects) == {"coupling", "moderate-rotations"}
+    assert set(fast.effects) == {"coupling", "large-rotations"}
 
 
 def test_a_tolerance_of_one_part_in_ten_needs_less(seed):

@@ -7,7 +7,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.studies.effect_costs import added_one_by_one, counted, difference
 from tests.common import with_all_effects
 
-EFFECTS = {"coupling": 1, "geometric-stiffness": 2, "moderate-rotations": 2}  # forms beside stiffness and mass
+EFFECTS = {"coupling": 1, "geometric-stiffness": 2, "large-rotations": 2}  # forms beside stiffness and mass
 
 
 def forms_of(scene):
@@ -44,7 +44,7 @@ def test_effects_added_one_by_one_come_nearer_to_all_of_them(seed):
         "vibration",
         "coupling",
         "geometric-stiffness",
-        "moderate-rotations",
+        "large-rotations",
     ]
     off = [run.difference for run in runs]
     # linear theory is about a peak off, geometric stiffness brings most of what von Karman strains bring

@@ -57,7 +57,7 @@ def test_damping_takes_out_what_the_drive_puts_in(seed):
     balance = {}
     for steps in (120, 240):
         changes = QUIET | EVERYTHING | {"damping__material": 1.339e-4, "analysis__sub_intervals": steps}
-        balance[steps] = imbalance(seed.changed(effects=("coupling", "moderate-rotations"), **changes))
+        balance[steps] = imbalance(seed.changed(effects=("coupling", "large-rotations"), **changes))
     # 1e-5 at 240 Radau steps, order 5 and more: the identity is exact, only the time scheme is not
     assert balance[240] < 3e-5
     assert balance[240] < balance[120] / 20
@@ -79,7 +79,7 @@ def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
     [  # what 120 time steps leave; on the undeformed shape it is 8e-3 (slider-crank) to 6 (manipulator)
         ("four_bar", {"effects": ("coupling", "geometric-stiffness"), "damping__external": 0.5}, 4e-3),
         ("four_bar", {"effects": ("coupling", "geometric-stiffness"), **REDUCED}, 4e-3),
-        ("four_bar", {"effects": ("coupling", "moderate-rotations"), **REDUCED}, 4e-3),
+        ("four_bar", {"effects": ("coupling", "large-rotations"), **REDUCED}, 4e-3),
         ("four_bar", {"effects": ("coupling", "rotary-inertia"), "springs": SPRINGS, "dampers": DAMPERS}, 4e-3),
         ("four_bar", {"effects": ("coupling", "lumped-mass"), "analysis__allow_coarse": True}, 1.5e-2),
         ("four_bar", {"effects": ("coupling",), "drive__motor": SHAFT, "analysis__sub_intervals": 80}, 4e-3),
@@ -169,16 +169,16 @@ def test_energy_of_a_motion_in_time_balances_with_what_is_stored():
     assert response_of(scene).data.attrs["power_balance_error"] < 5e-4
 
 
-def test_torque_with_geometric_stiffness_is_that_of_moderate_rotations():
+def test_torque_with_geometric_stiffness_is_that_of_large_rotations():
     # which has the shortening of bent links in its displacement: 9e-6 N m apart. Without the shortening's work it is
     # 25e-6, and 99e-6 without axial forces
     scene = load(DEMOS / "four_bar.toml").changed(drive__speed=12.0, damping__ratio=0.0, damping__material=1e-3)
     scene = scene.changed(analysis__stability=False, analysis__sub_intervals=120)
-    geometric, moderate, linear = (
+    geometric, large, linear = (
         response_of(scene.changed(effects=("coupling", *more))).data["input_torque"].to_numpy()
-        for more in (("geometric-stiffness",), ("moderate-rotations",), ())
+        for more in (("geometric-stiffness",), ("large-rotations",), ())
     )
-    assert np.abs(geometric - moderate).max() < 0.2 * np.abs(linear - moderate).max()
+    assert np.abs(geometric - large).max() < 0.2 * np.abs(linear - large).max()
 
 
 def test_truncated_equation_does_not_balance(seed):

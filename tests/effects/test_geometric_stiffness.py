@@ -14,9 +14,9 @@ from tests.common import response_of
 
 
 @pytest.mark.slow
-def test_settled_axial_forces_bring_the_strains_nearer_to_moderate_rotations(seed):
+def test_settled_axial_forces_bring_the_strains_nearer_to_large_rotations(seed):
     scene = seed.changed(drive__speed=15.0, analysis__sub_intervals=120, analysis__stability=False)
-    whole = response_of(scene.changed(effects=("coupling", "moderate-rotations")))
+    whole = response_of(scene.changed(effects=("coupling", "large-rotations")))
     rigid, settled = (
         response_of(scene.changed(effects=("coupling", "geometric-stiffness"), analysis__tension=tension))
         for tension in ("rigid", "settled")

@@ -163,9 +163,9 @@ def test_a_member_held_along_its_axis_at_both_ends_is_refused():
         mechanism(frame(points, [("A", "B")], {"A": WELD, "B": WELD}))
 
 
-def test_moderate_rotations_are_refused():
+def test_large_rotations_are_refused():
     with pytest.raises(SceneError, match="exclude each other"):
-        analyse(seed_four_bar(effects=("inextensible", "moderate-rotations")))
+        analyse(seed_four_bar(effects=("inextensible", "large-rotations")))
 
 
 def test_geometric_stiffness_takes_the_axial_forces():

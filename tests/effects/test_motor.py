@@ -189,8 +189,8 @@ def test_shaft_whose_motion_is_not_found_is_named(motor):
 
 
 @pytest.mark.slow
-def test_motor_works_with_moderate_rotations_and_tells_stability():
-    scene = with_motor(SHAFT, effects=("moderate-rotations",), analysis={"sub_intervals": 60, "allow_coarse": True})
+def test_motor_works_with_large_rotations_and_tells_stability():
+    scene = with_motor(SHAFT, effects=("large-rotations",), analysis={"sub_intervals": 60, "allow_coarse": True})
     data = analyse(scene).data
     assert np.isfinite(data["strain"]).all()
     assert np.abs(data["multiplier"].to_numpy()).max() < 1

@@ -126,7 +126,7 @@ def test_forces_along_a_strip_act_on_the_line_of_its_pins(elements, effects):
     assert np.allclose(deflection[:, 1], across, rtol=0, atol=1e-10 * np.abs(across).max())
 
 
-@pytest.mark.parametrize("effect", ["geometric-stiffness", "moderate-rotations"])
+@pytest.mark.parametrize("effect", ["geometric-stiffness", "large-rotations"])
 def test_a_strut_on_pins_beside_its_neutral_line_obeys_the_secant_formula(effect):
     load, a = 0.5 * np.pi**2 * EI / L**2, PLACES["middle"][0]
     ends = {"A": PIN, "B": ROLLER}
@@ -136,8 +136,9 @@ def test_a_strut_on_pins_beside_its_neutral_line_obeys_the_secant_formula(effect
     x, _, moment, _, deflection = of_beam(strip("middle", ends, elements=8, effects=[effect], **pressed))
     k = np.sqrt(load / EI)
     shape = np.cos(k * x) + np.tan(k * L / 2) * np.sin(k * x)  # Timoshenko and Gere, Theory of Elastic Stability, 1.13
-    assert np.allclose(moment, -load * a * shape, rtol=1e-4)  # h^4: 2e-5 with 8 elements
-    assert np.allclose(deflection[:, 1], a * (shape - 1), rtol=0, atol=1e-4 * abs(a * (shape - 1)).max())
+    close = 1e-4 if effect == "geometric-stiffness" else 2e-4  # h^4: 2e-5 with 8 elements; the formula lacks slope^2
+    assert np.allclose(moment, -load * a * shape, rtol=close)
+    assert np.allclose(deflection[:, 1], a * (shape - 1), rtol=0, atol=close * abs(a * (shape - 1)).max())
 
 
 def frequency(ends, place, near, speed=0.0, turning=None, shear=np.inf):

@@ -62,12 +62,12 @@ def test_more_cycles_than_memory_holds_are_refused(cycles):
 
 
 def manipulator(**masses):
-    """Quasi-static with moderate rotations at 48 positions, under a load of another mass."""
+    """Quasi-static with large rotations at 48 positions, under a load of another mass."""
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["analysis"] = {"method": "quasi-static", "sub_intervals": 48}
     for name, mass in masses.items():
         data["masses"][name]["mass"] = mass
-    return data | {"effects": ["moderate-rotations"]}
+    return data | {"effects": ["large-rotations"]}
 
 
 def test_far_beyond_buckling_the_member_and_the_angle_are_named():

@@ -33,7 +33,7 @@ WAYS = {
     "in time": ({"method": "transient", "cycles": 1, "settled": 0.0}, {"damping": {"ratio": 0.02}}),
     "nonlinear": (
         {"solver": "collocation", "sub_intervals": 48, "allow_coarse": True},
-        {"damping": {"ratio": 0.05}, "effects": ("coupling", "moderate-rotations")},
+        {"damping": {"ratio": 0.05}, "effects": ("coupling", "large-rotations")},
     ),
 }
 

@@ -254,8 +254,8 @@ def test_springs_that_let_links_turn_far_are_refused():
         analyse(case)
 
 
-def test_moderate_rotations_need_what_holds():
-    case = four_bar(effects=("moderate-rotations",))
+def test_large_rotations_need_what_holds():
+    case = four_bar(effects=("large-rotations",))
     with pytest.raises(SceneError, match=r"effects: .*link crank can turn freely about joint O"):
         analyse(case)
 

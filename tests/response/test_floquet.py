@@ -221,7 +221,7 @@ def test_seed_four_bar_is_stable():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "moderate-rotations")])
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "large-rotations")])
 def test_both_solvers_judge_alike(effects):
     scene = seed_four_bar(effects=effects, damping={"material": 1.339e-4})
     steps = response_of(scene.changed(analysis__solver="collocation", analysis__sub_intervals=240)).data
@@ -240,7 +240,7 @@ def test_tension_of_a_turning_arm_stiffens_it():
         2 * np.pi * float(still.data["frequency"][0, 0]),
         {"mesh": {"elements": 6}, "damping": {"ratio": 0.02}},
     )
-    for effects, share in ((("coupling",), -1), (("coupling", "moderate-rotations"), 0.193)):
+    for effects, share in ((("coupling",), -1), (("coupling", "large-rotations"), 0.193)):
         found = analyse(arm(20.0, **rest, effects=effects, analysis={"sub_intervals": 64, "modes": 2})).data
         expected = np.sqrt(omega**2 + share * 20.0**2) / (2 * np.pi)
         # damping takes off 2e-4, the motion under the load is only near to straight

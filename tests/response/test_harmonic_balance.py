@@ -86,7 +86,7 @@ def same(scene, stages, count, harmonics, angles):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "moderate-rotations")])
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "large-rotations")])
 def test_seed_four_bar_by_collocation_and_by_harmonics(effects):
     """Two solvers that share the equation alone; measured 2e-8 and 3e-7."""
     scene = seed_four_bar(effects=effects, damping={"material": 1.339e-4})

@@ -188,7 +188,7 @@ def test_loads_that_change_too_fast_are_refused(monkeypatch):
 @pytest.fixture(scope="module")
 def shaft():
     """An arm under its weight, of 2 elements, with bending that shortens it."""
-    rest = {"mesh": {"elements": 2}, "damping": {"material": 1e-2}, "effects": ("coupling", "moderate-rotations")}
+    rest = {"mesh": {"elements": 2}, "damping": {"material": 1e-2}, "effects": ("coupling", "large-rotations")}
     analysis = {"sub_intervals": 64, "stability": False, "time_tolerance": 1e-6, "allow_coarse": True}
     return arm(20.0, **rest, analysis=analysis)
 

@@ -50,7 +50,7 @@ PARTS: dict[str, Any] = {  # whole tables that a demo may lack
     "mesh": {"elements": 2, "grading": 1.2},
     "masses": {"m": {"at": "coupler.B", "mass": 0.1, "inertia": 1e-4}},
     "petsc": {"periodic_ksp_type": "gmres", "modes_eps_tol": 1e-9},
-    "effects": ["coupling", "moderate-rotations"],
+    "effects": ["coupling", "large-rotations"],
 }
 
 

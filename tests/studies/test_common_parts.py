@@ -17,7 +17,7 @@ SPRING = {"between": ("ground.O", "follower.B"), "stiffness": 50.0}
 CASES = {  # demo, what is stated, what changes
     "truncated": ("four_bar", {}, {"drive.speed": (20, 30, -25)}),
     "coupling": ("four_bar", {"effects": ["coupling"]}, {"drive.speed": (20, 30), "damping.ratio": (0.02, 0.05)}),
-    "moderate rotations": ("four_bar", {"effects": ["coupling", "moderate-rotations"]}, {"drive.speed": (20, 30)}),
+    "large rotations": ("four_bar", {"effects": ["coupling", "large-rotations"]}, {"drive.speed": (20, 30)}),
     "axial forces": ("four_bar", {"effects": ["coupling", "geometric-stiffness"]}, {"drive.speed": (20, 30)}),
     "springs": (
         "four_bar",

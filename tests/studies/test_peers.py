@@ -130,7 +130,7 @@ def test_both_programs_agree_on_guides_and_welds(name, bound):
     # Refined, they agree to 0.003 % and 0.006 %; this leaves Exudyn's two elements, its steps, and the start.
     pytest.importorskip("exudyn")
     scene = load(DEMOS / f"{name}.toml").changed(
-        effects=("coupling", "moderate-rotations"), mesh__elements=2, analysis__sub_intervals=60,
+        effects=("coupling", "large-rotations"), mesh__elements=2, analysis__sub_intervals=60,
         analysis__solver="collocation", analysis__stability=False,
     )  # fmt: skip
     scene = with_material_damping(scene)

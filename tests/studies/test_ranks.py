@@ -10,7 +10,7 @@ pytestmark = pytest.mark.skipif(MPIRUN is None, reason="no mpirun")
 NONLINEAR = """
 from fenics_mech.scene.factories import seed_four_bar
 SCENE = seed_four_bar(
-    effects=("coupling", "moderate-rotations"), mesh__elements=2,
+    effects=("coupling", "large-rotations"), mesh__elements=2,
     analysis={"sub_intervals": 61, "allow_coarse": True, "stages": 2},
 )
 """

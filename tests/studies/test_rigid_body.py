@@ -21,7 +21,7 @@ def _printed(column: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array(cells, float), np.array([10.0 ** -len(cell.partition(".")[2]) for cell in cells])
 
 
-@pytest.mark.parametrize("effects", ["auto", ("moderate-rotations", "coupling"), ()])
+@pytest.mark.parametrize("effects", ["auto", ("large-rotations", "coupling"), ()])
 def test_the_curve_is_that_of_appendix_g(effects):
     scene = DEMO.changed(effects=effects)
     above, below = rigid_body_strains(scene), rigid_body_strains(scene, fibre="-")

@@ -93,7 +93,7 @@ def test_points_outside_the_theory_are_told(made):
     sweep.data["bow"][3:5] = 0.03
     assert "2 of 11 points are OUTSIDE THE THEORY" in said(sweep)
     assert "drive.speed = 250 to 300 rpm" in said(sweep)
-    sweep.data["effects"][:] = "coupling, moderate-rotations"
+    sweep.data["effects"][:] = "coupling, large-rotations"
     assert "OUTSIDE" not in said(sweep)
 
 

@@ -1,4 +1,4 @@
-"""Stretching of a beam whose axis turns by a moderate angle."""
+"""Stretching of a beam whose axis turns as it bends."""
 
 from typing import Any
 

@@ -40,7 +40,7 @@ def check(scene: Scene) -> None:
         (by_others, "analysis.solver", f"a branch is followed by collocation, not by {analysis.solver}"),
         (motor, "drive.motor", "a branch is followed without a motor's shaft"),
         (bool(scene.impulses), IMPULSES.name, "a branch is followed without impulses"),
-        (settling, "analysis.tension", "a branch has moderate rotations in place of settled tension"),
+        (settling, "analysis.tension", "a branch has large rotations in place of settled tension"),
     )
     for found, place, message in refused:
         if found:

@@ -164,10 +164,7 @@ def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Arr
         hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
     else:
         sought = "equilibrium"
-        hint = (
-            "Lower the load: in this theory a member that nothing holds against shortening carries no more than its "
-            "buckling load"
-        )
+        hint = "Lower the load: an axis may turn by less than 90 degrees from its straight line"
     return kind(
         f"no {sought} found: Newton's method stopped after {iterations} "
         f"iterations at {factor:.3g} of the load, with a relative residual of {left:.1e}, largest at drive angle "

@@ -180,7 +180,7 @@ def _refuse_without_series(scene: Scene, system: System) -> None:
         raise SceneError(
             "harmonic balance does not update axial forces",
             place="analysis.tension",
-            hint="Write solver = 'collocation', or take the effect 'moderate-rotations'",
+            hint="Write solver = 'collocation', or take the effect 'large-rotations'",
         )
     if scene.impulses:
         raise SceneError(

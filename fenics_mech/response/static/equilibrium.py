@@ -40,7 +40,7 @@ def refuse_buckled(system: System, k: int, stiffness: Array) -> None:
         raise SolverError(
             f"the mechanism buckles at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: under its axial "
             f"forces its stiffness is not positive, and link {weakest_link(system, k, stiffness)} gives way. Lower the "
-            "load or the speed, or take stiffer members; or, with the effect 'moderate-rotations', give a small load "
+            "load or the speed, or take stiffer members; or, with the effect 'large-rotations', give a small load "
             "across the members that buckle, so that the side to which they buckle is determined"
         ) from None
 

@@ -87,7 +87,7 @@ def refuse_in_time(scene: Scene, system: System) -> None:
         raise SceneError(
             "method = 'transient' does not update axial forces",
             place="analysis.tension",
-            hint="Take the effect 'moderate-rotations' in place of 'geometric-stiffness'",
+            hint="Take the effect 'large-rotations' in place of 'geometric-stiffness'",
         )
     if analysis.time_tolerance > LARGEST_TOLERANCE:
         raise SceneError(

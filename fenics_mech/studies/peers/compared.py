@@ -137,7 +137,7 @@ def scene_of(scene: Scene, equation: str) -> Scene:
     lean = scene.changed(
         tolerance=None,
         analysis={"method": "periodic", "stations": 3, "stability": False, "allow_coarse": True},
-        effects={TRUNCATED: (), COUPLED: ("coupling",), EXACT: ("coupling", "moderate-rotations")}[equation],
+        effects={TRUNCATED: (), COUPLED: ("coupling",), EXACT: ("coupling", "large-rotations")}[equation],
     )
     return with_material_damping(lean) if equation == EXACT else lean
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from fenics_mech._arrays import Array
 
-COUPLED, EXACT = "coupling", "moderate or exact rotations"
+COUPLED, EXACT = "coupling", "large rotations"
 OURS, EXUDYN = "fenics_mech", "Exudyn"
 Note = Callable[[float], None]
 

@@ -1,0 +1,78 @@
+"""Elements whose axes turn far: their shortening and their bending, for many states at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from fenics_mech import _fenicsx
+from fenics_mech._arrays import Array
+from fenics_mech.beams.element_dofs import member_rotation
+from fenics_mech.beams.forms.exact_strains import bending_beyond, shortening
+from fenics_mech.beams.layout import Layout
+
+
+@dataclass(frozen=True, eq=False)
+class BentAxis:
+    """Shortening and bending of elements in their dofs, ``(angles, elements, n)``.
+
+    Parameters
+    ----------
+    kernels
+        Those of the shortening and its two derivatives, and of the forces of bending and their two derivatives.
+    shape
+        Dofs of the broken deflection by the dofs of each element, ``(elements, 4, n)``.
+    """
+
+    kernels: tuple[_fenicsx.CellKernel, ...]
+    shape: Array
+
+    @classmethod
+    def of(cls, layout: Layout, stiffness: Any) -> BentAxis:
+        """Compile the forms, with the nodal dofs of the elements in link axes and EI as UFL coefficient (N m^2)."""
+        mesh = layout.mesh
+        space = _fenicsx.broken_line(mesh.mesh, 3)
+        w, rate = fem.Function(space), fem.Function(space)
+        test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+        shorter = shortening(w)
+        slope = ufl.derivative(shorter, w, test)
+        force = bending_beyond(w, rate, stiffness, test)
+        of_stretch = shorter, slope, ufl.derivative(slope, w, trial)
+        of_bending = force, ufl.derivative(force, w, trial), ufl.derivative(force, rate, trial)
+        kernels = tuple(_fenicsx.CellKernel(form, (w, rate), mesh.cell) for form in (*of_stretch, *of_bending))
+        return cls(kernels, layout.broken_deflection @ member_rotation(mesh))
+
+    def by(self, shape: Array) -> BentAxis:
+        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``."""
+        return replace(self, shape=self.shape @ shape)
+
+    def shortening(self, v: Array) -> tuple[Array, Array]:
+        """Give by how much elements are shorter than their axes (m), and its gradient, ``(angles, elements, n)``."""
+        w = self._deflection(v)
+        return self.kernels[0](w), self._carried(self.kernels[1](w))
+
+    def shortening_curvature(self, v: Array) -> Array:
+        """Give the second derivative of the shortening, ``(angles, elements, n, n)``."""
+        return self._matrices(self.kernels[2](self._deflection(v)))
+
+    def force(self, v: Array, rate: Array) -> Array:
+        """Give the forces of bending, less the linear ones; the rate is times the retardation time."""
+        return self._carried(self.kernels[3](self._deflection(v), self._deflection(rate)))
+
+    def tangents(self, v: Array, rate: Array) -> tuple[Array, Array]:
+        """Give the derivatives of these forces by v and by the rate, ``(angles, elements, n, n)`` each."""
+        state = self._deflection(v), self._deflection(rate)
+        return self._matrices(self.kernels[4](*state)), self._matrices(self.kernels[5](*state))
+
+    def _deflection(self, v: Array) -> Array:
+        return np.einsum("ebn,ten->teb", self.shape, v)
+
+    def _carried(self, forces: Array) -> Array:
+        return np.einsum("ebn,teb->ten", self.shape, forces)
+
+    def _matrices(self, blocks: Array) -> Array:
+        return self.shape.transpose(0, 2, 1) @ blocks @ self.shape

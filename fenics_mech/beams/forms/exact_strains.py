@@ -1,0 +1,38 @@
+"""Strains of an axis that turns far: its arc length, and the curvature along that."""
+
+from typing import Any
+
+import ufl
+
+DEGREE = 7  # of the quadrature, four points: the integrands are no polynomials
+
+
+def shortening(w: Any) -> Any:
+    """Give ``int 1 - sqrt(1 - w'^2) dx``, by which an axis of that length is longer than its chord.
+
+    The slope w' is the sine of the rotation, as it is the derivative along the axis itself.
+    """
+    return (1 - ufl.sqrt(1 - w.dx(0) ** 2)) * ufl.dx(degree=DEGREE)
+
+
+def curvature(w: Any) -> Any:
+    """Give the curvature ``w''/sqrt(1 - w'^2)``: the derivative of the rotation, the arc sine of w'."""
+    return w.dx(0).dx(0) / ufl.sqrt(1 - w.dx(0) ** 2)
+
+
+def bending_beyond(w: Any, rate: Any, stiffness: Any, test: Any) -> Any:
+    """Give the work of the bending moment, less that of linear theory.
+
+    Parameters
+    ----------
+    w, rate
+        The deflection, and its rate times the retardation time of the material.
+    stiffness
+        EI (N m^2).
+    test
+        Test function.
+    """
+    bent = curvature(w)
+    moment = bent + ufl.derivative(bent, w, rate)
+    linear = (w + rate).dx(0).dx(0) * test.dx(0).dx(0)
+    return stiffness * (moment * ufl.derivative(bent, w, test) - linear) * ufl.dx(degree=DEGREE)

@@ -1,0 +1,162 @@
+"""Large rotations against textbook answers of beams that stretch as they bend, and geometrically exact beams."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
+
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene.build import build
+from fenics_mech.scene.factories import seed_four_bar
+from tests.effects import strips
+
+LENGTH, WIDTH, HEIGHT, MODULUS = 1.0, 0.02, 0.002, 70e9
+EA, EI = MODULUS * WIDTH * HEIGHT, MODULUS * WIDTH * HEIGHT**3 / 12
+
+
+def between_pins(force, elements=16, effects=("large-rotations",)):
+    """A strip between two pins on the ground, with a force across its middle."""
+    half = {"section": "strip", "material": "metal"}
+    return build(
+        {
+            "materials": {"metal": {"modulus": MODULUS, "density": 2700}},
+            "sections": {"strip": {"shape": "rectangle", "width": WIDTH, "height": HEIGHT}},
+            "ground": {"points": {"A": [0, 0], "B": [LENGTH, 0]}},
+            "links": {
+                "beam": {
+                    "points": {"A": [0, 0], "M": [LENGTH / 2, 0], "B": [LENGTH, 0]},
+                    "members": {"left": {"ends": ["A", "M"], **half}, "right": {"ends": ["M", "B"], **half}},
+                }
+            },
+            "joints": {"A": {"connect": ["ground.A", "beam.A"]}, "B": {"connect": ["ground.B", "beam.B"]}},
+            "loads": {"push": {"at": "beam.M", "force": [0, force]}},
+            "mesh": {"elements": elements},
+            "effects": effects,
+            "analysis": {"method": "static"},
+        }
+    )
+
+
+def tension_of(force):
+    """Tension and middle deflection of the strip: Timoshenko and Woinowsky-Krieger, section on beams that stretch."""
+
+    def slope(x, n):
+        k = np.sqrt(n / EI)
+        return force / (2 * n) * (1 - np.cosh(k * x) / np.cosh(k * LENGTH / 2))
+
+    def lack(n):
+        return EA / LENGTH * quad(lambda x: slope(x, n) ** 2, 0, LENGTH / 2, epsabs=1e-13)[0] - n
+
+    n = brentq(lack, 1e-9 * EA, 1e-2 * EA, xtol=1e-10)
+    return n, quad(slope, 0, LENGTH / 2, args=(n,), epsabs=1e-13)[0]
+
+
+@pytest.mark.parametrize("force", [0.05, 1.0, 20.0])  # from a beam (deflection a tenth of the height) to a cable
+def test_strip_between_pins_becomes_a_cable(force):
+    tension, deflection = tension_of(force)
+    result = analyse(between_pins(force))
+    found = result.data["deflection"].sel(member="beam.left", component="y").isel(theta=0, s=-1).item()
+    assert found == pytest.approx(deflection, rel=2e-4)  # 32 elements, mean strain in each: h^2
+    axial = result.data["axial_force"].sel(member="beam.left").isel(theta=0).to_numpy()
+    assert axial == pytest.approx(tension, rel=4e-4)
+    # moment at the middle: half the force at the distance to the pin, less the tension on its arm
+    moment = result.data["moment"].sel(member="beam.left").isel(theta=0, s=-1).item()
+    assert moment == pytest.approx(-force * LENGTH / 4 + tension * deflection, rel=2e-3)
+
+
+def test_error_of_the_strip_falls_with_the_square_of_the_element_length():
+    found = []
+    for elements in (4, 8, 16, 32):
+        data = analyse(between_pins(5.0, elements)).data
+        found.append(data["deflection"].sel(member="beam.left", component="y").isel(theta=0, s=-1).item())
+    changes = np.abs(np.diff(found))
+    assert (np.log2(changes[:-1] / changes[1:]) > 1.8).all()
+
+
+def test_small_loads_leave_the_linear_answer():
+    small = 1e-6
+    linear, bent = (
+        analyse(between_pins(small, effects=effects)).data["deflection"].to_numpy()
+        for effects in ((), ("large-rotations",))
+    )
+    assert np.abs(bent - linear).max() < 1e-8 * np.abs(linear).max()
+
+
+@pytest.mark.parametrize(("elements", "bound"), [(3, 0.02), (4, 0.006), (8, 0.0015)])
+def test_seed_mechanism_agrees_with_geometrically_exact_beams(seed, elements, bound):
+    exact = pd.read_csv("tests/data/seed_exact.csv", comment="#")
+    scene = seed.changed(
+        effects=("coupling", "large-rotations"),
+        damping__ratio=0.0,
+        damping__material=1.339e-4,
+        mesh__elements=elements,
+        analysis__sub_intervals=120,
+    )
+    result = analyse(scene)
+    for member in ("coupler", "follower"):
+        for fibre, name in (("+", "plus"), ("-", "minus")):
+            curve = exact[f"{member}_{name}"].to_numpy()
+            found = result.strain_at(member, fibre=fibre)
+            assert np.abs(found - curve[::3]).max() < bound * np.abs(curve).max()
+
+
+def tip_of(turn):
+    """Load, droop and reach of a cantilever whose tip turns so far.
+
+    Source: Bisshopp and Drucker, Q. Appl. Math. 3 (1945) 272.
+    """
+    modulus = (1 + np.sin(turn)) / 2
+    start = np.arcsin(1 / np.sqrt(2 * modulus))
+    root = ellipk(modulus) - ellipkinc(start, modulus)
+    droop = 1 - 2 / root * (ellipe(modulus) - ellipeinc(start, modulus))
+    return root**2, droop, np.sqrt(2 * np.sin(turn)) / root
+
+
+def cantilever(force, **rest):
+    scene = strips.beam({"O": {"kind": "weld"}}, effects=("large-rotations",), mesh={"elements": 16})
+    static = {"method": "static", "allow_large": True, "stations": 33}
+    return scene.changed(loads={"tip": {"at": "beam.B", "force": (0, force)}}, analysis=static, **rest)
+
+
+@pytest.mark.parametrize("turn", [0.3, 0.8, 1.2, 1.35])
+def test_cantilever_under_a_force_at_its_tip(turn):
+    load, droop, reach = tip_of(turn)
+    force = load * strips.E * strips.INERTIA / strips.L**2
+    data = analyse(cantilever(force)).data
+    x, y = data["deflection"].isel(theta=0, member=0, s=-1).to_numpy() / strips.L
+    near = 1e-6 + 2 * force / (strips.E * strips.A)  # h^4, and the stretch
+    assert [1 + x, y, data["rotation"].item()] == pytest.approx([reach, droop, turn], rel=near)
+    assert abs(data["moment"].isel(theta=0, member=0, s=0)).item() == pytest.approx(force * reach * strips.L, rel=near)
+    axial = data["axial_force"].isel(theta=0, member=0, s=-1).item()
+    assert axial == pytest.approx(force * np.sin(turn), rel=10 * near)
+
+
+def test_an_axis_that_turns_beyond_the_theory_is_refused():
+    force = tip_of(1.4)[0] * strips.E * strips.INERTIA / strips.L**2
+    with pytest.raises(SolverError, match=r"turns the axis of member 'beam' by 1\.4 rad.* good up to 1\.3 rad"):
+        analyse(cantilever(force).changed(analysis__allow_large=False))
+    with pytest.raises(SolverError, match=r"an axis may turn by less than 90 degrees|would turn by 90 degrees or more"):
+        analyse(cantilever(20 * force))
+
+
+def test_tangents_are_derivatives_of_the_forces():
+    scene = seed_four_bar(
+        effects=("coupling", "large-rotations"), damping={"material": 1e-4}, analysis__sub_intervals=4
+    )
+    system = mechanism(scene)
+    law, rng = system.terms.law, np.random.default_rng(0)
+    v = 6e-3 * rng.standard_normal((4, 3 * len(system.beams.mesh.node_name)))
+    rate, step = rng.standard_normal(v.shape), 1e-7
+    constant, by_v, by_rate = law.linearised(v, rate, law.tension(v, rate))
+    z, z_rate = v[:, law.dofs], rate[:, law.dofs]
+    force = constant + np.einsum("teij,tej->tei", by_v, z) + np.einsum("teij,tej->tei", by_rate, z_rate)
+    assert np.allclose(force, law.force(v, rate), rtol=0, atol=1e-12 * np.abs(force).max())
+    for way in np.eye(v.shape[1])[::7]:
+        for matrices, (one, other) in ((by_v, (way, 0 * way)), (by_rate, (0 * way, way))):
+            ahead, behind = (law.force(v + s * step * one, rate + s * step * other) for s in (1, -1))
+            expected = np.einsum("teij,ej->tei", matrices, way[law.dofs])
+            assert np.allclose((ahead - behind) / (2 * step), expected, rtol=0, atol=1e-6 * np.abs(matrices).max())
