@@ -112,7 +112,8 @@ def recover_members(
     if tension is not None:  # the axial force acts on the bent axis
         moment += tension[:, element] * (w - displacement[..., 1])
     if tension is not None and system.terms.law is not None:
-        moment += _by_arms_of_bent_axis(system, response, ends, loads, element, xi)
+        arms, shorter = _of_bent_axis(system, response, ends, loads, element, xi)
+        moment, u = moment + arms, u + shorter
         along = np.sqrt(1 - slope**2)
         axial, shear, rotation = axial * along - shear * slope, shear * along + axial * slope, np.arcsin(slope)
     elif tension is not None:
@@ -128,23 +129,29 @@ def recover_members(
     )
 
 
-def _by_arms_of_bent_axis(
+def _of_bent_axis(
     system: System, response: ElasticResponse, ends: Array, loads: Sequence[PointLoad], element: Index, xi: Array
-) -> Array:
-    """Give what the moment differs as forces across a bent axis have shorter arms, ``(angles, places)``.
+) -> tuple[Array, Array]:
+    """Give what moments and displacements along members differ as axes are bent, ``(angles, places)`` each.
 
-    Along the arc the moment changes by ``V c + N b``, with the force N along the member's straight line, V across it,
-    and the sine b and cosine c of the rotation; here that is ``V (c - 1)``. A moment at a node is that on b, and so c
-    times the one on the rotation.
+    Forces across a bent axis have shorter arms. Along the arc the moment changes by ``V c + N b``, with the force N
+    along the member's straight line, V across it, and the sine b and cosine c of the rotation; here that is
+    ``V (c - 1)``. A moment at a node is that on b, and so c times the one on the rotation. The displacement along the
+    member has the shortening up to a place, where the element's function has its mean.
     """
     h, (places, weights) = system.beams.mesh.cell_length[element], np.polynomial.legendre.leggauss(BETWEEN)
     inner, of = np.outer(xi, (places + 1) / 2).ravel(), np.repeat(element, BETWEEN)
     shear = _statics(system, response, ends.copy(), inertia_of(system, response, of), loads, of, inner)[1]
     nodal = nodal_in_members(system, system.to_links(response.displacement))
     slope = _of_nodes(nodal[:, of], system.beams.mesh.cell_length[of], inner)[2]
-    change = (shear * (np.sqrt(1 - slope**2) - 1)).reshape(len(slope), -1, BETWEEN) @ (weights / 2)
+    arm = (np.sqrt(1 - slope**2) - 1).reshape(len(slope), -1, BETWEEN)
+    change = (shear.reshape(arm.shape) * arm) @ (weights / 2) * xi * h
     at_node = _of_nodes(nodal[:, element], h, np.zeros_like(xi))[2]
-    return np.asarray(change * xi * h + ends[:, element, 2] * (1 - np.sqrt(1 - at_node**2)))
+    every, whole = np.tile((places + 1) / 2, len(element)), np.repeat(element, BETWEEN)
+    whole_slope = _of_nodes(nodal[:, whole], system.beams.mesh.cell_length[whole], every)[2]
+    whole_arm = (np.sqrt(1 - whole_slope**2) - 1).reshape(arm.shape)
+    shorter = (arm - whole_arm) @ (weights / 2) * xi * h
+    return change + ends[:, element, 2] * (1 - np.sqrt(1 - at_node**2)), shorter
 
 
 def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
