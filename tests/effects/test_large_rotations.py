@@ -135,6 +135,32 @@ def test_cantilever_under_a_force_at_its_tip(turn):
     assert axial == pytest.approx(force * np.sin(turn), rel=10 * near)
 
 
+def test_axes_keep_their_length_between_nodes():
+    force = tip_of(0.8)[0] * strips.E * strips.INERTIA / strips.L**2
+    coarse = cantilever(force).changed(mesh={"elements": 3}, analysis__stations=101, analysis__allow_coarse=True)
+    x, y = analyse(coarse).data["deflection"].isel(theta=0, member=0).to_numpy().T
+    chords = np.hypot(np.diff(x) + strips.L / 100, np.diff(y)) * 100 / strips.L
+    assert chords == pytest.approx(1.0, abs=1e-4)  # 5e-2 if the shortening were spread evenly over an element
+
+
+@pytest.mark.parametrize("load", [{"force": (0, 0), "moment": 1.0}, {"force": (0, 2.0), "follows": True}])
+def test_what_acts_on_rotations_is_refused_where_axes_turn(load):
+    unit = strips.E * strips.INERTIA / strips.L
+    small, large = (
+        cantilever(0.0).changed(
+            loads={
+                "turn": {"at": "beam.B", "force": (0, size * load["force"][1] * unit / strips.L)}
+                | {key: size * unit if key == "moment" else value for key, value in load.items() if key != "force"}
+            },
+            analysis__allow_large=False,
+        )
+        for size in (0.05, 0.5)
+    )
+    analyse(small)
+    with pytest.raises(SolverError, match=r"load 'turn' acts on member 'beam', whose axis turns by up to 0\.\d+ rad"):
+        analyse(large)
+
+
 def test_an_axis_that_turns_beyond_the_theory_is_refused():
     force = tip_of(1.4)[0] * strips.E * strips.INERTIA / strips.L**2
     with pytest.raises(SolverError, match=r"turns the axis of member 'beam' by 1\.4 rad.* good up to 1\.3 rad"):
