@@ -12,7 +12,7 @@ from dolfinx import fem
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import member_rotation
-from fenics_mech.beams.forms.exact_strains import bending_beyond, shortening
+from fenics_mech.beams.forms.exact_strains import bending_beyond, bending_energy_beyond, shortening
 from fenics_mech.beams.layout import Layout
 
 
@@ -23,7 +23,8 @@ class BentAxis:
     Parameters
     ----------
     kernels
-        Those of the shortening and its two derivatives, and of the forces of bending and their two derivatives.
+        Those of the shortening and its two derivatives, of the forces of bending and their two derivatives,
+        and of the energy of bending.
     shape
         Dofs of the broken deflection by the dofs of each element, ``(elements, 4, n)``.
     """
@@ -43,7 +44,8 @@ class BentAxis:
         force = bending_beyond(w, rate, stiffness, test)
         of_stretch = shorter, slope, ufl.derivative(slope, w, trial)
         of_bending = force, ufl.derivative(force, w, trial), ufl.derivative(force, rate, trial)
-        kernels = tuple(_fenicsx.CellKernel(form, (w, rate), mesh.cell) for form in (*of_stretch, *of_bending))
+        forms = *of_stretch, *of_bending, bending_energy_beyond(w, stiffness)
+        kernels = tuple(_fenicsx.CellKernel(form, (w, rate), mesh.cell) for form in forms)
         return cls(kernels, layout.broken_deflection @ member_rotation(mesh))
 
     def by(self, shape: Array) -> BentAxis:
@@ -62,6 +64,10 @@ class BentAxis:
     def force(self, v: Array, rate: Array) -> Array:
         """Give the forces of bending, less the linear ones; the rate is times the retardation time."""
         return self._carried(self.kernels[3](self._deflection(v), self._deflection(rate)))
+
+    def energy(self, v: Array) -> Array:
+        """Give the strain energy of bending, less that of linear theory (J), ``(angles, elements)``."""
+        return self.kernels[6](self._deflection(v))
 
     def tangents(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Give the derivatives of these forces by v and by the rate, ``(angles, elements, n, n)`` each."""

@@ -30,22 +30,6 @@ class Stretching:
     line: Array
     bow: Array
 
-    def elongation(self, v: Array) -> tuple[Array, Array]:
-        """Elongation ``line v + v^T bow v/2`` of each element, and its gradient ``line + bow v``.
-
-        Parameters
-        ----------
-        v
-            Displacements of each, ``(angles, elements, n)``.
-
-        Returns
-        -------
-        tuple
-            The elongation (m), ``(angles, elements)``, and the gradient, ``(angles, elements, n)``.
-        """
-        gradient = self.line + each(self.bow, v)
-        return np.sum((self.line + gradient) * v, -1) / 2, gradient
-
     def bowed(self, a: Array, b: Array) -> Array:
         """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m)."""
         return np.asarray(np.sum(a * each(self.bow, b), axis=-1))

@@ -68,6 +68,13 @@ class ArcLength:
         stretch = tension[..., None] * gradient - linear[..., None] * line
         return np.asarray(stretch + self.axis.force(v, self.material * rate))
 
+    def energy(self, v: Array) -> Array:
+        """Strain energy less that of linear theory (J), ``(angles, elements)``."""
+        v = v[:, self.dofs]
+        straight = np.sum(self.stretching.line * v, axis=-1)
+        whole = straight + self.axis.shortening(v)[0]
+        return np.asarray(self.rigidity * (whole**2 - straight**2) / 2 + self.axis.energy(v))
+
     def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
         """Force about v, v' and a tension, see `Law`."""
         v, rate, line, rigidity = v[:, self.dofs], rate[:, self.dofs], self.stretching.line, self.rigidity

@@ -113,6 +113,9 @@ class Law(Protocol):
     def force(self, v: Array, rate: Array) -> Array:
         """Forces on the elements in link axes, ``(angles, elements, n)``, from v and v'."""
 
+    def energy(self, v: Array) -> Array:
+        """Strain energy of the elements less that of linear theory (J), ``(angles, elements)``, from v."""
+
     def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
         """Force about v, v' and a tension, ``constant + by_v v + by_rate v'``.
 

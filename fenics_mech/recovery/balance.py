@@ -6,13 +6,11 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
-from fenics_mech.mechanism import System
 from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
 
 SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses
@@ -106,17 +104,8 @@ def stored_energy(forces: Forces) -> Array:
     energy += np.sum(v * (system.nodal_stiffness @ v.T).T, axis=1) / 2
     energy += spring_energy(forces.scene, system.beams.mesh, system.motion, v)
     if system.terms.law is not None:
-        energy += _of_bowing(system, v)
+        energy += system.terms.law.on_elements.energy(v).sum(axis=1)
     if forces.shortening is not None:
         u, first, _ = forces.shortening.in_time
         energy += np.sum(rates.rigid * (mass @ first.T + gyroscopic @ (rates.turning * u).T).T, axis=1)
     return np.asarray(energy)
-
-
-def _of_bowing(system: System, v: Array) -> Array:
-    """Strain energy of stretching by bending, beyond that of the linear law (J), ``(angles,)``."""
-    beams = system.beams
-    ends = v[:, element_dofs(beams.mesh)]
-    straight = np.einsum("ei,tei->te", beams.stretching.line, ends)
-    whole, _ = beams.stretching.elongation(ends)
-    return np.asarray(np.sum(beams.rigidity.axial.mean / beams.mesh.cell_length * (whole**2 - straight**2), axis=1) / 2)

@@ -182,6 +182,9 @@ def test_tangents_are_derivatives_of_the_forces():
     force = constant + np.einsum("teij,tej->tei", by_v, z) + np.einsum("teij,tej->tei", by_rate, z_rate)
     assert np.allclose(force, law.force(v, rate), rtol=0, atol=1e-12 * np.abs(force).max())
     for way in np.eye(v.shape[1])[::7]:
+        work = (law.energy(v + step * way) - law.energy(v - step * way)) / (2 * step)
+        at_rest = law.force(v, 0 * rate)
+        assert np.allclose(work, np.sum(at_rest * way[law.dofs], axis=-1), rtol=0, atol=1e-6 * np.abs(at_rest).max())
         for matrices, (one, other) in ((by_v, (way, 0 * way)), (by_rate, (0 * way, way))):
             ahead, behind = (law.force(v + s * step * one, rate + s * step * other) for s in (1, -1))
             expected = np.einsum("teij,ej->tei", matrices, way[law.dofs])
