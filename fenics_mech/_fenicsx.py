@@ -65,12 +65,16 @@ def line_mesh(model: Any) -> tuple[Any, Array, Index]:
     """
     read = gmshio.model_to_mesh(model, MPI.COMM_SELF, 0, gdim=1)
     mesh, tags = read[0], read[1]
-    dofmap = mesh.geometry.dofmap
-    cells = dofmap.array if hasattr(dofmap, "array") else np.asarray(dofmap)
-    ends = mesh.geometry.x[cells.reshape(-1, 2), 0]
+    ends = mesh.geometry.x[_vertices(mesh), 0]
     groups = np.empty(len(ends), dtype=np.int64)
     groups[tags.indices] = tags.values
     return mesh, ends, groups
+
+
+def _vertices(mesh: Any) -> Index:
+    """Give the vertices of each cell of a mesh of lines, ``(cells, 2)``."""
+    dofmap = mesh.geometry.dofmap
+    return np.asarray(dofmap.array if hasattr(dofmap, "array") else dofmap).reshape(-1, 2)
 
 
 @_quiet()
@@ -144,9 +148,7 @@ class CellKernel:
         self.address = int(FFI().cast("uintptr_t", of_cells.tabulate_tensor_float64))
         self.kept = made  # the compiled code lives as long as this
         mesh = states[0].function_space.mesh
-        dofmap = mesh.geometry.dofmap
-        vertices = dofmap.array.reshape(-1, 2) if hasattr(dofmap, "array") else np.asarray(dofmap)
-        self.places = np.ascontiguousarray(mesh.geometry.x[vertices[cells]].reshape(len(cells), -1))
+        self.places = np.ascontiguousarray(mesh.geometry.x[_vertices(mesh)[cells]].reshape(len(cells), -1))
         self.parts: list[Array | int] = []
         for i in range(record.num_coefficients):
             function = form.coefficients()[record.original_coefficient_position[i]]

@@ -68,12 +68,15 @@ class ArcLength:
         stretch = tension[..., None] * gradient - linear[..., None] * line
         return np.asarray(stretch + self.axis.force(v, self.material * rate))
 
+    def shortening(self, v: Array) -> Array:
+        """By how much each element is shorter than its axis, without stretch (m), ``(angles, elements)``."""
+        return self.axis.shortening(v[:, self.dofs])[0]
+
     def energy(self, v: Array) -> Array:
         """Strain energy less that of linear theory (J), ``(angles, elements)``."""
-        v = v[:, self.dofs]
-        straight = np.sum(self.stretching.line * v, axis=-1)
-        whole = straight + self.axis.shortening(v)[0]
-        return np.asarray(self.rigidity * (whole**2 - straight**2) / 2 + self.axis.energy(v))
+        straight = np.sum(self.stretching.line * v[:, self.dofs], axis=-1)
+        whole = straight + self.shortening(v)
+        return np.asarray(self.rigidity * (whole**2 - straight**2) / 2 + self.axis.energy(v[:, self.dofs]))
 
     def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
         """Force about v, v' and a tension, see `Law`."""

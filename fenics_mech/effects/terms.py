@@ -113,6 +113,9 @@ class Law(Protocol):
     def force(self, v: Array, rate: Array) -> Array:
         """Forces on the elements in link axes, ``(angles, elements, n)``, from v and v'."""
 
+    def shortening(self, v: Array) -> Array:
+        """By how much each element is shorter than its axis, without stretch (m), ``(angles, elements)``, from v."""
+
     def energy(self, v: Array) -> Array:
         """Strain energy of the elements less that of linear theory (J), ``(angles, elements)``, from v."""
 

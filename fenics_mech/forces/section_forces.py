@@ -100,7 +100,7 @@ def recover_members(
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
     inertia, (ends, v) = inertia_of(system, response, element), balanced(system, response)
-    axial, shear, moment = _statics(system, response, ends.copy(), inertia, loads, element, xi)
+    axial, shear, moment = _statics(system, response, ends, inertia, loads, element, xi)
     displacement = nodal_in_members(system, v)[:, element]
     u, w, slope = _of_nodes(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, inertia, v)
@@ -141,17 +141,16 @@ def _of_bent_axis(
     """
     h, (places, weights) = system.beams.mesh.cell_length[element], np.polynomial.legendre.leggauss(BETWEEN)
     inner, of = np.outer(xi, (places + 1) / 2).ravel(), np.repeat(element, BETWEEN)
-    shear = _statics(system, response, ends.copy(), inertia_of(system, response, of), loads, of, inner)[1]
+    shear = _statics(system, response, ends, inertia_of(system, response, of), loads, of, inner)[1]
     nodal = nodal_in_members(system, system.to_links(response.displacement))
     slope = _of_nodes(nodal[:, of], system.beams.mesh.cell_length[of], inner)[2]
     arm = (np.sqrt(1 - slope**2) - 1).reshape(len(slope), -1, BETWEEN)
     change = (shear.reshape(arm.shape) * arm) @ (weights / 2) * xi * h
-    at_node = _of_nodes(nodal[:, element], h, np.zeros_like(xi))[2]
-    every, whole = np.tile((places + 1) / 2, len(element)), np.repeat(element, BETWEEN)
-    whole_slope = _of_nodes(nodal[:, whole], system.beams.mesh.cell_length[whole], every)[2]
-    whole_arm = (np.sqrt(1 - whole_slope**2) - 1).reshape(arm.shape)
-    shorter = (arm - whole_arm) @ (weights / 2) * xi * h
-    return change + ends[:, element, 2] * (1 - np.sqrt(1 - at_node**2)), shorter
+    law = system.terms.law
+    assert law is not None
+    longer = law.on_elements.shortening(system.to_links(response.displacement))[:, element]  # of whole elements
+    shorter = arm @ (weights / 2) * xi * h + longer * xi
+    return change + ends[:, element, 2] * (1 - np.sqrt(1 - nodal[:, element, 2] ** 2)), shorter
 
 
 def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
@@ -214,6 +213,7 @@ def _statics(
 ) -> tuple[Array, Array, Array]:
     """N, V and M at places of elements, ``(angles, places)`` each, from the forces on the elements' ends."""
     beams, h = system.beams, system.beams.mesh.cell_length[element]
+    ends = ends.copy() if loads else ends
     for load in loads:
         ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
     if beams.layout.offsets is not None:
