@@ -15,6 +15,9 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, parent_process
 from typing import TypeVar
 
+from fenics_mech.errors import SolverError
+
+MAX_FAILED_STARTS = 10
 Task = TypeVar("Task")
 
 
@@ -39,10 +42,15 @@ def over_processes(
         Called with the task of a process that was ended from outside; another process takes its place.
     started
         Called with each task as it begins.
+
+    Raises
+    ------
+    SolverError
+        If `MAX_FAILED_STARTS` processes in a row are lost before they work.
     """
     context = get_context("forkserver")
     context.set_forkserver_preload([__name__, work.__module__])  # imported once for all processes
-    waiting, idle = deque(tasks), list[ProcessPoolExecutor]()
+    waiting, idle, failures = deque(tasks), list[ProcessPoolExecutor](), 0
     running: dict[Future[object], tuple[ProcessPoolExecutor, Task]] = {}
     try:
         while waiting or running:
@@ -51,9 +59,13 @@ def over_processes(
                 pool = idle.pop() if idle else ProcessPoolExecutor(1, context, _begin)
                 try:
                     running[pool.submit(work, task)] = pool, task
-                except BrokenProcessPool:  # it was lost when it had nothing to do
+                except (BrokenProcessPool, EOFError, OSError) as error:  # lost before the task reached it
                     waiting.appendleft(task)
+                    failures += 1
+                    if failures == MAX_FAILED_STARTS:
+                        raise SolverError(f"{failures} processes in a row could not be started: {error}") from error
                 else:
+                    failures = 0
                     started(task)
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 pool, task = running.pop(future)
