@@ -52,14 +52,16 @@ class Quantities:
     effort: Array
 
     @classmethod
-    def of(cls, scene: Scene, system: System, response: ElasticResponse, loads: Loads = UNLOADED) -> Quantities:
-        """Recover them from a motion at few stations, without the forces of modal damping.
+    def of(
+        cls, scene: Scene, system: System, response: ElasticResponse, loads: Loads = UNLOADED, s: Array | None = None
+    ) -> Quantities:
+        """Recover them from a motion at few stations s (of the length), without the forces of modal damping.
 
         `loads` are those that act beside the system's own.
         """
         system = system if loads is UNLOADED else system.with_loads(loads)
         found = reactions(system, nodal_forces(system, response))
-        s = _stations(system)
+        s = stations_of(system) if s is None else s
         members = recover_members(system, response, s, point_loads(system, found))
         axial, bending = stress_over_modulus(scene, s, members.axial_force, members.moment)
         count = len(members.moment)
@@ -85,7 +87,7 @@ class Quantities:
 
     def with_nodes(self, system: System, v: Array) -> Quantities:
         """Add the deflection by a displacement of the nodes in link axes, ``(angles, nodal dofs)``."""
-        deflection = deflection_of_nodes(system, v, _stations(system))
+        deflection = deflection_of_nodes(system, v, stations_of(system))
         return replace(self, deflection=self.deflection + deflection)
 
     @property
@@ -148,7 +150,7 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def _stations(system: System) -> Array:
+def stations_of(system: System) -> Array:
     """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
     mesh, terms = system.beams.mesh, system.terms
     if system.beams.inertia.spread is None and terms.stiffening is None and terms.law is None:

@@ -33,6 +33,7 @@ SOURCES = {  # of errors, in words
     "harmonics": "harmonics left out",
     "modes": "modes left out",
     "stations": "between stations",
+    "theory": "linear theory",
     "effects": "effects left out",
 }
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"

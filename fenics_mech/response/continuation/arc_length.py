@@ -290,7 +290,7 @@ def _solved(
 
     def direction(state: Array, left_over: float) -> _Direction:
         value = metric.span * float(state[0, 2 * n])
-        return _Direction(orbit_of(flow, state[:, : 2 * n], (left_over, value)), value)
+        return _Direction(orbit_of(flow, state[:, : 2 * n], flow.matrices.load @ np.array([left_over, value])), value)
 
     return direction(states[0], 1.0), direction(states[1], 0.0)
 

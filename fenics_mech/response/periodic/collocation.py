@@ -7,7 +7,7 @@ block-cyclic system closes the cycle. A nonlinear law is linearised about the la
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -74,16 +74,15 @@ def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = 
     if jump is not None:
         added = added.copy()
         added[:, flow.size :] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
-    return replace(orbit_of(flow, flow.cycle.solve(added, guess)), flow=flow)
+    return replace(orbit_of(flow, flow.cycle.solve(added, guess), flow.matrices.load), flow=flow)
 
 
-def orbit_of(flow: Flow, states: Array, loads: Sequence[float] = (1.0,)) -> Orbit:
-    """Give the motion inside the steps from the states at their starts, ``(steps, 2n)``, and so much of each load."""
+def orbit_of(flow: Flow, states: Array, load: Array) -> Orbit:
+    """Give the motion inside the steps from the states at their starts, ``(steps, 2n)``, under a load at the points."""
     n, tableau = flow.size, flow.tableau
     q, rate = flow.parts(states)
     h = flow.duration[:, None, None]
-    load = flow.matrices.load
-    acceleration = flow.accelerations(states, load if load.ndim == 2 else load @ np.asarray(loads))
+    acceleration = flow.accelerations(states, load)
     velocity = rate[:, None] + h * (tableau.inner @ acceleration)
     displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
     displacement += h**2 * (tableau.square @ acceleration)

@@ -1,0 +1,220 @@
+"""What the theory of a scene leaves out, from its own answer.
+
+The forces of exact strains and of the coupling are taken at the motion that is known. Those that the scene's equation
+lacks act on it as a load. Exact strains, linearised about the motion, answer to that load, so that a resonance amplifies
+the answer as it amplifies the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import Array
+from fenics_mech.accuracy.quantities import Quantities, stations_of
+from fenics_mech.effects import EFFECTS
+from fenics_mech.errors import SolverError
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.response.periodic.collocation import orbit_of
+from fenics_mech.response.periodic.cycle import Cycle
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.setup import moved
+from fenics_mech.response.solution import PeriodicSolution, Solution
+from fenics_mech.scene import Scene
+
+State = tuple[Array, Array, Array]  # q, q' and q'', (angles, coordinates) each
+COUPLING, EXACT_STRAINS = "coupling", "large-rotations"
+LADDER = (COUPLING, "geometric-stiffness", EXACT_STRAINS)  # effects that this estimate judges
+
+
+@dataclass(frozen=True)
+class TheoryLimits:
+    """How the theory's error is estimated: two digits are enough."""
+
+    tail: float = 0.003  # of the motion's amplitude, in harmonics that are left to shorter steps
+    steps: int = 4  # for the fastest of the other harmonics; by three Radau points each
+    fewest: int = 48  # steps
+
+
+LIMITS = TheoryLimits()
+SCHEME, STAGES = "radau", 3
+
+
+def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
+    """Estimate by how much exact strains and the coupling would change each quantity.
+
+    Parameters
+    ----------
+    solution
+        The response.
+
+    Returns
+    -------
+    mapping or None
+        By quantity, as `Quantities.largest`; empty where the scene has these effects. None where there is no estimate;
+        see `judged_by_answer`. There is none either where the exact equation has no answer near the motion.
+    """
+    scene = solution.scene
+    exact = exact_theory(scene)
+    if exact is scene:
+        return {}
+    if not judged_by_answer(scene) or len(solution.system.motion.free):
+        return None
+    about = _about_cycle if isinstance(solution, PeriodicSolution) else _about_positions
+    try:
+        with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces
+            change = about(solution, exact).largest
+    except SolverError:
+        return None
+    return change if all(np.isfinite(part).all() for part in change.values()) else None
+
+
+def judged_by_answer(scene: Scene) -> bool:
+    """Whether the response of a scene can tell what its theory leaves out.
+
+    Motions in time do not, nor do motions with a motor or impulses, nor members that cannot stretch.
+    """
+    excluded = scene.impulses or any(drive.motor for drive in scene.drives) or scene.analysis.method == "transient"
+    return not (excluded or any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene)))
+
+
+def exact_theory(scene: Scene) -> Scene:
+    """Give the scene with exact strains, and where it moves with the coupling; itself if it has them."""
+    needed = (COUPLING, EXACT_STRAINS) if scene.analysis.method in ("periodic", "transient") else (EXACT_STRAINS,)
+    if set(needed) <= set(scene.named_effects):
+        return scene
+    return scene.changed(effects=(*_kept(scene), *needed))
+
+
+def _kept(scene: Scene) -> list[str]:
+    return [name for name in scene.named_effects if name not in LADDER]
+
+
+def _about_positions(solution: Solution, exact: Scene) -> Quantities:
+    """Change of a static or quasi-static response, position by position."""
+    scene, system = solution.scene, solution.system
+    there = moved(exact, system, system.motion)
+    rung, top = (Equation(replace(one, terms=replace(one.terms, coupled=False))) for one in (system, there))
+    q, tension = solution.response.displacement, mean_tension(system, solution.response)
+    still = np.zeros_like(q)
+
+    def answer(tangents: Matrices, load: Array) -> State:
+        return tangents.stiffness.solve(load), still, still
+
+    change = _answered(rung, top, (q, still, still), tension, answer)[0]
+    changed = ElasticResponse(q + change, system.rigid_acceleration, np.zeros_like(system.rigid_acceleration))
+    return _between((scene, system, solution.response), (exact, there, changed))
+
+
+def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
+    """Change of a periodic response, by steps that are as long as its harmonics allow."""
+    system, motion = solution.system, _Harmonics.of(solution)
+    steps = {"sub_intervals": motion.steps, "solver": "collocation", "scheme": SCHEME, "stages": STAGES}
+    scene, exact = (
+        one.changed(analysis=one.analysis.model_copy(update=steps)) for one in (solution.scene, exact)
+    )
+    theta = scene.drive_angles(motion.steps)
+    cycle = Cycle(scene, moved(scene, system, solve_motion(scene, theta, near=system.motion)))
+    regular, duration = cycle.steps.regular, cycle.steps.duration
+    inside, starts = cycle.at_points(SCHEME, STAGES), cycle.start
+    *state, second = motion.at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate))
+    q, rate, _ = motion.at(theta)
+    if cycle.settling:
+        inside, starts = cycle.stiffened(inside, *state), cycle.stiffened(starts, q, rate)
+    top, top_starts = (
+        Equation(moved(exact, rung.system, rung.system.motion), rung.modal_damping) for rung in (inside, starts)
+    )
+    tension = mean_tension(inside.system, elastic_response(inside, *state))
+    changes = []
+
+    def answer(tangents: Matrices, load: Array) -> State:
+        flow = Flow(tangents, cycle.tableau, duration, scene.petsc)
+        orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
+        changes.append((orbit.start[regular], orbit.start_velocity[regular]))
+        return orbit.displacement, orbit.velocity, orbit.acceleration
+
+    _answered(inside, top, (*state, second), tension, answer)
+    moved_q, moved_rate = (part + sum(more) for part, more in zip((q, rate), zip(*changes)))
+    return _between(
+        (scene, starts.system, elastic_response(starts, q, rate)),
+        (exact, top_starts.system, elastic_response(top_starts, moved_q, moved_rate)),
+    )
+
+
+def _answered(
+    rung: Equation, top: Equation, state: State, tension: Array, answer: Callable[[Matrices, Array], State]
+) -> State:
+    """Give the change of a motion by the forces of the equation `top` that its own equation lacks.
+
+    Two steps of Newton's method: axial forces are right to the first order of a change only, and large.
+    """
+    known, change = rung.residual(*state), (0.0, 0.0, 0.0)
+    for _ in range(2):
+        tangents = top.linearised(*state[:2], tension)
+        more = answer(tangents, known - top.residual(*state))
+        after = _sum(state, more)
+        tension, state, change = top.predicted_tension(*state[:2], *after[:2]), after, _sum(change, more)
+    return change
+
+
+def _sum(first: State, second: State) -> State:
+    q, rate, acceleration = (part + more for part, more in zip(first, second))
+    return q, rate, acceleration
+
+
+def _between(rung: tuple[Scene, System, ElasticResponse], top: tuple[Scene, System, ElasticResponse]) -> Quantities:
+    s = stations_of(top[1])
+    found, base = (
+        Quantities.of(scene, system, response.undamped, s=s) for scene, system, response in (top, rung)
+    )
+    return found - base
+
+
+@dataclass(frozen=True)
+class _Harmonics:
+    """A periodic motion as the Fourier series through its positions.
+
+    Parameters
+    ----------
+    coefficients
+        Complex amplitudes of the coordinates q, ``(harmonics, coordinates)``.
+    rate
+        Of the first harmonic (rad/s).
+    steps
+        In the cycle, with which its harmonics are followed.
+    """
+
+    coefficients: NDArray[np.complex128]
+    rate: float
+    steps: int
+
+    @classmethod
+    def of(cls, solution: Solution) -> _Harmonics:
+        """Take it from the displacement at equal steps."""
+        q, system = solution.response.displacement, solution.system
+        found = np.fft.rfft(q, axis=0) / len(q)
+        found[1:] *= 2
+        if len(q) % 2 == 0:
+            found[-1] = 0  # its phase is not known
+        unit = np.sqrt(Equation(system).links_stiffness.diagonal.mean(axis=0))
+        energy = np.sum(np.abs(found * unit) ** 2, axis=1)
+        energy[0] = 0
+        beyond = np.cumsum(energy[::-1])[::-1]  # of each harmonic and all above it
+        highest = int(np.count_nonzero(beyond > LIMITS.tail**2 * beyond[0]))
+        steps = min(max(LIMITS.fewest, LIMITS.steps * highest), len(q))
+        return cls(found, abs(solution.scene.cycle_rate), steps)
+
+    def at(self, theta: Array) -> State:
+        """Give the motion at drive angles (rad)."""
+        order = np.arange(len(self.coefficients))
+        turned = np.exp(1j * np.abs(theta)[:, None] * order)
+        q, rate, acceleration = ((turned * (1j * self.rate * order) ** n @ self.coefficients).real for n in range(3))
+        return q, rate, acceleration
