@@ -15,7 +15,7 @@ from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
-from fenics_mech.planning.effect_choice import choose
+from fenics_mech.planning.effect_choice import rungs, sized, suffices
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state
 from fenics_mech.recovery import Result
@@ -72,9 +72,23 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     if scene.tolerance is not None:
         result = within(scene, lambda trial, choices: as_planned(trial, choices, progress, common), common)
     else:
-        result = as_planned(*choose(scene, common), progress, common)
+        result = _by_rungs(scene, progress, common)
     result.data.attrs["warnings"] = json.dumps([*implausible(scene), *exceeded(scene, result.data)])
     return result
+
+
+def _by_rungs(scene: Scene, progress: Progress, common: CommonParts) -> Result:
+    """Analyse a scene with linear strains, and where its answer shows that they do not suffice, with exact ones."""
+    *linear, (exact, choices) = rungs(scene, common)
+    for rung, decided in linear:
+        try:
+            result = as_planned(rung, decided, progress, common)
+        except SolverError:  # linear strains may buckle, or meet a resonance, where exact ones do not
+            continue
+        if suffices(scene, result):
+            return result
+        choices = sized(choices, result)
+    return as_planned(exact, choices, progress, common)
 
 
 def as_planned(

@@ -67,8 +67,9 @@ MARGIN = 1.2  # of the numbers that a refusal asks for
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors by their sources: "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory", "effects".
+    """Errors by their sources.
 
+    These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory" and "effects" (left out).
     Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
 
     Parameters

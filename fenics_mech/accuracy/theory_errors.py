@@ -1,8 +1,10 @@
 """What the theory of a scene leaves out, from its own answer.
 
 The forces of exact strains and of the coupling are taken at the motion that is known. Those that the scene's equation
-lacks act on it as a load. Exact strains, linearised about the motion, answer to that load, so that a resonance amplifies
-the answer as it amplifies the motion.
+lacks act as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies the
+answer as it amplifies the motion.
+
+A state here is q, q' and q'', ``(3, angles, coordinates)``.
 """
 
 from __future__ import annotations
@@ -30,9 +32,10 @@ from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import PeriodicSolution, Solution
 from fenics_mech.scene import Scene
 
-State = tuple[Array, Array, Array]  # q, q' and q'', (angles, coordinates) each
-COUPLING, EXACT_STRAINS = "coupling", "large-rotations"
-LADDER = (COUPLING, "geometric-stiffness", EXACT_STRAINS)  # effects that this estimate judges
+(COUPLING,) = (name for name, effect in EFFECTS.items() if effect.couples and not effect.stated_by)
+(EXACT_STRAINS,) = (name for name, effect in EFFECTS.items() if effect.nonlinear)
+TENSION = EFFECTS[EXACT_STRAINS].replaces
+LADDER = (COUPLING, TENSION, EXACT_STRAINS)  # effects that this estimate judges
 
 
 @dataclass(frozen=True)
@@ -106,10 +109,10 @@ def _about_positions(solution: Solution, exact: Scene) -> Quantities:
     q, tension = solution.response.displacement, mean_tension(system, solution.response)
     still = np.zeros_like(q)
 
-    def answer(tangents: Matrices, load: Array) -> State:
-        return tangents.stiffness.solve(load), still, still
+    def answer(tangents: Matrices, load: Array) -> Array:
+        return np.stack([tangents.stiffness.solve(load), still, still])
 
-    change = _answered(rung, top, (q, still, still), tension, answer)[0]
+    change = _answered(rung, top, np.stack([q, still, still]), tension, answer)[0]
     changed = ElasticResponse(q + change, system.rigid_acceleration, np.zeros_like(system.rigid_acceleration))
     return _between((scene, system, solution.response), (exact, there, changed))
 
@@ -118,63 +121,52 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     """Change of a periodic response, by steps that are as long as its harmonics allow."""
     system, motion = solution.system, _Harmonics.of(solution)
     steps = {"sub_intervals": motion.steps, "solver": "collocation", "scheme": SCHEME, "stages": STAGES}
-    scene, exact = (
-        one.changed(analysis=one.analysis.model_copy(update=steps)) for one in (solution.scene, exact)
-    )
+    scene, exact = (one.changed(analysis=one.analysis.model_copy(update=steps)) for one in (solution.scene, exact))
     theta = scene.drive_angles(motion.steps)
     cycle = Cycle(scene, moved(scene, system, solve_motion(scene, theta, near=system.motion)))
     regular, duration = cycle.steps.regular, cycle.steps.duration
     inside, starts = cycle.at_points(SCHEME, STAGES), cycle.start
-    *state, second = motion.at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate))
+    state = motion.at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate))
     q, rate, _ = motion.at(theta)
     if cycle.settling:
-        inside, starts = cycle.stiffened(inside, *state), cycle.stiffened(starts, q, rate)
+        inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
     top, top_starts = (
         Equation(moved(exact, rung.system, rung.system.motion), rung.modal_damping) for rung in (inside, starts)
     )
-    tension = mean_tension(inside.system, elastic_response(inside, *state))
-    changes = []
+    tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
+    at_starts = [np.stack([q, rate])]
 
-    def answer(tangents: Matrices, load: Array) -> State:
+    def answer(tangents: Matrices, load: Array) -> Array:
         flow = Flow(tangents, cycle.tableau, duration, scene.petsc)
         orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
-        changes.append((orbit.start[regular], orbit.start_velocity[regular]))
-        return orbit.displacement, orbit.velocity, orbit.acceleration
+        at_starts.append(np.stack([orbit.start[regular], orbit.start_velocity[regular]]))
+        return np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
 
-    _answered(inside, top, (*state, second), tension, answer)
-    moved_q, moved_rate = (part + sum(more) for part, more in zip((q, rate), zip(*changes)))
+    _answered(inside, top, state, tension, answer)
     return _between(
         (scene, starts.system, elastic_response(starts, q, rate)),
-        (exact, top_starts.system, elastic_response(top_starts, moved_q, moved_rate)),
+        (exact, top_starts.system, elastic_response(top_starts, *sum(at_starts))),
     )
 
 
 def _answered(
-    rung: Equation, top: Equation, state: State, tension: Array, answer: Callable[[Matrices, Array], State]
-) -> State:
-    """Give the change of a motion by the forces of the equation `top` that its own equation lacks.
+    rung: Equation, top: Equation, state: Array, tension: Array, answer: Callable[[Matrices, Array], Array]
+) -> Array:
+    """Give the change of a state by the forces of the equation `top` that its own equation `rung` lacks.
 
     Two steps of Newton's method: axial forces are right to the first order of a change only, and large.
     """
-    known, change = rung.residual(*state), (0.0, 0.0, 0.0)
+    known, found = rung.residual(*state), state
     for _ in range(2):
-        tangents = top.linearised(*state[:2], tension)
-        more = answer(tangents, known - top.residual(*state))
-        after = _sum(state, more)
-        tension, state, change = top.predicted_tension(*state[:2], *after[:2]), after, _sum(change, more)
-    return change
-
-
-def _sum(first: State, second: State) -> State:
-    q, rate, acceleration = (part + more for part, more in zip(first, second))
-    return q, rate, acceleration
+        tangents = top.linearised(found[0], found[1], tension)
+        after = found + answer(tangents, known - top.residual(*found))
+        tension, found = top.predicted_tension(*found[:2], *after[:2]), after
+    return found - state
 
 
 def _between(rung: tuple[Scene, System, ElasticResponse], top: tuple[Scene, System, ElasticResponse]) -> Quantities:
     s = stations_of(top[1])
-    found, base = (
-        Quantities.of(scene, system, response.undamped, s=s) for scene, system, response in (top, rung)
-    )
+    found, base = (Quantities.of(scene, system, response.undamped, s=s) for scene, system, response in (top, rung))
     return found - base
 
 
@@ -212,9 +204,8 @@ class _Harmonics:
         steps = min(max(LIMITS.fewest, LIMITS.steps * highest), len(q))
         return cls(found, abs(solution.scene.cycle_rate), steps)
 
-    def at(self, theta: Array) -> State:
-        """Give the motion at drive angles (rad)."""
+    def at(self, theta: Array) -> Array:
+        """Give the state at drive angles (rad)."""
         order = np.arange(len(self.coefficients))
         turned = np.exp(1j * np.abs(theta)[:, None] * order)
-        q, rate, acceleration = ((turned * (1j * self.rate * order) ** n @ self.coefficients).real for n in range(3))
-        return q, rate, acceleration
+        return np.stack([(turned * (1j * self.rate * order) ** n @ self.coefficients).real for n in range(3)])

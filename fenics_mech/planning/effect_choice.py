@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._guard import guarded
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.theory_errors import EXACT_STRAINS, LADDER, TENSION, exact_theory, judged_by_answer
 from fenics_mech.accuracy.validity import bow
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
@@ -15,10 +19,13 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.kinematics import positions_for_corners, solve_motion
 from fenics_mech.planning.survey import survey
+from fenics_mech.recovery import Result
 from fenics_mech.response.setup import CommonParts, mechanism, scene_modes, system_at
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
+CERTAIN = 1.0  # size from which a survey alone shows that strains are not linear; it may be 50 times too large
+SHARE = 0.2  # of a tolerance, that each source of errors is sent below
 POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
 MOST_AT_CORNERS = 2400  # positions of it where a tolerance chooses those of the run
 
@@ -33,6 +40,51 @@ def choose(scene: Scene, common: CommonParts | None = None) -> tuple[Scene, tupl
         acting = {effect.name for effect in active(scene)}
         return scene, tuple(Choice(effect, None, name in acting) for name, effect in EFFECTS.items())
     return decided(scene, examine(scene, common))
+
+
+Rung = tuple[Scene, tuple[Choice, ...]]  # a scene with effects, and what was decided about each
+
+
+def rungs(scene: Scene, common: CommonParts | None = None) -> list[Rung]:
+    """Give the theories to analyse a scene with, one after the other until one suffices; see `suffices`.
+
+    The first has linear strains and the second exact ones. There is one only where the scene lists its effects, where
+    its response cannot tell what linear strains leave out, and where the survey alone shows that they are wrong.
+    """
+    chosen, choices = choose(scene, common)
+    sizes = {choice.effect.name: choice.size for choice in choices}
+    strains, tension = sizes[EXACT_STRAINS], sizes[TENSION]
+    if strains is None or tension is None or strains > CERTAIN or not judged_by_answer(chosen):
+        return [(chosen, choices)]
+    linear = {name for name in chosen.named_effects if name != EXACT_STRAINS}
+    linear |= {TENSION} if tension > scene.neglected / 2 else set()
+    return [_of(choices, chosen.changed(effects=tuple(sorted(linear)))), _of(choices, exact_theory(chosen))]
+
+
+def _of(choices: Sequence[Choice], scene: Scene) -> Rung:
+    acting = scene.named_effects
+    return scene, tuple(replace(c, acts=c.effect.name in acting) if c.effect.name in LADDER else c for c in choices)
+
+
+def suffices(scene: Scene, result: Result) -> bool:
+    """Whether what the theory of a result leaves out is estimated, and little enough for a scene that chooses it.
+
+    That is half of what the scene may neglect, or of each quantity's tolerance the share that any source may have.
+    """
+    data = result.data
+    if "theory" not in data["source"]:
+        return set(exact_theory(result.scene).named_effects) <= set(result.scene.named_effects)
+    limits = {what: SHARE * most for what, most in scene.tolerances.items()} or {"strain": scene.neglected / 2}
+    shares = {what: data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source="theory") for what in limits}
+    return all(float(shares[what]) <= limit for what, limit in limits.items())
+
+
+def sized(choices: Sequence[Choice], result: Result) -> tuple[Choice, ...]:
+    """Give choices with the size of exact strains that a result with linear ones tells, where it does."""
+    if "theory" not in result.data["source"]:
+        return tuple(choices)
+    size = float(result.data["relative_error"].sel(source="theory"))
+    return tuple(replace(choice, size=size) if choice.effect.name == EXACT_STRAINS else choice for choice in choices)
 
 
 def examine(scene: Scene, common: CommonParts | None = None) -> Survey:

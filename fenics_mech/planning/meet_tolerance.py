@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech.accuracy.estimate import ORIGINS, left_out
+from fenics_mech.accuracy.estimate import ORIGINS
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
 from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
-from fenics_mech.planning.effect_choice import choose
+from fenics_mech.planning.effect_choice import SHARE, rungs, sized, suffices
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
@@ -41,7 +41,6 @@ class SearchLimits:
     """Limits of the search for a discretisation."""
 
     most_rounds: int = 12
-    share: float = 0.2  # of the tolerance that each source is sent below, once it is above
     enough: float = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
     largest_judged: float = 0.1  # error of a motion that may be called unstable
     most_without_answer: int = 200  # sub-intervals, or the scene's own, after which no answer is an answer
@@ -56,7 +55,8 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
     Parameters
     ----------
     scene
-        A scene with a tolerance. Effects that are its own to choose are chosen first; what is left out is not counted.
+        A scene with a tolerance. Where effects are the program's to choose, they are taken so that what the theory
+        leaves out is within the tolerance. Where the scene lists them, it is not counted.
     analyse
         Analyses a scene as it states.
     common
@@ -73,7 +73,8 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
     """
     _refuse_stated(scene)
     common = common or CommonParts()
-    chosen, choices = choose(scene, common)
+    theories = rungs(scene, common)
+    chosen, choices = theories.pop(0)
     _refuse_unknown(chosen)
     discretisation, trials = _start(chosen, common), list[Trial]()
     for done in range(1, SEARCH.most_rounds + 1):
@@ -90,6 +91,14 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
         except (TooLargeError, MemoryError) as error:
             why = f"the next needs more memory than there is, {_numbers(discretisation)}"
             raise _not_met(chosen, trials, why) from error
+        except SolverError:  # linear strains may buckle, or meet a resonance, where exact ones do not
+            if not theories:
+                raise
+            chosen, choices = theories.pop(0)
+            continue
+        if theories and not suffices(scene, result):
+            chosen, choices = theories[0][0], sized(theories.pop(0)[1], result)
+            continue
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
         judged = not missed or sum(this.errors["strain"].values()) <= SEARCH.largest_judged
@@ -98,8 +107,7 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
         if not missed:
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
-            left = left_out(choices) or 0.0
-            result.data.attrs["chosen"] = _account(trial, result.data.attrs["elements"], this, done, left)
+            result.data.attrs["chosen"] = _account(trial, result, this, done)
             return result
         trials.append(this)
         discretisation = _next(chosen, trials)
@@ -108,7 +116,8 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
 
 def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
-    data = result.data.drop_sel(source="effects", errors="ignore")
+    stated = scene.effects != "auto"  # the tolerance is then that of the equation
+    data = result.data.drop_sel(source=["effects", *(["theory"] if stated else [])], errors="ignore")
     sources = [str(source) for source in data["source"].to_numpy()]
     names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
     errors = {what: dict(zip(sources, data[name].to_numpy().tolist())) for what, name in names.items()}
@@ -149,7 +158,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
-            if error > SEARCH.share * scene.tolerances[what]:
+            if error > SHARE * scene.tolerances[what]:
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
     finer = least = last.discretisation
@@ -169,8 +178,8 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
     power = slow_order(trials, what, source) if error > tolerance else None
     if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
         power = max(last.orders[source], 1.0)
-    by = (error / (SEARCH.share * tolerance)) ** (1 / max(power, 1.0))
-    least = min(error / SEARCH.share, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
+    by = (error / (SHARE * tolerance)) ** (1 / max(power, 1.0))
+    least = min(error / SHARE, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
     return min(MARGIN * by, LARGEST_STEP), MARGIN * least ** (1 / power)
 
 
@@ -263,7 +272,7 @@ def _fewest_stations(scene: Scene) -> int:
 
     At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
     """
-    hidden = SEARCH.share * min(scene.tolerances.values())
+    hidden = SHARE * min(scene.tolerances.values())
     return max(FEWEST_STATIONS, min(MOST_STATIONS, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
 
@@ -295,10 +304,10 @@ def _fewest_steps(scene: Scene, common: CommonParts) -> int:
     return steps if analysis.allow_coarse else positions_for_corners(scene, common.linkage(scene), steps)
 
 
-def _account(scene: Scene, elements: int, trial: Trial, rounds: int, left: float) -> str:
-    """Say what was chosen, and why: the mesh has so many elements in all."""
+def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
+    """Say what was chosen, and why."""
     analysis, alone = scene.analysis, list(scene.tolerances) == ["strain"]
-    parts = [f"{elements} elements"]
+    parts = [f"{result.data.attrs['elements']} elements"]
     if analysis.method == "periodic":
         parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
     parts.append(f"{analysis.stations} stations")
@@ -310,4 +319,17 @@ def _account(scene: Scene, elements: int, trial: Trial, rounds: int, left: float
     )
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
     said = f"{met}, met by {', '.join(parts)} (errors: {least}; {trials})"
-    return f"{said}; effects left out, {left:.1g} by estimate, are NOT in it" if left > scene.neglected else said
+    left = _left_out(scene, result)
+    return f"{said}; {left}" if left else said
+
+
+def _left_out(scene: Scene, result: Result) -> str:
+    """Say what the effects leave out that act, where it is more than the tolerance."""
+    names = {"theory": "the effects that the scene lists leave out", "effects": "effects left out by estimate come to"}
+    shares = result.data["relative_error"]
+    beyond = [
+        f"{name} {percent(float(shares.sel(source=source)))}"
+        for source, name in names.items()
+        if source in shares["source"] and shares.sel(source=source) > scene.neglected
+    ]
+    return f"NOT in it: {', '.join(beyond)}" if beyond else ""
