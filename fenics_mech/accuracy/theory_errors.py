@@ -45,6 +45,8 @@ class TheoryLimits:
     tail: float = 0.003  # of the motion's amplitude, in harmonics that are left to shorter steps
     steps: int = 4  # for the fastest of the other harmonics; by three Radau points each
     fewest: int = 48  # steps
+    most_iterations: int = 3
+    converged: float = 0.01  # change of the motion by an iteration, from which on there is none more
 
 
 LIMITS = TheoryLimits()
@@ -154,13 +156,16 @@ def _answered(
 ) -> Array:
     """Give the change of a state by the forces of the equation `top` that its own equation `rung` lacks.
 
-    Two steps of Newton's method: axial forces are right to the first order of a change only, and large.
+    Two steps of Newton's method, or three: axial forces are right to the first order of a change only, and large.
     """
     known, found = rung.residual(*state), state
-    for _ in range(2):
+    for done in range(LIMITS.most_iterations):
         tangents = top.linearised(found[0], found[1], tension)
-        after = found + answer(tangents, known - top.residual(*found))
-        tension, found = top.predicted_tension(*found[:2], *after[:2]), after
+        change = answer(tangents, known - top.residual(*found))
+        tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])
+        found = found + change
+        if done and np.linalg.norm(change[0]) < LIMITS.converged * np.linalg.norm(found[0]):
+            break
     return found - state
 
 

@@ -1,0 +1,128 @@
+"""What linear strains leave out, as results tell it, against closed forms and against answers with exact strains."""
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse, load
+from tests.common import DEMOS, response_of
+from tests.effects import strips
+from tests.effects.test_large_rotations import between_pins, cantilever, tension_of, tip_of
+
+ALL = {"analysis__allow_coarse": True, "analysis__allow_large": True}
+FAST = ALL | {"analysis__solver": "collocation", "analysis__sub_intervals": 120, "analysis__stability": False}
+RINGING = {"analysis__allow_ringing": True, "analysis__sub_intervals": 250}
+EXACT = ("coupling", "large-rotations")
+QUANTITIES = {"strain": "strain", "deflection": "deflection", "joint_force": "joint_force"}
+
+
+def told(result, what=""):
+    """Error of a quantity by the theory, relative; `what` is the prefix of its variable."""
+    return result.data[f"{what}relative_error"].sel(source="theory").item()
+
+
+@pytest.mark.parametrize("turn", [0.05, 0.2, 0.5])
+def test_cantilever_against_the_elastica(turn):
+    """Bisshopp and Drucker (1945). At 0.5 rad linear theory has 21 % of the tip's path wrong."""
+    load, droop, reach = tip_of(turn)
+    force = load * strips.E * strips.INERTIA / strips.L**2
+    result = analyse(cantilever(force).changed(effects=()))
+    found = result.data["deflection"].isel(theta=0, member=0, s=-1).to_numpy() / strips.L
+    true = np.linalg.norm(found - [reach - 1, droop]) / np.linalg.norm(found)
+    assert told(result, "deflection_") == pytest.approx(true, rel=1e-3)
+    moment = abs(result.data["moment"].isel(theta=0, member=0, s=0).item())
+    assert told(result) == pytest.approx(1 - force * reach * strips.L / moment, rel=0.01)
+
+
+@pytest.mark.parametrize(("force", "near"), [(0.01, 1e-4), (0.1, 0.02), (0.3, 0.05)])  # true errors 3, 48 and 71 %
+def test_strip_between_pins_against_beams_that_stretch(force, near):
+    result = analyse(between_pins(force, effects=()))
+    found = result.data["deflection"].sel(member="beam.left", component="y").isel(theta=0, s=-1).item()
+    assert told(result, "deflection_") == pytest.approx((found - tension_of(force)[1]) / found, rel=near)
+
+
+MACHINES = {
+    "seed, slow": ("four_bar", (), 16.0),
+    "seed, slow, tension": ("four_bar", ("coupling", "geometric-stiffness"), 16.0),
+    "seed, near a resonance": ("four_bar", ("coupling", "geometric-stiffness"), 29.0),
+    "slider-crank": ("slider_crank", (), 60.0),
+    "slider-crank, fast": ("slider_crank", ("coupling",), 120.0),
+    "slider-crank, tension": ("slider_crank", ("coupling", "geometric-stiffness"), 60.0),
+    "rocker": ("counterweighted_rocker", ("coupling",), 37.0),
+    "composite": ("composite_four_bar", ("coupling", "geometric-stiffness"), 62.0),
+    "six-bar": ("stephenson", ("geometric-stiffness",), 25.0),
+}
+
+
+@pytest.mark.parametrize(("demo", "effects", "speed"), list(MACHINES.values()), ids=list(MACHINES))
+def test_machines_against_exact_strains(demo, effects, speed):
+    """The same mesh and steps with exact strains; true errors 2e-4 to 3e-1."""
+    scene = load(DEMOS / f"{demo}.toml").changed(effects=effects, drive__speed=speed, **FAST)
+    result, exact = analyse(scene), response_of(scene.changed(effects=EXACT)).data
+    for what, name in QUANTITIES.items():
+        change = np.abs(result.data[name] - exact[name])
+        place = "joint" if what == "joint_force" else "member"
+        true = change.max([dim for dim in change.dims if dim not in (place, "component")])
+        true = (np.hypot(*true.transpose("component", ...)) if "component" in true.dims else true).to_numpy()
+        error = result.data[f"{what}_error"].sel(source="theory").to_numpy()
+        matters = true > 0.2 * true.max()
+        assert (error[matters] > 0.6 * true[matters]).all()
+        assert (error[matters] < 1.2 * true[matters]).all()
+
+
+@pytest.mark.parametrize("solver", ["harmonic-balance", "sub-intervals"])
+def test_every_periodic_solver_tells_the_same(solver):
+    scene = load(DEMOS / "slider_crank.toml").changed(effects=(), **FAST)
+    found, expected = (told(analyse(one)) for one in (scene.changed(analysis__solver=solver, **RINGING), scene))
+    assert found == pytest.approx(expected, rel=0.03)
+
+
+def test_nothing_is_told_where_strains_are_exact(seed):
+    data = analyse(seed.changed(effects=EXACT, **FAST)).data
+    assert "theory" not in data["source"]
+    assert "theory" not in data.attrs.get("not_estimated", "")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"analysis__method": "transient", "analysis__cycles": 1, "analysis__time_tolerance": 0.02},
+        {"effects": ("inextensible",), "analysis__solver": "collocation"},
+    ],
+    ids=["in time", "inextensible"],
+)
+def test_what_is_not_estimated_is_said(seed, change):
+    assert (
+        "what the theory leaves out"
+        in analyse(seed.changed(**({"effects": ()} | ALL | change))).data.attrs["not_estimated"]
+    )
+
+
+def test_a_motion_that_exact_strains_do_not_have_is_said():
+    load = tip_of(1.0)[0] * strips.E * strips.INERTIA / strips.L**2
+    data = analyse(cantilever(load).changed(effects=())).data
+    assert "theory" not in data["source"]
+    assert "what the theory leaves out" in data.attrs["not_estimated"]
+
+
+def test_auto_takes_exact_strains_where_the_answer_calls_for_them():
+    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto", analysis__sub_intervals=120)
+    slow, fast = (analyse(scene.changed(drive__speed=speed)) for speed in (60.0, 160.0))
+    assert slow.scene.effects == ("coupling", "geometric-stiffness")
+    assert 1e-4 < told(slow) < 5e-4
+    assert set(fast.scene.effects) == set(EXACT)
+
+
+def test_a_tolerance_is_met_by_the_theory_too():
+    scene = load(DEMOS / "counterweighted_rocker.toml").changed(effects="auto")
+    rough, narrow = (analyse(scene.changed(tolerance=tolerance)) for tolerance in (1e-2, 1e-3))
+    assert "large-rotations" not in rough.scene.effects
+    assert "large-rotations" in narrow.scene.effects
+    of_deflection = analyse(scene.changed(tolerance={"deflection": 1e-2}))  # shortening is 1 % of it
+    assert "large-rotations" in of_deflection.scene.effects
+
+
+def test_a_tolerance_with_listed_effects_says_what_they_leave_out():
+    scene = load(DEMOS / "slider_crank.toml").changed(effects=("coupling",), tolerance=1e-2)
+    result = analyse(scene)
+    assert "NOT in it: the effects that the scene lists leave out 5" in result.data.attrs["chosen"]
+    assert result.data.attrs["error_estimate"] > 0.05
