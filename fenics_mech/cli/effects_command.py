@@ -22,7 +22,8 @@ def effects(
     strict: Strict = False,
 ) -> None:
     """Estimate the influence of each effect without running the scene, and say which effects it needs."""
-    from fenics_mech.planning.effect_choice import choose  # noqa: PLC0415
+    from fenics_mech.accuracy.theory_errors import EXACT_STRAINS  # noqa: PLC0415
+    from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
     from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
     from fenics_mech.views.tables import effects_table  # noqa: PLC0415
@@ -30,11 +31,13 @@ def effects(
     loaded = refined_scene(scene, 0, strict, tolerance).changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
-        chosen, choices = choose(loaded)
+        (chosen, choices), *exact = rungs(loaded)
     out.print(effects_table(choices, loaded.neglected))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
     tell(f"effects = 'auto' selects effects = [{names}]{enough}")
+    if exact:
+        tell(f"{EXACT_STRAINS} is decided by the run: its answer tells what linear strains leave out")
     if compare:
         make_folder(folder)
         runs = added_one_by_one(loaded)

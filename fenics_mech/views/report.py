@@ -24,6 +24,7 @@ from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
+from fenics_mech.scene.models import DEFAULT_NEGLECTED
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.tables import drive_of, number, table_of
 
@@ -38,6 +39,7 @@ SOURCES = {  # of errors, in words
 }
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
 MINUS = "\N{MINUS SIGN}"
+ADVICE = "Write effects = 'auto', which takes the effects that are needed."
 
 
 @dataclass(frozen=True)
@@ -119,14 +121,19 @@ def _validity(result: Result) -> Text:
             return Text(f"Inside the theory of large rotations: {turned}; {worst}.")
         text = f"OUTSIDE THE THEORY OF LARGE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
         return Text(text, style="bold red")
+    if "theory" in result.data["source"]:
+        share = float(result.data["relative_error"].sel(source="theory"))
+        if share <= DEFAULT_NEGLECTED:
+            return Text(f"Inside the linear theory, which leaves out {percent(share)} of the strain: {worst}; {bent}.")
+        text = f"OUTSIDE THE LINEAR THEORY, strains are {percent(share)} wrong by estimate: {worst}; {bent}. {ADVICE}"
+        return Text(text, style="bold red")
     carried = any(effect.stress_stiffening for effect in acting)
     if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:
         return Text(f"Inside the linear theory: {worst}; {bent}.")
     beyond = [f"{bent} (limit {percent(VALIDITY.bow)})"] if bow.max() > VALIDITY.bow else []
     if not carried and euler.max() > VALIDITY.euler_ratio:
         beyond.insert(0, f"{worst} (limit {percent(VALIDITY.euler_ratio)})")
-    advice = "Write effects = 'auto', which takes the effects that are needed."
-    return Text(f"OUTSIDE THE LINEAR THEORY, strains are wrong: {'; '.join(beyond)}. {advice}", style="bold red")
+    return Text(f"OUTSIDE THE LINEAR THEORY, strains are wrong: {'; '.join(beyond)}. {ADVICE}", style="bold red")
 
 
 def _energy(result: Result) -> Text:

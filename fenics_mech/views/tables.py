@@ -48,6 +48,8 @@ def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
         if choice.missing:
             acts = Text("lacks data", style="bold red")
             lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.missing}", style="bold red"))
+        if choice.effect.nonlinear and not choice.acts and (choice.size or 0.0) > tolerance / 2:
+            acts = Text("the run decides")
         if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
             acts = Text(f"included in {holder}")
         effect = choice.effect

@@ -6,7 +6,7 @@ import io
 import pytest
 from rich.console import Console
 
-from fenics_mech import load
+from fenics_mech import analyse, load
 from fenics_mech.effects import EFFECTS
 from fenics_mech.planning.effect_choice import choose, decided, examine
 from fenics_mech.studies.effect_costs import difference
@@ -51,7 +51,7 @@ def scenes():
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "scene"), list(scenes()), ids=lambda value: value if isinstance(value, str) else "")
 def test_what_is_left_out_is_below_the_tolerance(name, scene):
-    chosen, whole = response_of(scene.changed(effects="auto")), response_of(with_all_effects(scene))
+    chosen, whole = analyse(scene.changed(effects="auto")), response_of(with_all_effects(scene))
     assert difference(chosen, whole) < scene.neglected
 
 
