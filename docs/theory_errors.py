@@ -1,0 +1,106 @@
+"""How good each theory is, against Exudyn: `python docs/theory_errors.py` makes the table and the picture anew.
+
+It needs the extra `peers`, and takes about ten minutes.
+"""
+
+import csv
+from pathlib import Path
+from time import process_time
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import fenics_mech as fm
+from fenics_mech.studies.converged import difference, extrapolated
+from fenics_mech.studies.peers.beam_linkage import beam_linkage
+from fenics_mech.studies.peers.compared import _exudyn, scene_of
+from fenics_mech.studies.peers.exudyn_cycle import Integration
+from fenics_mech.studies.peers.peer_runs import EXACT
+
+DOCS = Path(__file__).parent
+TABLE, PICTURE = DOCS / "validation" / "theory_errors.csv", DOCS / "images" / "theory_errors.png"
+MACHINES = {  # demos, and what their modulus is multiplied by: 0.01 to 0.5 rad of turn, off and near resonances
+    "four_bar": (8.0, 3.0, 1.5, 1.15, 1.0, 0.8),
+    "slider_crank": (1.0, 0.2, 0.05, 0.02),
+    "watt": (1.0, 0.2, 0.05),
+    "stephenson": (1.0, 0.2, 0.05),
+}
+RUNGS = {
+    "equation (5.1)": (),
+    "coupling": ("coupling",),
+    "geometric stiffness": ("coupling", "geometric-stiffness"),
+    "large rotations": ("coupling", "large-rotations"),
+}
+STEPS, ANGLES, ELEMENTS = 2880, 120, 8
+
+
+def main() -> None:
+    """Run every machine in every theory, and draw."""
+    rows = [row for name, factors in MACHINES.items() for factor in factors for row in of_machine(name, factor)]
+    with TABLE.open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    draw(rows)
+
+
+def of_machine(name, factor):
+    """Give the errors of all theories on a machine."""
+    demo = fm.load(DOCS.parent / "demos" / f"{name}.toml")
+    softer = {f"materials.{label}.modulus": factor * it.modulus for label, it in demo.materials.items()}
+    scene = scene_of(demo.changed(softer), EXACT)
+    begun = process_time()
+    link = beam_linkage(scene)
+    fine, half = (
+        _exudyn(link, Integration(ELEMENTS, (n // 2,) * 4 + (n,) * 5, 1e-6), lambda step: None)
+        for n in (STEPS, STEPS // 2)
+    )
+    peer, took = extrapolated(fine, half, 2), process_time() - begun
+    known = difference(fine, half).mid_span / 3
+    for rung, effects in RUNGS.items():
+        analysis = {"sub_intervals": 240, "stages": 3, "solver": "collocation", "reduction": "none", "stability": False}
+        passes = {"allow_large": True, "allow_unstable": True, "allow_coarse": True}
+        settings = {f"analysis.{key}": value for key, value in (analysis | passes).items()}
+        begun = process_time()
+        try:
+            result = fm.analyse(scene.changed({"effects": effects, "mesh.elements": ELEMENTS, **settings}))
+        except fm.MechanismError as error:
+            print(name, factor, rung, str(error)[:200])
+            continue
+        data = result.data
+        curves = np.stack([result.strain_at(member) for member in demo.members()], axis=1)[:: 240 // ANGLES]
+        told = float(data["relative_error"].sel(source="theory")) if "theory" in data["source"] else 0.0
+        yield {
+            "machine": name,
+            "modulus_factor": factor,
+            "turn": f"{data['rotation'].max().item():.3g}",
+            "theory": rung,
+            "error": f"{difference(curves[..., None, None], peer).mid_span:.2e}",
+            "told": f"{told:.2e}",
+            "told_numerical": f"{float(data['relative_error'].drop_sel(source='theory', errors='ignore').sum()):.2e}",
+            "not_told": data.attrs.get("not_estimated", ""),
+            "seconds": f"{process_time() - begun:.2f}",
+            "peer_error": f"{known:.1e}",
+            "peer_seconds": f"{took:.1f}",
+        }
+        print(name, factor, rung, data["rotation"].max().item(), told, difference(curves[..., None, None], peer).mid_span, flush=True)
+
+
+def draw(rows):
+    """Draw true and told errors over the largest turn of an axis."""
+    plt.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "savefig.dpi": 110})
+    figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
+    for (rung, _), colour in zip(RUNGS.items(), ("tab:red", "tab:orange", "tab:blue", "tab:green")):
+        of_rung = [row for row in rows if row["theory"] == rung]
+        turn, error, told = (np.array([float(row[key]) for row in of_rung]) for key in ("turn", "error", "told"))
+        axes.loglog(turn, 100 * error, "o", color=colour, markersize=5, label=rung)
+        axes.loglog(turn[told > 0], 100 * told[told > 0], "o", color=colour, markersize=10, markerfacecolor="none")
+    axes.plot([], [], "o", color="0.3", markersize=10, markerfacecolor="none", label="told by the result")
+    axes.set(xlabel="largest turn of an axis (rad)", ylabel="error of the mid-span strain (% of the peak)")
+    axes.grid(color="0.92")
+    axes.legend(frameon=False)
+    figure.savefig(PICTURE)
+
+
+if __name__ == "__main__":
+    main()
