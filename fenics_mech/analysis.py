@@ -15,7 +15,7 @@ from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.mechanism import System
-from fenics_mech.planning.effect_choice import rungs, sized, suffices
+from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state
 from fenics_mech.recovery import Result
@@ -85,9 +85,9 @@ def _by_rungs(scene: Scene, progress: Progress, common: CommonParts) -> Result:
             result = as_planned(rung, decided, progress, common)
         except SolverError:  # linear strains may buckle, or meet a resonance, where exact ones do not
             continue
-        if suffices(scene, result):
+        if suffices(scene, result, decided):
             return result
-        choices = sized(choices, result)
+        choices = sized(choices, theory_share(result))
     return as_planned(exact, choices, progress, common)
 
 
@@ -139,7 +139,7 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
     errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
     errors.judge(solution.scene)
     refuse_far(solution.scene, fields.system, fields.members)
-    result = collect(solution, fields, errors, choices)
+    result = collect(solution, fields, errors, sized(choices, errors.relative("strain").get("theory")))
     refuse_infinite(result)
     return result
 

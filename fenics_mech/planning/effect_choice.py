@@ -66,25 +66,32 @@ def _of(choices: Sequence[Choice], scene: Scene) -> Rung:
     return scene, tuple(replace(c, acts=c.effect.name in acting) if c.effect.name in LADDER else c for c in choices)
 
 
-def suffices(scene: Scene, result: Result) -> bool:
-    """Whether what the theory of a result leaves out is estimated, and little enough for a scene that chooses it.
+def suffices(scene: Scene, result: Result, choices: Sequence[Choice]) -> bool:
+    """Whether what the theory of a result leaves out is little enough for a scene that chooses it.
 
     That is half of what the scene may neglect, or of each quantity's tolerance the share that any source may have.
+    Where the result does not tell it, the survey decides.
     """
     data = result.data
     if "theory" not in data["source"]:
-        return set(exact_theory(result.scene).named_effects) <= set(result.scene.named_effects)
+        return not any(c.effect.name == EXACT_STRAINS and (c.size or 0.0) > scene.neglected / 2 for c in choices)
     limits = {what: SHARE * most for what, most in scene.tolerances.items()} or {"strain": scene.neglected / 2}
     shares = {what: data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source="theory") for what in limits}
     return all(float(shares[what]) <= limit for what, limit in limits.items())
 
 
-def sized(choices: Sequence[Choice], result: Result) -> tuple[Choice, ...]:
-    """Give choices with the size of exact strains that a result with linear ones tells, where it does."""
-    if "theory" not in result.data["source"]:
+def sized(choices: Sequence[Choice], share: float | None) -> tuple[Choice, ...]:
+    """Give choices with the share of the strains that an answer with linear ones leaves out, where that is known."""
+    if share is None:
         return tuple(choices)
-    size = float(result.data["relative_error"].sel(source="theory"))
-    return tuple(replace(choice, size=size) if choice.effect.name == EXACT_STRAINS else choice for choice in choices)
+    estimated = {c.effect.name for c in choices if c.size is not None}
+    return tuple(replace(c, size=share) if c.effect.name in estimated & {EXACT_STRAINS} else c for c in choices)
+
+
+def theory_share(result: Result) -> float | None:
+    """Share of the strains that the theory of a result leaves out, where it tells that."""
+    data = result.data
+    return float(data["relative_error"].sel(source="theory")) if "theory" in data["source"] else None
 
 
 def examine(scene: Scene, common: CommonParts | None = None) -> Survey:

@@ -15,7 +15,7 @@ from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
 from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
-from fenics_mech.planning.effect_choice import SHARE, rungs, sized, suffices
+from fenics_mech.planning.effect_choice import SHARE, rungs, sized, suffices, theory_share
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
@@ -96,8 +96,8 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
                 raise
             chosen, choices = theories.pop(0)
             continue
-        if theories and not suffices(scene, result):
-            chosen, choices = theories[0][0], sized(theories.pop(0)[1], result)
+        if theories and not suffices(scene, result, choices):
+            chosen, choices = theories[0][0], sized(theories.pop(0)[1], theory_share(result))
             continue
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
