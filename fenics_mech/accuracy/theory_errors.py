@@ -13,12 +13,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import Quantities, stations_of
 from fenics_mech.effects import EFFECTS
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import solve_motion
@@ -29,7 +28,7 @@ from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.setup import moved
-from fenics_mech.response.solution import PeriodicSolution, Solution
+from fenics_mech.response.solution import CollocationSolution, PeriodicSolution, Solution
 from fenics_mech.scene import Scene
 
 (COUPLING,) = (name for name, effect in EFFECTS.items() if effect.couples and not effect.stated_by)
@@ -43,14 +42,15 @@ class TheoryLimits:
     """How the theory's error is estimated: two digits are enough."""
 
     tail: float = 0.003  # of the motion's amplitude, in harmonics that are left to shorter steps
-    steps: int = 4  # for the fastest of the other harmonics; by three Radau points each
+    positions: int = 8  # for the fastest of the other harmonics: with fewer the series has wrong axial forces
+    steps: int = 4  # for the same; each has three Radau points
     fewest: int = 48  # steps
     most_iterations: int = 3
     converged: float = 0.01  # change of the motion by an iteration, from which on there is none more
 
 
 LIMITS = TheoryLimits()
-SCHEME, STAGES = "radau", 3
+STAGES = 3
 
 
 def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
@@ -120,18 +120,14 @@ def _about_positions(solution: Solution, exact: Scene) -> Quantities:
 
 
 def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
-    """Change of a periodic response, by steps that are as long as its harmonics allow."""
-    system, motion = solution.system, _Harmonics.of(solution)
-    steps = {"sub_intervals": motion.steps, "solver": "collocation", "scheme": SCHEME, "stages": STAGES}
-    scene, exact = (one.changed(analysis=one.analysis.model_copy(update=steps)) for one in (solution.scene, exact))
-    theta = scene.drive_angles(motion.steps)
-    cycle = Cycle(scene, moved(scene, system, solve_motion(scene, theta, near=system.motion)))
-    regular, duration = cycle.steps.regular, cycle.steps.duration
-    inside, starts = cycle.at_points(SCHEME, STAGES), cycle.start
-    state = motion.at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate))
-    q, rate, _ = motion.at(theta)
+    """Change of a periodic response, at the points of steps of its cycle."""
+    motion = _of_harmonics(solution) or _of_steps(solution)
+    cycle, state, (q, rate), scene = motion.cycle, motion.state, motion.starts, motion.cycle.scene
+    regular, analysis = cycle.steps.regular, scene.analysis
+    inside, starts = cycle.at_points(analysis.scheme, analysis.stages), cycle.start
     if cycle.settling:
         inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
+    exact = exact.changed(analysis=analysis)
     top, top_starts = (
         Equation(moved(exact, rung.system, rung.system.motion), rung.modal_damping) for rung in (inside, starts)
     )
@@ -139,7 +135,7 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     at_starts = [np.stack([q, rate])]
 
     def answer(tangents: Matrices, load: Array) -> Array:
-        flow = Flow(tangents, cycle.tableau, duration, scene.petsc)
+        flow = Flow(tangents, cycle.tableau, cycle.steps.duration, scene.petsc)
         orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
         at_starts.append(np.stack([orbit.start[regular], orbit.start_velocity[regular]]))
         return np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
@@ -176,41 +172,60 @@ def _between(rung: tuple[Scene, System, ElasticResponse], top: tuple[Scene, Syst
 
 
 @dataclass(frozen=True)
-class _Harmonics:
-    """A periodic motion as the Fourier series through its positions.
+class _Motion:
+    """A periodic motion at the points of steps of a cycle.
 
     Parameters
     ----------
-    coefficients
-        Complex amplitudes of the coordinates q, ``(harmonics, coordinates)``.
-    rate
-        Of the first harmonic (rad/s).
-    steps
-        In the cycle, with which its harmonics are followed.
+    cycle
+        The equation of motion there.
+    state
+        The state at the points.
+    starts
+        q and q' at the starts of the sub-intervals, ``(2, angles, coordinates)``.
     """
 
-    coefficients: NDArray[np.complex128]
-    rate: float
-    steps: int
+    cycle: Cycle
+    state: Array
+    starts: Array
 
-    @classmethod
-    def of(cls, solution: Solution) -> _Harmonics:
-        """Take it from the displacement at equal steps."""
-        q, system = solution.response.displacement, solution.system
-        found = np.fft.rfft(q, axis=0) / len(q)
-        found[1:] *= 2
-        if len(q) % 2 == 0:
-            found[-1] = 0  # its phase is not known
-        unit = np.sqrt(Equation(system).links_stiffness.diagonal.mean(axis=0))
-        energy = np.sum(np.abs(found * unit) ** 2, axis=1)
-        energy[0] = 0
-        beyond = np.cumsum(energy[::-1])[::-1]  # of each harmonic and all above it
-        highest = int(np.count_nonzero(beyond > LIMITS.tail**2 * beyond[0]))
-        steps = min(max(LIMITS.fewest, LIMITS.steps * highest), len(q))
-        return cls(found, abs(solution.scene.cycle_rate), steps)
 
-    def at(self, theta: Array) -> Array:
-        """Give the state at drive angles (rad)."""
-        order = np.arange(len(self.coefficients))
+def _of_harmonics(solution: Solution) -> _Motion | None:
+    """Take a motion by its Fourier series, in steps that are as long as that allows; None where it has no end."""
+    q, system = solution.response.displacement, solution.system
+    amplitudes = np.fft.rfft(q, axis=0) / len(q)
+    amplitudes[1:] *= 2
+    unit = np.sqrt(Equation(system).links_stiffness.diagonal.mean(axis=0))
+    energy = np.sum(np.abs(amplitudes * unit) ** 2, axis=1)
+    energy[0] = 0.0
+    beyond = np.cumsum(energy[::-1])[::-1]  # of each harmonic and all above it
+    highest = int(np.count_nonzero(beyond > LIMITS.tail**2 * beyond[0]))
+    if len(q) < LIMITS.positions * highest:
+        return None
+    steps = min(max(LIMITS.fewest, LIMITS.steps * highest), len(q))
+    taken = {"sub_intervals": steps, "solver": "collocation", "scheme": "radau", "stages": STAGES}
+    scene = solution.scene.changed(analysis=solution.scene.analysis.model_copy(update=taken))
+    order, rate = np.arange(len(amplitudes)), abs(scene.cycle_rate)
+
+    def at(theta: Array) -> Array:
         turned = np.exp(1j * np.abs(theta)[:, None] * order)
-        return np.stack([(turned * (1j * self.rate * order) ** n @ self.coefficients).real for n in range(3)])
+        return np.stack([(turned * (1j * rate * order) ** n @ amplitudes).real for n in range(3)])
+
+    theta = scene.drive_angles(steps)
+    cycle = Cycle(scene, moved(scene, system, solve_motion(scene, theta, near=system.motion)))
+    return _Motion(cycle, at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate)), at(theta)[:2])
+
+
+def _of_steps(solution: Solution) -> _Motion:
+    """Take a motion at the points that it was solved for: between them long steps do not know the axial forces.
+
+    Raises
+    ------
+    UnresolvedError
+        When it was solved for at its positions only.
+    """
+    if not isinstance(solution, CollocationSolution):
+        raise UnresolvedError("the positions are too few for the harmonics of the motion. Give more sub_intervals")
+    orbit, regular = solution.orbit, solution.cycle.steps.regular
+    state = np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
+    return _Motion(solution.cycle, state, np.stack([orbit.start[regular], orbit.start_velocity[regular]]))

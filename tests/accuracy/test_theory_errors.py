@@ -69,6 +69,16 @@ def test_machines_against_exact_strains(demo, effects, speed):
         assert (error[matters] < 1.2 * true[matters]).all()
 
 
+@pytest.mark.parametrize("count", [24, 36])
+def test_few_long_steps_tell_the_same_as_many(count):
+    """A series through so few positions would have axial forces that are wrong by 100 %."""
+    steps = {"analysis__stages": 3, "analysis__scheme": "radau", "analysis__sub_intervals": count}
+    scene = load(DEMOS / "manipulator.toml").changed(effects=("coupling", "geometric-stiffness"), **FAST)
+    few, many = (analyse(one) for one in (scene.changed(**steps), scene))
+    assert told(few) == pytest.approx(told(many), rel=0.3)
+    assert told(few, "deflection_") == pytest.approx(told(many, "deflection_"), rel=0.05)
+
+
 @pytest.mark.parametrize("solver", ["harmonic-balance", "sub-intervals"])
 def test_every_periodic_solver_tells_the_same(solver):
     scene = load(DEMOS / "slider_crank.toml").changed(effects=(), **FAST)
