@@ -314,7 +314,7 @@ if place == "dropped":
             for _ in range(1000):
                 pass
     import fenics_mech.analysis
-    fenics_mech.analysis.choose = lambda scene, whole=fenics_mech.analysis.choose: (Dropping(), whole(scene))[1]
+    fenics_mech.analysis.rungs = lambda *args, whole=fenics_mech.analysis.rungs: (Dropping(), whole(*args))[1]
 from fenics_mech.__main__ import main
 main()
 """
@@ -329,7 +329,10 @@ def test_interrupt_at_any_point_is_one_line(tmp_path, quick, place):
     """While modules are imported, where C code drops it, and while a file is written."""
     folder = tmp_path / "out"
     code, out, err = ended(started(place, "run", quick, "-o", folder, program=INTERRUPTED))
-    assert (code, out, err) == (130, "", "interrupted\n")
+    assert (code, out) == (130, "")
+    *steps, last = err.splitlines()  # a slow machine tells how far it is
+    assert last == "interrupted"
+    assert set(steps) <= {"writing result.nc"}
     assert not list(folder.glob("*"))
     assert not list(folder.glob(".*"))
 
