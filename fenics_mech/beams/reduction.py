@@ -163,14 +163,18 @@ class Reduction:
 
     @cached_property
     def of_elements(self) -> tuple[Index, Array]:
-        """Coordinates that move each element, ``(elements, n)``, and its nodal dofs by them, ``(elements, 6, n)``.
+        """Coordinates that move each element, ``(elements, n)``, and its nodal dofs by them, ``(elements, 6, n)``."""
+        return self.moving(element_dofs(self.mesh))
 
-        Those of an element with fewer are filled up with its first, by which then nothing moves.
+    def moving(self, groups: Index) -> tuple[Index, Array]:
+        """Coordinates that move each group of nodal dofs, ``(groups, n)``, and the dofs by them, ``(groups, dofs, n)``.
+
+        Those of a group with fewer are filled up with its first, by which then nothing moves.
         """
-        parts = [self.shape[dofs].tocsc() for dofs in element_dofs(self.mesh)]
+        parts = [self.shape[dofs].tocsc() for dofs in groups]
         moving = [np.flatnonzero(np.diff(part.indptr)) for part in parts]
         most = max(map(len, moving))
-        shape = np.zeros((len(parts), 6, most))
+        shape = np.zeros((*groups.shape, most))
         for block, part, mine in zip(shape, parts, moving):
             block[:, : len(mine)] = part[:, mine].toarray()
         return np.array([np.append(mine, np.full(most - len(mine), mine[0])) for mine in moving]), shape

@@ -38,9 +38,10 @@ def terms(situation: Situation) -> Terms:
         carried = (
             n[:, :, None] * (turned @ separation.rate[..., None]).transpose(0, 2, 1) + rate[:, None, None] * turned
         )
+        pull = c * rate[:, None] * n
         found.append(
             Terms(
-                loads=Loads(force=separation.force(c * rate[:, None] * n, size)),
+                loads=Loads(force=separation.force(pull, size)),
                 matrices=AddedMatrices(
                     damping=(separation.entries(along),),
                     convective=(
@@ -48,6 +49,7 @@ def terms(situation: Situation) -> Terms:
                         separation.entries(c * carried / separation.length[:, None, None]),
                     ),
                 ),
+                rotation_forces=separation.couples(pull, damping=along),
             )
         )
     return total(found)

@@ -9,6 +9,7 @@ from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.rotation_forces import RotationForces
 from fenics_mech.effects.terms import AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links, total
 from fenics_mech.scene.applied_loads import LineLoad, Load
 
@@ -48,12 +49,19 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     point = Attachment.of(situation.scene, mesh, load.at)
     force = np.array(load.force)
     in_link = factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
+    on_point, moment = in_link @ point.shift, factor * load.moment
     forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
-    forces[:, point.dofs] = in_link @ point.shift + factor * [0.0, 0.0, load.moment]
+    forces[:, point.dofs] = on_point + moment * [0.0, 0.0, 1.0]
+    loads, rotation = Loads(force=forces), point.dofs[2:]
     if not load.follows:
-        return Terms(loads=Loads(force=forces))
-    stiffness = Entries(point.dofs[:2], np.repeat(point.dofs[2:], 2), -in_link @ QUARTER.T)
-    return Terms(loads=Loads(force=forces), matrices=AddedMatrices(follower=(stiffness,)))
+        return Terms(loads=loads, rotation_forces=(RotationForces.of_couples(rotation, moment),) if load.moment else ())
+    stiffness = Entries(point.dofs[:2], np.repeat(rotation, 2), -in_link @ QUARTER.T)
+    couple = RotationForces.of_couples(rotation, moment + on_point[:, 2:])
+    return Terms(
+        loads=loads,
+        matrices=AddedMatrices(follower=(stiffness,)),
+        rotation_forces=(couple, RotationForces.turning(point.dofs, in_link)),
+    )
 
 
 def _inside(situation: Situation, load: Load, factor: Array) -> Terms:

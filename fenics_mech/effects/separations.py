@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.attachment import QUARTER, Attachment
+from fenics_mech.effects.rotation_forces import RotationForces, cosine, rotated
 from fenics_mech.effects.terms import Entries, summed
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
@@ -27,7 +28,7 @@ class Separation:
     """Displacement, or rotation, of one body against another; n is 2 for a line in the fixed frame, 1 for a rotation.
 
     It is linear in the elastic displacement v, as all of the joints' equations: points of a rigid link move with its
-    small rotation times their arm.
+    small rotation times their arm. A rotation is that of which v has the sine, with large rotations.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ class Separation:
         The time derivative of `reach`, as the links turn (1/s), ``(angles, n, k)``.
     value, rate
         That of the rigid motion, and its time derivative, ``(angles, n)`` (m or rad).
+    of_sines
+        Whether the dofs are the sines of rotations.
     """
 
     dofs: Index
@@ -46,6 +49,7 @@ class Separation:
     turning: Array
     value: Array
     rate: Array
+    of_sines: bool = False
 
     @classmethod
     def of(cls, scene: Scene, mesh: BeamMesh, motion: Motion, part: Line | Hinge) -> Separation:
@@ -81,7 +85,8 @@ class Separation:
         signs = np.concatenate([-np.ones(len(first.dofs[2:])), np.ones(len(second.dofs[2:]))])
         reach = np.broadcast_to(signs, (len(angle), 1, len(signs)))
         dofs = np.concatenate([first.dofs[2:], second.dofs[2:]])
-        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None])
+        of_sines = "large-rotations" in scene.named_effects
+        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None], of_sines)
 
     @property
     def length(self) -> Array:
@@ -117,17 +122,34 @@ class Separation:
 
     def entries(self, tangent: Array, by: Array | None = None) -> Entries:
         """Matrix ``reach^T tangent reach`` of a tangent ``(angles, n, n)``, or with another right factor `by`."""
-        blocks = self.reach.transpose(0, 2, 1) @ tangent @ (self.reach if by is None else by)
+        blocks = self._onto(tangent, self.reach if by is None else by)
         rows, columns = np.meshgrid(self.dofs, self.dofs, indexing="ij")
         return Entries(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
 
+    def _onto(self, tangent: Array, by: Array) -> Array:
+        return np.asarray(self.reach.transpose(0, 2, 1) @ tangent @ by)
+
+    def couples(
+        self, pull: Array, stiffness: Array | float = 0.0, damping: Array | float = 0.0
+    ) -> tuple[RotationForces, ...]:
+        """Give what the moments of `force` and of `entries` are beyond linear theory, where v has sines."""
+        if not self.of_sines:
+            return ()
+        moment = -np.einsum("tnk,tn->tk", self.reach, pull)
+        one = self._onto(np.ones((len(pull), 1, 1)), self.reach)
+        return (RotationForces.of_couples(self.dofs, moment, stiffness * one, damping * one),)
+
     def elastic(self, v: Array) -> Array:
         """What a displacement in link axes, ``(angles, nodal dofs)``, adds to the separation, ``(angles, n)``."""
-        return np.einsum("tnk,tk->tn", self.reach, v[:, self.dofs])
+        part = v[:, self.dofs]
+        return np.einsum("tnk,tk->tn", self.reach, rotated(part) if self.of_sines else part)
 
     def elastic_rate(self, v: Array, rate: Array) -> Array:
         """What it and its velocity in link axes add to the separation's rate, ``(angles, n)``."""
-        return np.einsum("tnk,tk->tn", self.turning, v[:, self.dofs]) + self.elastic(rate)
+        part, speed = v[:, self.dofs], rate[:, self.dofs]
+        if self.of_sines:
+            speed = speed / cosine(part)
+        return np.einsum("tnk,tk->tn", self.turning, part) + np.einsum("tnk,tk->tn", self.reach, speed)
 
 
 def across(direction: Array) -> Array:

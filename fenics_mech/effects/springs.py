@@ -41,6 +41,7 @@ def terms(situation: Situation) -> Terms:
             Terms(
                 loads=Loads(force=separation.force(pull, size)),
                 matrices=AddedMatrices(stiffness=(separation.entries(tangent),)),
+                rotation_forces=separation.couples(pull, tangent),
             )
             for separation, pull, tangent, _ in _pulls(scene, mesh, motion)
         ]

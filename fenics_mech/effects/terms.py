@@ -16,6 +16,7 @@ from fenics_mech.scene import Scene
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
     from fenics_mech.beams.mesh import BeamMesh
+    from fenics_mech.effects.rotation_forces import RotationForces
 
 
 def _no_tension() -> Array:
@@ -323,6 +324,8 @@ class Terms(_Sum):
         Stiffness of axial forces that are given.
     law
         A nonlinear force of the elements.
+    rotation_forces
+        Beside the linear parts above, where a law makes slopes the sines of rotations: what acts on rotations.
     """
 
     coupled: bool = False
@@ -332,6 +335,7 @@ class Terms(_Sum):
     acceleration: Array | None = None
     stiffening: StressStiffening | None = None
     law: Law | None = None
+    rotation_forces: tuple[RotationForces, ...] = ()
 
 
 NOTHING, UNLOADED = Terms(), Loads()

@@ -46,6 +46,8 @@ def without_elastic(system: System, response: ElasticResponse) -> Array:
             forces += entries.times(response.velocity)
         if terms.law is not None:
             forces += system.assembled(terms.law.on_elements.force(v, response.velocity))
+            for part in terms.rotation_forces:
+                forces += part.on_nodes(v, response.velocity)
     if response.modal_damping is not None and response.modal_damping.on_bent_axis is not None:
         forces += system.assembled(response.modal_damping.on_bent_axis)
     return forces

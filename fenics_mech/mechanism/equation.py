@@ -7,6 +7,7 @@ the coupling of rigid and elastic motion P counts as constant, (5.1).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -87,9 +88,15 @@ class Equation:
         places = [tuple(part.astype(np.int64) for part in matrix.nonzero()) for matrix in constant]
         added = map(system.on_links, (*system.added_stiffness, *system.terms.matrices.damping))
         places += [(entries.rows, entries.columns) for entries in added]
-        if (law := system.terms.law) is not None:
-            places.append(_places_of(law))
-        return Congruence.of(*transformation.shape, transformation.rows, transformation.columns, places)
+        return Congruence.of(
+            *transformation.shape, transformation.rows, transformation.columns, [*places, *self._nonlinear_places]
+        )
+
+    @property
+    def _nonlinear_places(self) -> list[tuple[Index, Index]]:
+        """Places of the tangents of what is nonlinear, over the links' coordinates."""
+        law, forces = self.system.terms.law, self.system.rotation_forces
+        return [_places_of(part.dofs) for part in (law, forces) if part is not None]
 
     @cached_property
     def linear(self) -> Matrices:
@@ -146,7 +153,7 @@ class Equation:
         axial = law.axial(transformation.forward(p[:, None], self._modes_strain))
         return NonlinearModalForces(linear, axial, law, transformation, (p, self.turned))
 
-    def linearised(self, q: Array, rate: Array, tension: Array) -> Matrices:
+    def linearised(self, q: Array, rate: Array, tension: Array, share: float = 1.0) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
 
         Parameters
@@ -155,11 +162,13 @@ class Equation:
             Coordinates and their time derivatives, ``(angles, coordinates)``.
         tension
             Axial force of each element that goes with them, where the law is nonlinear (N), ``(angles, elements)``.
+        share
+            Of the loads, under a nonlinear law.
         """
         law = self.system.terms.law
         if law is None:
             return self.linear
-        return self._with_modes(self._linearised(law, self.in_links(q, rate), tension), q, rate)
+        return self._with_modes(self._linearised(law, self.in_links(q, rate), tension, share), q, rate)
 
     def about(self, q: Array, rate: Array) -> Matrices:
         """Linearise about a motion, with the axial forces that its strains give.
@@ -186,30 +195,49 @@ class Equation:
             return tangents
         modal, tension, load = self.modal.linearised(q, rate)
         blocks = tension[..., None, None] * self.modal.law.bow
-        stiffness = tangents.stiffness + self._tangents(self.modal.law, blocks, np.zeros(1))[1]
+        stiffness = tangents.stiffness + self._tangents(self.modal.law.dofs, blocks, np.zeros(1))[1]
         return replace(tangents, stiffness=stiffness, load=tangents.load + load, modal=modal)
 
-    def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array) -> Matrices:
+    def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array, share: float = 1.0) -> Matrices:
         """Linearise about v and v' of the links, and the tension of their elements."""
-        linear, (constant, *tangents) = self.linear, law.linearised(*state, tension)
-        if not np.isfinite(constant).all():
-            raise self._turned_too_far(constant)
-        damping, stiffness = self._tangents(law, *tangents)
-        return replace(
-            linear,
-            damping=linear.damping if damping is None else linear.damping + damping.on(linear.damping.pattern),
-            stiffness=linear.stiffness + stiffness.on(linear.stiffness.pattern),
-            load=linear.load - self._to_coordinates(constant, law.dofs),
+        mesh, forces = self.system.beams.mesh, self.system.rotation_forces
+        found = self._added(
+            replace(self.linear, load=share * self.linear.load),
+            law.dofs,
+            law.linearised(*state, tension),
+            lambda element: f"axis of member {mesh.members[mesh.cell_member[element]]}",
         )
+        if forces is None:
+            return found
+        nodal = np.concatenate([part.dofs for part in self.system.terms.rotation_forces])
+        exact = forces.scaled(share).linearised(*state)
+        return self._added(found, forces.dofs, exact, lambda i: f"axis at {mesh.node_name[nodal[i, 0] // 3]}")
 
-    def _turned_too_far(self, forces: Array) -> SolverError:
-        """Name a member whose axis turns so far that there are no forces ``(angles, elements, n)``."""
-        mesh = self.system.beams.mesh
-        k, element, _ = np.argwhere(~np.isfinite(forces))[0]
-        return SolverError(
-            f"at drive angle {np.degrees(self.system.motion.theta[k]):.6g} deg the axis of member "
-            f"{mesh.members[mesh.cell_member[element]]} would turn by 90 degrees or more from its straight line, where "
-            "its strains end. Lower loads or speed, or take stiffer members"
+    def _added(
+        self, matrices: Matrices, dofs: Index, linearised: tuple[Array, Array, Array], name: Callable[[int], str]
+    ) -> Matrices:
+        """Add forces on the links' coordinates `dofs`; `name` says where one is that has no value.
+
+        Raises
+        ------
+        SolverError
+            Where an axis turns so far that there are no forces.
+        """
+        constant, *tangents = linearised
+        if not np.isfinite(constant).all():
+            k, place, _ = np.argwhere(~np.isfinite(constant))[0]
+            raise SolverError(
+                f"at drive angle {np.degrees(self.system.motion.theta[k]):.6g} deg the {name(place)} would turn by 90 "
+                "degrees or more from its straight line, where strains end. Lower loads or speed, or take stiffer "
+                "members"
+            )
+        damping, stiffness = self._tangents(dofs, *tangents)
+        if damping is not None:
+            matrices = replace(matrices, damping=matrices.damping + damping.on(matrices.damping.pattern))
+        return replace(
+            matrices,
+            stiffness=matrices.stiffness + stiffness.on(matrices.stiffness.pattern),
+            load=matrices.load - self._to_coordinates(constant, dofs),
         )
 
     def straight(self, tension: Array) -> Matrices:
@@ -219,18 +247,17 @@ class Equation:
 
     @cached_property
     def _of_law(self) -> Congruence:
-        """From the tangents of the nonlinear law to matrices over q."""
-        transformation, law = self.system.transformation, self.system.terms.law
-        assert law is not None
-        return Congruence.of(*transformation.shape, transformation.rows, transformation.columns, [_places_of(law)])
+        """From the tangents of what is nonlinear to matrices over q."""
+        transformation = self.system.transformation
+        return Congruence.of(*transformation.shape, transformation.rows, transformation.columns, self._nonlinear_places)
 
-    def _tangents(self, law: Law, by_v: Array, by_rate: Array) -> tuple[Stack | None, Stack]:
-        """Damping and stiffness of the nonlinear law from its tangents in link axes; no damping where it has none."""
-        products, (p, first, _) = self._of_law, self.jets
-        k = products.values_of(*_places_of(law), by_v.reshape(len(p), -1))
+    def _tangents(self, dofs: Index, by_v: Array, by_rate: Array) -> tuple[Stack | None, Stack]:
+        """Damping and stiffness from tangents over the links' coordinates `dofs`; no damping where there is none."""
+        products, (p, first, _), places = self._of_law, self.jets, _places_of(dofs)
+        k = products.values_of(*places, by_v.reshape(len(p), -1))
         if not by_rate.any():
             return None, products.products(p, (k, p))
-        d = products.values_of(*_places_of(law), by_rate.reshape(len(p), -1))
+        d = products.values_of(*places, by_rate.reshape(len(p), -1))
         moved = () if first is None else ((d, first),)
         return products.products(p, (d, p)), products.products(p, (k, p), *moved)
 
@@ -264,7 +291,9 @@ class Equation:
         law, linear = self.system.terms.law, replace(self.linear, modal=None)
         found = linear.left(q, rate, second) - linear.load
         if law is not None:
-            found += self._to_coordinates(law.force(*self.in_links(q, rate)), law.dofs)
+            state, forces = self.in_links(q, rate), self.system.rotation_forces
+            for part in (law,) if forces is None else (law, forces):
+                found += self._to_coordinates(part.force(*state), part.dofs)
         return found if self.modal is None else found + self.modal.of(q, rate)
 
     @cached_property
@@ -301,9 +330,9 @@ class Equation:
         return found
 
 
-def _places_of(law: Law) -> tuple[Index, Index]:
-    """Rows and columns of the blocks of a law's elements, over the links' coordinates."""
-    rows, columns = np.broadcast_arrays(law.dofs[:, :, None], law.dofs[:, None, :])
+def _places_of(dofs: Index) -> tuple[Index, Index]:
+    """Rows and columns of blocks over the links' coordinates `dofs`, ``(blocks, n)``."""
+    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
     return rows.ravel(), columns.ravel()
 
 

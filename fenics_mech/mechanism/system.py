@@ -16,6 +16,7 @@ from fenics_mech._petsc import to_petsc, to_scipy
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import NOTHING, Entries, Loads, Terms
+from fenics_mech.effects.rotation_forces import RotationForces
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
@@ -264,6 +265,14 @@ class System:
         """Stiffness that effects add to that of the links."""
         convective = self.terms.matrices.convective if self.terms.coupled else ()
         return (*self.symmetric_stiffness, *self.terms.matrices.follower, *convective)
+
+    @cached_property
+    def rotation_forces(self) -> RotationForces | None:
+        """What acts on rotations beyond its linear parts, by the links' coordinates; None where slopes are small."""
+        if self.terms.law is None or not self.terms.rotation_forces:
+            return None
+        forces, reduction = RotationForces.joined(self.terms.rotation_forces), self.beams.reduction
+        return forces if reduction is None else forces.by(*reduction.moving(forces.dofs))
 
     @cached_property
     def symmetric_stiffness(self) -> tuple[Entries, ...]:

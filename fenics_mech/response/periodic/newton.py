@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def solve_nonlinear(
         try:
             found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
             if accept is not None:
-                accept(equation.linearised(found.displacement, found.velocity, new_tension))
+                accept(equation.linearised(found.displacement, found.velocity, new_tension, factor))
             orbit, tension, done = found, new_tension, factor
         except (SolverError, FloatingPointError):  # iterates that run away may overflow
             rise /= 2
@@ -108,9 +108,8 @@ def _at_load(
     tension: Array,
 ) -> tuple[Orbit, Array]:
     """Iterate at a share of the load until nothing changes."""
-    lowered = (factor - 1) * equation.linear.load
     weight = np.sqrt(np.abs(equation.linear.stiffness.diagonal))  # makes energies of forces and moments
-    zero = np.zeros_like(lowered)
+    zero = np.zeros_like(equation.linear.load)
     old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
     changes: list[float] = []
     while not settled(changes):
@@ -118,9 +117,8 @@ def _at_load(
             raise _failure(equation, orbit, factor, weight, len(changes))
         if not changes or changes[-1] > NEWTON.far:
             tension = guess(tension)
-        tangents = equation.linearised(*old, tension)
         try:
-            orbit = solve(replace(tangents, load=tangents.load + lowered))
+            orbit = solve(equation.linearised(*old, tension, factor))
         except np.linalg.LinAlgError as error:
             raise SolverError(
                 f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling load"
