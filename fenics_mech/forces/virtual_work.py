@@ -14,12 +14,13 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, active, dampers
+from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, Terms, active, dampers
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.loads import terms as load_terms
 from fenics_mech.effects.loads import turned_back
 from fenics_mech.effects.offsets import terms as offset_terms
 from fenics_mech.effects.springs import shortening_power, spring_power
+from fenics_mech.effects.terms import quarter_back
 from fenics_mech.forces.air import air_loads
 from fenics_mech.forces.elastic_response import ElasticResponse, RotationOfFrames
 from fenics_mech.forces.joint_forces import nodal_forces
@@ -266,14 +267,24 @@ class Forces:
     def _of_loads(self, rates: Rates, v: Array) -> Array:
         """Power of loads on the mechanism bent by v."""
         terms = load_terms(self._situation)
-        turning = sum((entries.times(v) for entries in terms.matrices.follower), self.still)
-        of_turning = np.sum(turning * (rates.rigid + rates.deformation), axis=1)
-        power = self._of_applied(terms.loads, turned_back(self._situation), rates, v) - of_turning
+        power = self._of_applied(terms.loads, turned_back(self._situation), rates, v) + self._of_turned(terms, rates, v)
         for effect in active(self.scene):
             if effect.work == "as load" and effect.terms is not None:
                 loads = effect.terms(self._situation).loads
                 power += self._of_applied(loads, loads.turned(), rates, v)
         return power
+
+    def _of_turned(self, terms: Terms, rates: Rates, v: Array) -> Array:
+        """Power of what is added to loads as the axes that they act on turn by v."""
+        added = sum((-entries.times(v) for entries in terms.matrices.follower), self.still)
+        moved = rates.rigid + rates.deformation
+        if self.system.terms.law is None:
+            return np.asarray(np.sum(added * moved, axis=1))
+        for forces in terms.rotation_forces:
+            added = added - forces.on_nodes(v, self.still)
+        moved[:, 2::3] = rates.deformation[:, 2::3]  # on the rotation of links moments do the same work as ever
+        swung = quarter_back(added, (len(v), -1, 3)) * rates.turning * v
+        return np.asarray(np.sum(added * moved + swung, axis=1))
 
     def _of_mass_beside_axes(self, rates: Rates, v: Array) -> Array:
         """Power of the centrifugal force of mass that is beside its member's axis; see `effects.offsets`."""

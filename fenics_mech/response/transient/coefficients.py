@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.rotation_forces import RotationForces
 from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
@@ -93,6 +94,7 @@ class Coefficients:
     corners: Callable[[int], Array] = lambda cycle: np.zeros(0)
     error: float = 0.0
     law: Law | None = None
+    rotation_forces: RotationForces | None = None
     between: tuple[float, float] = (-np.inf, np.inf)  # the stretch of time without jumps that is looked at
     _tables: dict[int, _Table] = field(default_factory=dict)
     _latest: tuple[float, list[Array]] = field(default=(np.nan, []))
@@ -108,6 +110,7 @@ class Coefficients:
         count = max(TABLE.references, TABLE.nodes * min(self.windows, TABLE.most_windows) + 1)
         equation = self.equation_at(np.linspace(self.start, last, count))
         linear, self.law, self.coupled = equation.linear, equation.system.terms.law, equation.coupled
+        self.rotation_forces = equation.system.rotation_forces
         self.growth = linear.growth
         diagonal = np.abs(linear.whole_stiffness.diagonal.mean(axis=0))
         self.weight = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
@@ -118,10 +121,18 @@ class Coefficients:
         self._ends = np.cumsum([int(np.prod(shape)) for shape in self._shapes])
 
     def at(self, time: float) -> list[Array]:
-        """Scaled M, C, K and load, with a nonlinear law P and P', and with modal damping F, H and N, at a time (s)."""
+        """Give what `_parts` has, at a time (s)."""
         if self._latest[0] != time:  # residual and tangents are asked for one after the other
             self._latest = time, self._interpolated(time)
-        return self._latest[1]
+        return self._latest[1] if self.rotation_forces is None else self._latest[1][:-2]
+
+    def on_rotations(self, time: float) -> RotationForces | None:
+        """Give what acts on rotations beyond its linear parts, at a time (s)."""
+        if self.rotation_forces is None:
+            return None
+        self.at(time)
+        (moment, turning), constant = self._latest[1][-2:], self.rotation_forces.given[0, 1:3]
+        return replace(self.rotation_forces, given=np.stack([moment, *constant, turning])[None])
 
     def look(self, start: float, end: float) -> None:
         """Look at a stretch of time (s): a jump at an end of it is not seen."""
@@ -240,4 +251,6 @@ class Coefficients:
         parts += [equation.full_jet(values) / weight for values in (equation.jets[0], equation.turned)]
         if isinstance(modal := equation.modal, NonlinearModalForces):
             parts += [modal.linear.outward / weight, modal.linear.by_place / weight, modal.axial]
+        if (forces := equation.system.rotation_forces) is not None:
+            parts += [forces.given[:, 0], forces.given[:, 3]]  # the others do not change
         return parts

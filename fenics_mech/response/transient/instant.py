@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.response.transient.coefficients import Coefficients
 
 
@@ -31,7 +31,10 @@ class Instant:
             bending, tension = self._modal_rates(shape, gradient, z, rate)
             residual += modal[0].T @ bending
             ends = ends + tension[:, None] * gradient
-        return residual + np.bincount(law.dofs.ravel(), weights=ends.ravel(), minlength=len(p)) @ p
+        residual += _summed(law.dofs, ends, len(p)) @ p
+        if (forces := self.coefficients.on_rotations(time)) is not None:
+            residual += _summed(forces.dofs, forces.force(v, v_rate), len(p)) @ p
+        return residual
 
     def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
         """M, and the tangents by z' and z."""
@@ -52,10 +55,14 @@ class Instant:
             whole = outward + steeper
             damping = damping + whole.T @ whole - outward.T @ outward
             stiffness = stiffness + whole.T @ (by_place + turning) - outward.T @ by_place
-        back = here.reshape(-1, len(z)).T
-        damping = damping + back @ (by_rate[0] @ here).reshape(-1, len(z))
-        moved = by_rate[0] @ turned if self.coefficients.coupled else 0.0
-        stiffness = stiffness + back @ (by_v[0] @ here + moved).reshape(-1, len(z))
+        blocks = [(here, turned, by_v, by_rate)]
+        if (forces := self.coefficients.on_rotations(time)) is not None:
+            blocks.append((p[forces.dofs], first[forces.dofs], *forces.linearised(v, v_rate)[1:]))
+        for here, turned, by_v, by_rate in blocks:
+            back = here.reshape(-1, len(z)).T
+            damping = damping + back @ (by_rate[0] @ here).reshape(-1, len(z))
+            moved = by_rate[0] @ turned if self.coefficients.coupled else 0.0
+            stiffness = stiffness + back @ (by_v[0] @ here + moved).reshape(-1, len(z))
         return mass, damping, stiffness
 
     def _modal_rates(self, shape: list[Array], gradient: Array, z: Array, rate: Array) -> tuple[Array, Array]:
@@ -81,6 +88,11 @@ class Instant:
         """Give z'' at a state."""
         residual = self.residual(time, z, rate, np.zeros_like(z))
         return np.linalg.solve(self.coefficients.at(time)[0], -residual)
+
+
+def _summed(dofs: Index, forces: Array, size: int) -> Array:
+    """Sum forces ``(1, ...)`` of the shape of `dofs`."""
+    return np.asarray(np.bincount(dofs.ravel(), weights=forces.ravel(), minlength=size), dtype=float)
 
 
 def growth(mass: Array, stiffness: Array) -> float:
