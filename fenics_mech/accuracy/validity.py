@@ -12,8 +12,6 @@ from fenics_mech.errors import SolverError
 from fenics_mech.forces.section_forces import MemberState
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
-from fenics_mech.scene.applied_loads import Load
-from fenics_mech.scene.springs_dampers import Hinge
 
 
 @dataclass(frozen=True)
@@ -23,7 +21,7 @@ class ValidityLimits:
     euler_ratio: float = 0.05  # beyond it the axial force changes the bending by more than about as much
     bow: float = 0.02  # of the length; beyond it bending shortens a member noticeably
     rotation: float = 1.3  # rad; there 8 elements give a cantilever's tip to 1e-4, and at 90 degrees the strain ends
-    acting: float = 0.1  # rad, of an axis whose rotation something acts on: a moment there is 0.5 % off
+    acting: float = 0.1  # rad, of an axis that a motor or a travelling pin takes as straight
     farthest: float = (
         1.0  # rad, or of the length; a cantilever's end that turns by 1 rad in linear theory turns by 0.78
     )
@@ -77,25 +75,12 @@ def _refuse_turned(scene: Scene, system: System, members: MemberState) -> None:
 
 
 def _acting_on_rotations(scene: Scene) -> Iterator[tuple[str, list[str]]]:
-    """Name what acts on the rotation of axes, or turns with them, and the members that it may act on."""
+    """Name what acts on the rotation of axes as if they were straight, and the members that it may act on."""
     of_link = {link: [label for label, (of, _) in scene.members().items() if of == link] for link in scene.links}
-
-    def at_joint(name: str) -> list[str]:
-        links = (point.split(".")[0] for point in scene.joints[name].connect)
-        return [label for link in links for label in of_link.get(link, [])]
-
-    for name, load in scene.loads.items():
-        if isinstance(load, Load) and (load.moment or load.follows):
-            place, _, inside = load.at.partition("@")
-            link = place.split(".")[0]
-            yield f"load {name!r}", [place] if inside else of_link[link] if link in of_link else at_joint(place)
-    for kind, parts in (("spring", scene.springs), ("damper", scene.dampers)):
-        for name, part in parts.items():
-            if isinstance(part, Hinge):
-                yield f"{kind} {name!r}", at_joint(part.joint)
     for drive in scene.drives:
         if drive.motor is not None:
-            yield f"the motor of joint {drive.joint!r}", at_joint(drive.joint)
+            links = (point.split(".")[0] for point in scene.joints[drive.joint].connect)
+            yield f"the motor of joint {drive.joint!r}", [label for link in links for label in of_link.get(link, [])]
     for name, joint in scene.joints.items():
         if getattr(joint, "member", None) is not None:
             yield f"the pin of joint {name!r}", of_link[joint.connect[0].split(".")[0]]

@@ -9,7 +9,7 @@ from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.rotation_forces import RotationForces
+from fenics_mech.effects.rotation_forces import RotationForces, of_sines
 from fenics_mech.effects.terms import AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links, total
 from fenics_mech.scene.applied_loads import LineLoad, Load
 
@@ -52,16 +52,14 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     on_point, moment = in_link @ point.shift, factor * load.moment
     forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
     forces[:, point.dofs] = on_point + moment * [0.0, 0.0, 1.0]
-    loads, rotation = Loads(force=forces), point.dofs[2:]
+    loads, rotation, exact = Loads(force=forces), point.dofs[2:], of_sines(situation.scene)
     if not load.follows:
-        return Terms(loads=loads, rotation_forces=(RotationForces.of_couples(rotation, moment),) if load.moment else ())
+        couple = (RotationForces.of_couples(rotation, moment),) if load.moment and exact else ()
+        return Terms(loads=loads, rotation_forces=couple)
+    couple = (RotationForces.of_couples(rotation, moment + on_point[:, 2:]),) if exact else ()
+    turning = (RotationForces.turning(point.dofs, in_link),) if exact else ()
     stiffness = Entries(point.dofs[:2], np.repeat(rotation, 2), -in_link @ QUARTER.T)
-    couple = RotationForces.of_couples(rotation, moment + on_point[:, 2:])
-    return Terms(
-        loads=loads,
-        matrices=AddedMatrices(follower=(stiffness,)),
-        rotation_forces=(couple, RotationForces.turning(point.dofs, in_link)),
-    )
+    return Terms(loads=loads, matrices=AddedMatrices(follower=(stiffness,)), rotation_forces=couple + turning)
 
 
 def _inside(situation: Situation, load: Load, factor: Array) -> Terms:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.attachment import QUARTER, Attachment
-from fenics_mech.effects.rotation_forces import RotationForces, cosine, rotated
+from fenics_mech.effects.rotation_forces import RotationForces, cosine, of_sines, rotated
 from fenics_mech.effects.terms import Entries, summed
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
@@ -85,8 +85,7 @@ class Separation:
         signs = np.concatenate([-np.ones(len(first.dofs[2:])), np.ones(len(second.dofs[2:]))])
         reach = np.broadcast_to(signs, (len(angle), 1, len(signs)))
         dofs = np.concatenate([first.dofs[2:], second.dofs[2:]])
-        of_sines = "large-rotations" in scene.named_effects
-        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None], of_sines)
+        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None], of_sines(scene))
 
     @property
     def length(self) -> Array:
