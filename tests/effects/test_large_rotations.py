@@ -12,6 +12,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
+from tests.demos.machines import swinging_rod
 from tests.effects import strips
 
 LENGTH, WIDTH, HEIGHT, MODULUS = 1.0, 0.02, 0.002, 70e9
@@ -143,22 +144,34 @@ def test_axes_keep_their_length_between_nodes():
     assert chords == pytest.approx(1.0, abs=1e-4)  # 5e-2 if the shortening were spread evenly over an element
 
 
-@pytest.mark.parametrize("load", [{"force": (0, 0), "moment": 1.0}, {"force": (0, 2.0), "follows": True}])
-def test_what_acts_on_rotations_is_refused_where_axes_turn(load):
-    unit = strips.E * strips.INERTIA / strips.L
+def test_a_motor_of_a_bent_crank_is_refused():
+    scene = strips.beam({"O": {}}, effects=("coupling", "large-rotations"), damping={"material": 1e-3})
+    motor = {"stiffness": 5.0, "damping": 0.1, "inertia": 1e-3}
     small, large = (
-        cantilever(0.0).changed(
-            loads={
-                "turn": {"at": "beam.B", "force": (0, size * load["force"][1] * unit / strips.L)}
-                | {key: size * unit if key == "moment" else value for key, value in load.items() if key != "force"}
-            },
-            analysis__allow_large=False,
+        scene.changed(
+            ground__points={"O": (0, 0)},
+            drive={"joint": "O", "speed": 5.0, "motor": motor},
+            loads={"tip": {"at": "beam.B", "force": (0, force)}},
+            analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True},
         )
-        for size in (0.05, 0.5)
+        for force in (0.3, 1.5)
     )
     analyse(small)
-    with pytest.raises(SolverError, match=r"load 'turn' acts on member 'beam', whose axis turns by up to 0\.\d+ rad"):
+    with pytest.raises(
+        SolverError, match=r"motor of joint 'O' acts on member 'beam', whose axis turns by up to 0\.1\d+ rad"
+    ):
         analyse(large)
+
+
+def test_a_pin_that_travels_along_a_bent_axis_is_refused():
+    scene = swinging_rod().changed(
+        effects=("coupling", "large-rotations"),
+        damping={"material": 1e-3},
+        loads={"end": {"at": "rod.B", "force": (0, 70.0)}},
+        analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True},
+    )
+    with pytest.raises(SolverError, match=r"pin of joint 'C' acts on member 'rod', whose axis turns by up to 0\.1"):
+        analyse(scene)
 
 
 def test_an_axis_that_turns_beyond_the_theory_is_refused():
