@@ -84,7 +84,8 @@ if __name__ == "__main__":
     comment = [
         "The four-bar of tests/effects/turned_machine.py as geometrically exact beams: distances of the mid-spans from",
         "their chords along the normal (m), and bending strain of the follower's + fibre.",
-        f"Exudyn {exudyn_cycle.import_exudyn().__version__}, 32 ANCFCable2D elements a link, {CYCLES} cycles of 4800 steps.",
+        f"Exudyn {exudyn_cycle.import_exudyn().__version__}, 32 ANCFCable2D elements a link, "
+        f"{CYCLES} cycles of 4800 steps.",
         f"16 elements and 2400 steps from these, over the largest: {', '.join(f'{part:.1e}' for part in apart[1:])}",
     ]
     rows = [",".join(f"{value:.8g}" for value in row) for row in fine]

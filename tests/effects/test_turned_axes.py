@@ -118,6 +118,14 @@ def test_a_beam_on_a_torsional_spring_under_a_dead_force(turn):
     assert data["spring_force"].item() == pytest.approx(moment * EI / strips.L, rel=near)
 
 
+@pytest.mark.parametrize("load", [{"moment": 0.8}, {"force": 1.5, "follows": True}])
+def test_torque_that_holds_a_driven_beam(load):
+    expected = load.get("moment") or from_tip(load["force"])[1]
+    still = held(load, {}, 16, ground__points={"O": (0, 0)}, drive={"joint": "O", "speed": 1.0})
+    torque = analyse(still.changed(analysis__method="static")).data["input_torque"].item()
+    assert torque == pytest.approx(-expected * EI / strips.L, rel=1e-5)
+
+
 @pytest.mark.parametrize("load", [{"moment": 1e-3}, {"force": 2e-3, "follows": True}])
 def test_small_rotations_are_those_of_linear_theory(load):
     exact, linear = (tip(analyse(scene).data) for scene in (on_weld(load), on_weld(load).changed(effects=())))
