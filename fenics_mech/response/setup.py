@@ -26,6 +26,7 @@ from fenics_mech.mechanism.rigid import LIMITS as RIGID_MODE_LIMITS
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
+from fenics_mech.scene.springs_dampers import Hinge
 
 MOST_KEPT = 2  # links, and linkages, that analyses have in common: those of a survey and those of its run
 
@@ -157,7 +158,8 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     at_rest = scene.analysis.method == "static"
     response = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
     turned = np.abs(system.to_links(response.displacement)[:, 2::3])
-    exact = system.terms.law is not None  # then elastic links may turn
+    hinges = all(isinstance(spring, Hinge) for spring in scene.springs.values())
+    exact = system.terms.law is not None and hinges  # then elastic links may turn
     looked_at = [i for i, link in enumerate(scene.links.values()) if link.rigid is not None or not exact]
     whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in looked_at])
     if whole.max(initial=0.0) > RIGID_MODE_LIMITS.turn:
