@@ -85,11 +85,11 @@ class Duffing:
         angle = self.rate * time[:, None]
         return self.amplitude * np.cos(angle), -self.rate * self.amplitude * np.sin(angle)
 
-    def linearised(self, q, rate, tension):
-        """The tangent at q."""
+    def linearised(self, q, rate, tension, share=1.0):
+        """The tangent at q, under a share of the load."""
         stiffness = self.linear.stiffness.full + 3 * self.cubic * q[..., None] ** 2
         return Matrices.of_full(
-            self.linear.mass.full, self.linear.damping.full, stiffness, self.linear.load + 2 * self.cubic * q**3
+            self.linear.mass.full, self.linear.damping.full, stiffness, share * self.linear.load + 2 * self.cubic * q**3
         )
 
     def predicted_tension(self, q, rate, new_q, new_rate):

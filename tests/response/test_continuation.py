@@ -27,11 +27,11 @@ class Forced:
         self.linear = Matrices.of_full(ones, DAMPING * ones, ones, force * np.cos(ANGLES)[:, None])
         self.system = SimpleNamespace(terms=SimpleNamespace(law=self), motion=SimpleNamespace(theta=ANGLES, omega=1))
 
-    def linearised(self, q, rate, tension):
-        """The tangent at q."""
+    def linearised(self, q, rate, tension, share=1.0):
+        """The tangent at q, under a share of the load."""
         stiffness = self.linear.stiffness.full + 3 * CUBIC * q[..., None] ** 2
         return Matrices.of_full(
-            self.linear.mass.full, self.linear.damping.full, stiffness, self.linear.load + 2 * CUBIC * q**3
+            self.linear.mass.full, self.linear.damping.full, stiffness, share * self.linear.load + 2 * CUBIC * q**3
         )
 
     def predicted_tension(self, q, rate, new_q, new_rate):
