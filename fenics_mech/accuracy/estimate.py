@@ -22,7 +22,7 @@ from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
-from fenics_mech.accuracy.theory_errors import LADDER, theory_errors
+from fenics_mech.accuracy.theory_errors import judged, theory_errors
 from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
@@ -205,7 +205,7 @@ def estimate(
         remarks.append("what the theory leaves out")
     elif theory:
         add("theory", {name: np.minimum(error, measure[name]) for name, error in theory.items()}, 1.0, 0.0)
-    if (left := left_out(choices, theory is not None)) is not None:
+    if (left := left_out(choices, set() if theory is None else judged(scene))) is not None:
         add("effects", largest, left, 0.0)
     of_sources = [without.remark for without in corrected.values() if without.remark]
     return Errors(found, order, measure, (*of_sources, *not_estimated(solution), *remarks))
@@ -249,14 +249,14 @@ def _by_slider_kinks(solution: Solution, system: System) -> dict[str, Array] | N
     return {name: np.sum([part[name] for part in parts], axis=0).max(axis=0, initial=0.0) for name in parts[0]}
 
 
-def left_out(choices: Sequence[Choice], judged: bool = False) -> float | None:
+def left_out(choices: Sequence[Choice], known: set[str]) -> float | None:
     """Sum of the sizes of effects that are off, relative to the strains; None where they were not estimated.
 
-    Where the theory's own error is judged by the answer, its effects are not among them.
+    Those that are known by the theory's own error are not among them.
     """
     if all(choice.size is None for choice in choices):
         return None
-    inside = {choice.effect.replaces for choice in choices if choice.acts} | set(LADDER if judged else ())
+    inside = {choice.effect.replaces for choice in choices if choice.acts} | known
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
 
 

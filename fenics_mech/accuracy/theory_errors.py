@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.quantities import Quantities, stations_of
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES, TINY, Quantities, stations_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -23,7 +23,7 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.mechanism.matrices import Matrices, not_positive
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
@@ -45,7 +45,8 @@ class TheoryLimits:
     positions: int = 8  # for the fastest of the other harmonics: with fewer the series has wrong axial forces
     steps: int = 4  # for the same; each has three Radau points
     fewest: int = 48  # steps
-    most_iterations: int = 3
+    most_iterations: int = 4
+    accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
     converged: float = 0.01  # change of the motion by an iteration, from which on there is none more
 
 
@@ -64,8 +65,9 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     Returns
     -------
     mapping or None
-        By quantity, as `Quantities.largest`; empty where the scene has these effects. None where there is no estimate;
-        see `judged_by_answer`. There is none either where the exact equation has no answer near the motion.
+        By quantity, as `Quantities.largest`; empty where the scene has these effects. Infinite where the exact equation
+        has no stable answer near the response. None where there is no estimate, see `judged_by_answer`: nor is there
+        one where nothing holds the mechanism, or its positions are too few.
     """
     scene = solution.scene
     exact = exact_theory(scene)
@@ -77,26 +79,35 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     try:
         with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces
             change = about(solution, exact).largest
-    except SolverError:
+    except UnresolvedError:
         return None
-    return change if all(np.isfinite(part).all() for part in change.values()) else None
+    except SolverError:
+        return dict.fromkeys(ERROR_VARIABLES, np.array(np.inf))
+    return {name: np.nan_to_num(part, nan=np.inf, posinf=np.inf) for name, part in change.items()}
 
 
 def judged_by_answer(scene: Scene) -> bool:
     """Whether the response of a scene can tell what its theory leaves out.
 
-    Motions in time do not, nor do motions with a motor or impulses, nor members that cannot stretch.
+    Motions in time do not, nor do motions with a motor or impulses. Reduced members do not have the coordinates of
+    exact strains, nor do members that cannot stretch.
     """
-    excluded = scene.impulses or any(drive.motor for drive in scene.drives) or scene.analysis.method == "transient"
+    in_time, reduced = scene.analysis.method == "transient", scene.analysis.reduction != "none"
+    excluded = in_time or reduced or scene.impulses or any(drive.motor for drive in scene.drives)
     return not (excluded or any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene)))
+
+
+def judged(scene: Scene) -> set[str]:
+    """Give the effects that the estimate judges: the coupling only where the elastic motion has inertia."""
+    return set(LADDER if scene.analysis.method in ("periodic", "transient") else (TENSION, EXACT_STRAINS))
 
 
 def exact_theory(scene: Scene) -> Scene:
     """Give the scene with exact strains, and where it moves with the coupling; itself if it has them."""
-    needed = (COUPLING, EXACT_STRAINS) if scene.analysis.method in ("periodic", "transient") else (EXACT_STRAINS,)
-    if set(needed) <= set(scene.named_effects):
+    needed = judged(scene) - {TENSION}
+    if needed <= set(scene.named_effects):
         return scene
-    return scene.changed(effects=(*_kept(scene), *needed))
+    return scene.changed(effects=(*_kept(scene), *sorted(needed)))
 
 
 def _kept(scene: Scene) -> list[str]:
@@ -112,6 +123,8 @@ def _about_positions(solution: Solution, exact: Scene) -> Quantities:
     still = np.zeros_like(q)
 
     def answer(tangents: Matrices, load: Array) -> Array:
+        if len(not_positive(tangents.stiffness)):
+            raise SolverError("the exact equilibrium is not stable")
         return np.stack([tangents.stiffness.solve(load), still, still])
 
     change = _answered(rung, top, np.stack([q, still, still]), tension, answer)[0]
@@ -128,9 +141,8 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     if cycle.settling:
         inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
     exact = exact.changed(analysis=analysis)
-    top, top_starts = (
-        Equation(moved(exact, rung.system, rung.system.motion), rung.modal_damping) for rung in (inside, starts)
-    )
+    exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion))
+    top, top_starts = exactly.at_points(analysis.scheme, analysis.stages), exactly.start
     tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
     at_starts = [np.stack([q, rate])]
 
@@ -152,16 +164,24 @@ def _answered(
 ) -> Array:
     """Give the change of a state by the forces of the equation `top` that its own equation `rung` lacks.
 
-    Two steps of Newton's method, or three: axial forces are right to the first order of a change only, and large.
+    These are two steps of Newton's method or more: axial forces are right to the first order of a change only.
+
+    Raises
+    ------
+    SolverError
+        Where they do not converge.
     """
-    known, found = rung.residual(*state), state
+    known, found, left = rung.residual(*state), state, np.inf
     for done in range(LIMITS.most_iterations):
         tangents = top.linearised(found[0], found[1], tension)
         change = answer(tangents, known - top.residual(*found))
         tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])
         found = found + change
-        if done and np.linalg.norm(change[0]) < LIMITS.converged * np.linalg.norm(found[0]):
+        left = float(np.linalg.norm(change[0])) / max(float(np.linalg.norm(found[0])), TINY)
+        if done and left < LIMITS.converged:
             break
+    if not left < LIMITS.accepted:
+        raise SolverError(f"the exact motion is not near: the last iteration changes it by {left:.1g}")
     return found - state
 
 

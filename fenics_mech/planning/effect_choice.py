@@ -25,6 +25,7 @@ from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
 CERTAIN = 1.0  # size from which a survey alone shows that strains are not linear; it may be 50 times too large
+DEFLECTION = 0.05  # of the deflections, that linear strains may leave out: they leave out all shortening
 SHARE = 0.2  # of a tolerance, that each source of errors is sent below
 POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
 MOST_AT_CORNERS = 2400  # positions of it where a tolerance chooses those of the run
@@ -69,13 +70,17 @@ def _of(choices: Sequence[Choice], scene: Scene) -> Rung:
 def suffices(scene: Scene, result: Result, choices: Sequence[Choice]) -> bool:
     """Whether what the theory of a result leaves out is little enough for a scene that chooses it.
 
-    That is half of what the scene may neglect, or of each quantity's tolerance the share that any source may have.
+    That is half of what the scene may neglect of the strains and `DEFLECTION` of the deflections, or of each quantity's
+    tolerance the share that any source may have.
     Where the result does not tell it, the survey decides.
     """
     data = result.data
     if "theory" not in data["source"]:
         return not any(c.effect.name == EXACT_STRAINS and (c.size or 0.0) > scene.neglected / 2 for c in choices)
-    limits = {what: SHARE * most for what, most in scene.tolerances.items()} or {"strain": scene.neglected / 2}
+    limits = {what: SHARE * most for what, most in scene.tolerances.items()} or {
+        "strain": scene.neglected / 2,
+        "deflection": DEFLECTION,
+    }
     shares = {what: data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source="theory") for what in limits}
     return all(float(shares[what]) <= limit for what, limit in limits.items())
 
@@ -149,6 +154,7 @@ def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
         if effect.replaces in large and effect.name in large:
             large.discard(effect.replaces)
     large -= {name for name in large if EFFECTS[name].stated_by and not EFFECTS[name].stated(scene)}
+    large |= {need for name in large for need in EFFECTS[name].needs if EFFECTS[need].stated(scene)}
     large -= {name for name in large if not large.issuperset(EFFECTS[name].needs)}
     missing = {name: what for name in large if (what := EFFECTS[name].missing_data(scene))}
     large -= missing.keys()

@@ -19,6 +19,7 @@ from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.errors import percent
 from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.planning.effect_choice import DEFLECTION
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
@@ -122,10 +123,13 @@ def _validity(result: Result) -> Text:
         text = f"OUTSIDE THE THEORY OF LARGE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
         return Text(text, style="bold red")
     if "theory" in result.data["source"]:
-        share = float(result.data["relative_error"].sel(source="theory"))
-        if share <= DEFAULT_NEGLECTED:
-            return Text(f"Inside the linear theory, which leaves out {percent(share)} of the strain: {worst}; {bent}.")
-        text = f"OUTSIDE THE LINEAR THEORY, strains are {percent(share)} wrong by estimate: {worst}; {bent}. {ADVICE}"
+        of_strain, of_deflection = (
+            float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
+        )
+        share = f"{percent(of_strain)} of the strain and {percent(of_deflection)} of the deflection"
+        if of_strain <= DEFAULT_NEGLECTED and of_deflection <= DEFLECTION:
+            return Text(f"Inside the linear theory, which leaves out {share}: {worst}; {bent}.")
+        text = f"OUTSIDE THE LINEAR THEORY, which leaves out {share} by estimate: {worst}; {bent}. {ADVICE}"
         return Text(text, style="bold red")
     carried = any(effect.stress_stiffening for effect in acting)
     if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:
