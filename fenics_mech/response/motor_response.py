@@ -45,11 +45,10 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
     cycle = MotorCycle(scene, system)
     steps = cycle.steps
     theta = steps.angles(cycle.tableau.points, scene.cycle_rate)
-    damping = cycle.damping_at(theta)
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOST_ITERATIONS):
         try:
-            equation = _equation(scene, system, theta, twist, damping)
+            equation = _equation(cycle, theta, twist)
         except AssemblyError as error:  # so far ahead of the drive that the links' positions are not found
             raise _not_found(scene, theta, twist[0], "no position of the linkage is found there") from error
         tension = rough_tension(scene, equation.system)
@@ -61,7 +60,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
             break
     else:
         raise _not_found(scene, theta, twist[0], f"{MOST_ITERATIONS} iterations still change it by {change:.1e}")
-    return _at_starts(cycle, modes, orbit, (theta, damping))
+    return _at_starts(cycle, modes, orbit, theta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,22 +79,15 @@ class MotorCycle(Cycle):
         """The multipliers are those of the linearised equation, whatever a coordinate's mass."""
         return None
 
-    def damping_at(self, theta: Array) -> Array | None:
-        """Modal damping at drive angles where the crank is not ahead, ``(angles, coordinates, coordinates)``."""
-        there = _turned(self.scene, self.system, theta, np.zeros((3, len(theta))))
-        return modal_damping(self.scene.damping.ratio, there)
-
-    @cached_property
-    def damping(self) -> Array | None:
-        """Modal damping at the starts of the sub-intervals."""
-        return modal_damping(self.scene.damping.ratio, self.system)
+    def damped_equation(self, system: System) -> Equation:
+        """Give the equation of the mechanism at any angles, with the damping of its modes there."""
+        return Equation(system, modal_damping(self.scene.damping.ratio, system))
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""
         if not self._starts:
             q, rate = (part[self.steps.regular] for part in motion(np.zeros(1)))
-            theta = self.system.motion.theta
-            self._starts.append(_accelerated(self.scene, self.system, theta, q, rate, self.damping))
+            self._starts.append(_accelerated(self, self.system.motion.theta, q, rate))
         return self._starts[0]
 
     def _at_start(self, motion: States | None) -> Matrices:
@@ -107,7 +99,7 @@ class MotorCycle(Cycle):
         tableau = Tableau.of(scheme, stages)
         theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
         q, rate = motion(tableau.points)
-        equation, _ = _accelerated(self.scene, self.system, theta, q, rate, self.damping_at(theta))
+        equation, _ = _accelerated(self, theta, q, rate)
         return equation.about(q, rate)
 
 
@@ -124,15 +116,15 @@ def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> Unresolved
     )
 
 
-def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, inner: tuple[Array, Array | None]) -> MotorSolution:
+def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, theta: Array) -> MotorSolution:
     """Give the solution at the starts of the sub-intervals, and judge its stability.
 
-    `inner` are drive angles and modal damping at the collocation points.
+    `theta` are the drive angles of the collocation points.
     """
     scene, system, motion = cycle.scene, cycle.system, cycle.motion(orbit)
     q, rate = orbit.start[cycle.steps.regular], orbit.start_velocity[cycle.steps.regular]
     _, twist = cycle.start_about(motion)
-    crank = Equation(_turned(scene, system, system.motion.theta, twist), cycle.damping)
+    crank = cycle.damped_equation(_turned(scene, system, system.motion.theta, twist))
     with_twist = replace(modes, shapes=np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1))))
     stability = cycle.stability(with_twist, motion)
     return MotorSolution(
@@ -145,33 +137,31 @@ def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, inner: tuple[Array
         cycle=cycle,
         equation=crank,
         orbit=orbit,
-        points=_at_points(cycle, orbit, *inner),
+        points=_at_points(cycle, orbit, theta),
         twist=twist,
     )
 
 
-def _at_points(cycle: MotorCycle, orbit: Orbit, theta: Array, damping: Array | None) -> AtPoints:
+def _at_points(cycle: MotorCycle, orbit: Orbit, theta: Array) -> AtPoints:
     """Give the motion at the collocation points, with the crank's own motion there."""
     q, rate, acceleration = orbit.displacement, orbit.velocity, orbit.acceleration
     twist = np.stack([q[:, -1], rate[:, -1], acceleration[:, -1]])
-    equation = Equation(_turned(cycle.scene, cycle.system, theta, twist), damping)
+    equation = cycle.damped_equation(_turned(cycle.scene, cycle.system, theta, twist))
     return AtPoints(equation.system, elastic_response(equation, q[:, :-1], rate[:, :-1]), weights_of(cycle))
 
 
-def _accelerated(
-    scene: Scene, system: System, theta: Array, q: Array, rate: Array, damping: Array | None
-) -> tuple[MotorEquation, Array]:
+def _accelerated(cycle: MotorCycle, theta: Array, q: Array, rate: Array) -> tuple[MotorEquation, Array]:
     """Give the equation about a motion, and the twist of it with the acceleration that the equation demands."""
     twist = np.stack([q[:, -1], rate[:, -1], np.zeros(len(q))])
     for _ in range(2):  # the acceleration stands in the coefficients too
-        equation = _equation(scene, system, theta, twist, damping)
+        equation = _equation(cycle, theta, twist)
         twist = np.stack([*twist[:2], equation.acceleration(q, rate)[:, -1]])
     return equation, twist
 
 
-def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping: Array | None) -> MotorEquation:
+def _equation(cycle: MotorCycle, theta: Array, twist: Array) -> MotorEquation:
     """Linearise about a twist, ``(3, angles)``; tangents of the load are central differences."""
-    motor = scene.drives[0].motor
+    scene, system, motor = cycle.scene, cycle.system, cycle.scene.drives[0].motor
     assert motor is not None
     plain = scene.changed(effects=())  # effects that a scene names change no load
     at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-STEP, 0.0, STEP)}
@@ -184,9 +174,10 @@ def _equation(scene: Scene, system: System, theta: Array, twist: Array, damping:
     rate = abs(scene.cycle_rate)
     steps = np.diag([STEP, STEP * rate, STEP * rate**2])
     tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
+    here = cycle.damped_equation(_moved(scene, system, at[0.0], theta, twist))
     return MotorEquation(
-        system=_moved(scene, system, at[0.0], theta, twist),
-        modal_damping=damping,
+        system=here.system,
+        modal_damping=here.modal_damping,
         motor=motor,
         unit=units[0.0],
         twist=twist,

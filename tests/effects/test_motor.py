@@ -6,10 +6,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism
+from fenics_mech.analysis import mechanism, solve
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.motor_response import _equation
+from fenics_mech.response.modal_damping import modal_damping
+from fenics_mech.response.motor_response import MotorCycle, _equation
+from fenics_mech.response.setup import moved
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
@@ -115,7 +117,8 @@ def test_equation_is_lagranges():
         **{name: ACTING[name] for name in ("loads", "springs")},
     )
     system, theta, h = mechanism(scene), np.linspace(0, 6, 5), 1e-3
-    near = [_equation(scene, system, theta + i * h, np.zeros((3, 5)), None).linear for i in (-2, -1, 0, 1, 2)]
+    cycle = MotorCycle(scene.changed(damping__ratio=0.0), system)
+    near = [_equation(cycle, theta + i * h, np.zeros((3, 5))).linear for i in (-2, -1, 0, 1, 2)]
 
     def rate(values):
         return (values[0] - 8 * values[1] + 8 * values[3] - values[4]) / (12 * h) * scene.cycle_rate
@@ -147,6 +150,23 @@ def test_stiff_shaft_is_an_ideal_drive():
         errors.append(float(np.abs(strain - ideal).max() / np.abs(ideal).max()))
     assert errors[0] < 0.02
     assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)  # the twist goes with 1/stiffness
+
+
+def test_modes_are_damped_at_the_cranks_own_angle():
+    """At the drive's angle, from which the crank is 0.06 rad ahead, strains were 1.3 % off."""
+    soft = SHAFT | {"stiffness": 8.0}
+    scene = with_motor(soft, analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True})
+    system = mechanism(scene)
+    solution, _ = solve(scene, system)
+    ahead = solution.twist[0]
+    assert np.abs(ahead).max() > 0.03
+    there = solve_motion(scene, system.motion.theta + ahead, near=system.motion)
+    expected, found = modal_damping(0.02, moved(scene, system, there)), solution.equation.modal_damping
+    of_drive = modal_damping(0.02, system)
+    damping, right, wrong = (part.transpose(0, 2, 1) @ part for part in (found, expected, of_drive))
+    size = np.abs(right).max()
+    assert np.abs(damping - right).max() < 1e-8 * size
+    assert np.abs(wrong - right).max() > 1e-2 * size
 
 
 def test_mirrored_linkage_twists_the_other_way():
