@@ -6,7 +6,7 @@ They come from motions that the solver gives without that error.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -249,14 +249,14 @@ def _by_slider_kinks(solution: Solution, system: System) -> dict[str, Array] | N
     return {name: np.sum([part[name] for part in parts], axis=0).max(axis=0, initial=0.0) for name in parts[0]}
 
 
-def left_out(choices: Sequence[Choice], known: set[str]) -> float | None:
+def left_out(choices: Sequence[Choice], known: Collection[str] = ()) -> float | None:
     """Sum of the sizes of effects that are off, relative to the strains; None where they were not estimated.
 
     Those that are known by the theory's own error are not among them.
     """
     if all(choice.size is None for choice in choices):
         return None
-    inside = {choice.effect.replaces for choice in choices if choice.acts} | known
+    inside = {choice.effect.replaces for choice in choices if choice.acts} | set(known)
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
 
 
