@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
+from fenics_mech.effects.large_rotations import EFFECT
 from fenics_mech.scene import Scene
 
 COUNT, SINES = 3, slice(1, 3)  # of the dofs of a force, and which of them are sines of rotations
@@ -15,7 +16,7 @@ COUNT, SINES = 3, slice(1, 3)  # of the dofs of a force, and which of them are s
 
 def of_sines(scene: Scene) -> bool:
     """Whether slopes w' are the sines of rotations, and not small rotations themselves."""
-    return "large-rotations" in scene.named_effects
+    return EFFECT.name in scene.named_effects
 
 
 def rotated(slope: Array) -> Array:

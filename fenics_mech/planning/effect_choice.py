@@ -74,23 +74,23 @@ def suffices(scene: Scene, result: Result, choices: Sequence[Choice]) -> bool:
     tolerance the share that any source may have.
     Where the result does not tell it, the survey decides.
     """
-    data = result.data
-    if "theory" not in data["source"]:
+    if theory_share(result) is None:
         return not any(c.effect.name == EXACT_STRAINS and (c.size or 0.0) > scene.neglected / 2 for c in choices)
     limits = {what: SHARE * most for what, most in scene.tolerances.items()} or {
         "strain": scene.neglected / 2,
         "deflection": DEFLECTION,
     }
-    shares = {what: data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source="theory") for what in limits}
-    return all(float(shares[what]) <= limit for what, limit in limits.items())
+    errors = result.data.sel(source="theory")
+    return all(float(errors[f"{ERROR_VARIABLES[what][1]}relative_error"]) <= limit for what, limit in limits.items())
 
 
 def sized(choices: Sequence[Choice], share: float | None) -> tuple[Choice, ...]:
     """Give choices with the share of the strains that an answer with linear ones leaves out, where that is known."""
     if share is None:
         return tuple(choices)
-    estimated = {c.effect.name for c in choices if c.size is not None}
-    return tuple(replace(c, size=share) if c.effect.name in estimated & {EXACT_STRAINS} else c for c in choices)
+    return tuple(
+        replace(c, size=share) if c.effect.name == EXACT_STRAINS and c.size is not None else c for c in choices
+    )
 
 
 def theory_share(result: Result) -> float | None:
