@@ -2,12 +2,13 @@
 
 from fenics_mech._sparse.congruence import Congruence, Pairs
 from fenics_mech._sparse.few_modes import FewModes
-from fenics_mech._sparse.kernels import kernels, pointer
+from fenics_mech._sparse.kernels import LANES, kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
 from fenics_mech._sparse.stack import DENSE, Factors, SingularError, Stack
 
 __all__ = [
     "DENSE",
+    "LANES",
     "Congruence",
     "Factors",
     "FewModes",

@@ -54,7 +54,7 @@ class FewModes:
         """Make the inverse matrices with the factors of the steps; give the first singular step, or -1."""
         stages, size = len(inner), self.arrays[0].shape[2]
         numbers = stages * self.count
-        work = np.empty((stages + 2) * size * LANES + numbers * (numbers + LANES))
+        work = np.empty((stages + 2) * size * LANES + numbers * (numbers + 2 * LANES))
         parts = duration, inner, square, factors, work
         given = (pointer(self.module, part) for part in parts)
         return int(self.module.lib.factor_modal(layout, self.record, len(duration), *given))

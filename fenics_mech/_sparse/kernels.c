@@ -35,7 +35,7 @@ typedef struct {
 } modal;
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define FAST __attribute__((target_clones("avx2", "default")))
+#define FAST __attribute__((target_clones("avx2", "default"))) /* static functions only: others meet their namesakes */
 #else
 #define FAST
 #endif
@@ -138,41 +138,20 @@ long factor(const pattern *p, long steps, const double *mass, const double *damp
     return singular;
 }
 
-/* Solve with the factors of one step; x is (size, S), by the turns of the elimination. */
-#define SUBSTITUTE(name, number)                                                                                       \
-    static void name(const pattern *p, const double *b, number *x)                                                     \
-    {                                                                                                                  \
-        for (long i = 0; i < p->size; i++)                                                                             \
-            for (long z = p->first[i]; z < p->first[i + 1]; z++) {                                                     \
-                const double *l = b + LOWER(z);                                                                        \
-                number *o = x + (long)p->below[z] * S;                                                                 \
-                for (int r = 0; r < S; r++) {                                                                          \
-                    number sum = l[BLOCK(r, 0)] * x[i * S];                                                            \
-                    for (int m = 1; m < S; m++) sum += l[BLOCK(r, m)] * x[i * S + m];                                  \
-                    o[r] -= sum;                                                                                       \
-                }                                                                                                      \
-            }                                                                                                          \
-        for (long i = p->size - 1; i >= 0; i--) {                                                                      \
-            number y[S];                                                                                               \
-            for (int r = 0; r < S; r++) y[r] = x[i * S + r];                                                           \
-            for (long z = p->first[i]; z < p->first[i + 1]; z++) {                                                     \
-                const double *u = b + UPPER(z);                                                                        \
-                const number *o = x + (long)p->below[z] * S;                                                           \
-                for (int r = 0; r < S; r++) {                                                                          \
-                    number sum = u[BLOCK(r, 0)] * o[0];                                                                \
-                    for (int m = 1; m < S; m++) sum += u[BLOCK(r, m)] * o[m];                                          \
-                    y[r] -= sum;                                                                                       \
-                }                                                                                                      \
-            }                                                                                                          \
-            for (int r = 0; r < S; r++) {                                                                              \
-                number sum = b[i * S * S + BLOCK(r, 0)] * y[0];                                                        \
-                for (int m = 1; m < S; m++) sum += b[i * S * S + BLOCK(r, m)] * y[m];                                  \
-                x[i * S + r] = sum;                                                                                    \
-            }                                                                                                          \
-        }                                                                                                              \
-    }
-SUBSTITUTE(substitute, double)
-FAST SUBSTITUTE(substitute_many, lanes)
+#define NUMBER double
+#define NAME(name) name
+#define KIND static
+#define SIMD(loop) _Pragma(loop)
+#include "march.h"
+#undef NUMBER
+#undef NAME
+#undef KIND
+#undef SIMD
+#define NUMBER lanes
+#define NAME(name) name##_many
+#define KIND FAST static
+#define SIMD(loop)
+#include "march.h"
 
 /* Products of the matrices at all positions with vectors (positions, many, size). */
 void multiply(const pattern *p, long positions, long many, const double *values, const double *vectors, double *result)
@@ -206,107 +185,26 @@ void solve(const pattern *p, long positions, long many, const double *factors, d
     }
 }
 
-/* Product of two vectors. */
-FAST static double dot(long n, const double *a, const double *b)
-{
-    double sum = 0.0;
-#pragma omp simd reduction(+ : sum)
-    for (long i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
-}
-
-/* Add a multiple of a vector. */
-FAST static void add(long n, double factor, const double *a, double *sum)
-{
-#pragma omp simd
-    for (long i = 0; i < n; i++) sum[i] += factor * a[i];
-}
-
-/* The modes' rates y (count, S) at point j of a step, by q' and q. */
-static void rates_at(const pattern *p, const modal *d, long step, int j, const double *rate, const double *place, double *y)
-{
-    long n = p->size, at = (step * S + j) * d->count * n;
-    for (long a = 0; a < d->count; a++)
-        y[a * S + j] = dot(n, d->by_rate + at + a * n, rate) + dot(n, d->by_place + at + a * n, place);
-}
-
-/* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is (2 size,). */
-static void rates_of(const pattern *p, const modal *d, long step, double h, const double *inner, const double *square,
-                     const double *x, double *y, double *work)
-{
-    long n = p->size;
-    double *rate = work, *place = work + n;
-    for (int j = 0; j < S; j++) {
-        for (long i = 0; i < n; i++) {
-            const double *made = x + (long)p->turn[i] * S;
-            double first = 0.0, second = 0.0;
-            for (int l = 0; l < S; l++) {
-                first += inner[BLOCK(j, l)] * made[l];
-                second += square[BLOCK(j, l)] * made[l];
-            }
-            rate[i] = h * first;
-            place[i] = h * h * second;
-        }
-        rates_at(p, d, step, j, rate, place, y);
-    }
-}
-
-/* Take forces F^T y at point j of a step from x, (size, S) by turns; y is (count, S). work is (size,). */
-static void brake(const pattern *p, const modal *d, long step, int j, const double *y, double *x, double *work)
-{
-    long n = p->size;
-    memset(work, 0, sizeof(double) * n);
-    for (long a = 0; a < d->count; a++) add(n, y[a * S + j], d->outward + ((step * S + j) * d->count + a) * n, work);
-    for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j] -= work[i];
-}
-
-/* The modes' rates at point j of a step by accelerations x, (size, S) by turns: into columns of a, whose rows are so long.
-   work is (2 size,). */
-FAST static void rates_of_many(const pattern *p, const modal *d, long step, int j, double h, const double *inner,
-                               const double *square, const lanes *x, double *a, long row, lanes *work)
-{
-    long n = p->size, at = (step * S + j) * d->count * n;
-    lanes *rate = work, *place = work + n;
-    for (long i = 0; i < n; i++) {
-        const lanes *made = x + (long)p->turn[i] * S;
-        rate[i] = h * inner[BLOCK(j, 0)] * made[0];
-        place[i] = h * h * square[BLOCK(j, 0)] * made[0];
-        for (int l = 1; l < S; l++) {
-            rate[i] += h * inner[BLOCK(j, l)] * made[l];
-            place[i] += h * h * square[BLOCK(j, l)] * made[l];
-        }
-    }
-    for (long b = 0; b < d->count; b++) {
-        const double *g = d->by_rate + at + b * n, *by_place = d->by_place + at + b * n;
-        lanes first = g[0] * rate[0], second = by_place[0] * place[0];
-        for (long i = 1; i < n; i++) {
-            first += g[i] * rate[i];
-            second += by_place[i] * place[i];
-        }
-        *(lanes *)(a + (b * S + j) * row) = first + second;
-    }
-}
-
 /* Invert the equations of the modes' rates in every step, 1 + V B^-1 U with the factors of B. work is
-   ((S + 2) size LANES + S count (S count + LANES),). Returns the first step where they are singular, or -1. */
+   ((S + 2) size LANES + S count (S count + 2 LANES),). Returns the first step where they are singular, or -1. */
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work)
 {
     long n = p->size, m = d->count * S, singular = -1, row = m + LANES; /* the last columns may be no one's */
-    lanes *x = (lanes *)work, *more = x + n * S;
-    double *wide = work + (S + 2) * n * LANES;
+    lanes *x = (lanes *)work, *y = x + n * S, *more = y + m;
+    double *wide = (double *)(more + 2 * n);
     for (long k = 0; k < steps; k++) {
         double *a = d->inverse + k * m * m;
         for (long column = 0; column < m; column += LANES) {
-            memset(x, 0, sizeof(double) * n * S * LANES);
+            memset(x, 0, sizeof(lanes) * n * S);
             for (long c = 0; c < LANES && column + c < m; c++) { /* a unit rate of a mode at a point */
                 long j = (column + c) % S;
                 const double *force = d->outward + ((k * S + j) * d->count + (column + c) / S) * n;
                 for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j][c] = force[i];
             }
             substitute_many(p, factors + k * p->blocks * S * S, x);
-            for (int j = 0; j < S; j++)
-                rates_of_many(p, d, k, j, duration[k], inner, square, x, wide + column, row, more);
+            rates_of_many(p, d, k, duration[k], inner, square, x, y, more);
+            for (long i = 0; i < m; i++) *(lanes *)(wide + i * row + column) = y[i];
         }
         for (long i = 0; i < m; i++) {
             memcpy(a + i * m, wide + i * row, sizeof(double) * m);
@@ -317,65 +215,23 @@ long factor_modal(const pattern *p, const modal *d, long steps, const double *du
     return singular;
 }
 
-/* Take states (q, pace q') through the steps first to last - 1: from each row of starts to that of ends. Where ends is
-   starts one row later, each step starts from where the one before it ended, and from what is gained in it.
-
-   load and accelerations are (points, size), gain has a row a step; each may be none, and so may modes. work is
-   ((2 S + 4) size + 2 S modes,). */
+/* Take one state, or LANES beside each other, through steps; see march.h. */
 void march(const pattern *p, long first, long last, const double *damping, const double *stiffness, const double *load,
            const double *gain, const double *duration, const double *inner, const double *weights,
            const double *square, const double *points, const double *factors, const modal *modes, double pace,
            const double *starts, double *ends, double *accelerations, double *work)
 {
-    long n = p->size, m = modes ? modes->count * S : 0;
-    double *x = work, *place = work + n * S, *more_x = place + 2 * n, *free = more_x + n * S, *y = free + 2 * n, *z = y + m;
-    double of_place[S];
-    for (int j = 0; j < S; j++) { /* b^T A, the weights of accelerations in the displacement at the end */
-        of_place[j] = 0.0;
-        for (int i = 0; i < S; i++) of_place[j] += weights[i] * inner[BLOCK(i, j)];
-    }
-    memset(place, 0, sizeof(double) * 2 * p->size);
-    for (long k = first; k < last; k++) {
-        const double *from = starts + (k - first) * 2 * n, *more = gain ? gain + (k - first) * 2 * n : 0;
-        double *to = ends + (k - first) * 2 * n, h = duration[k], *rate = place + p->size;
-        for (long i = 0; i < n; i++) rate[i] = from[n + i] / pace;
-        for (int j = 0; j < S; j++) {
-            const double *c = damping + (k * S + j) * p->entries, *s = stiffness + (k * S + j) * p->entries;
-            double ahead = h * points[j];
-            for (long i = 0; i < n; i++) place[i] = from[i] + ahead * rate[i];
-            for (long i = 0; i < p->size; i++) {
-                double sum = load ? load[(k * S + j) * n + i] : 0.0;
-                for (long e = p->begin[i]; e < p->begin[i + 1]; e++)
-                    sum -= s[e] * place[p->columns[e]] + c[e] * rate[p->columns[e]];
-                x[(long)p->turn[i] * S + j] = sum;
-            }
-            if (m) {
-                rates_at(p, modes, k, j, rate, place, y);
-                brake(p, modes, k, j, y, x, free);
-            }
-        }
-        substitute(p, factors + k * p->blocks * S * S, x);
-        if (m) { /* the modes' rates by the accelerations */
-            rates_of(p, modes, k, h, inner, square, x, y, free);
-            for (long a = 0; a < m; a++) z[a] = -dot(m, modes->inverse + (k * m + a) * m, y);
-            memset(more_x, 0, sizeof(double) * n * S);
-            for (int j = 0; j < S; j++) brake(p, modes, k, j, z, more_x, free);
-            substitute(p, factors + k * p->blocks * S * S, more_x);
-            for (long i = 0; i < n * S; i++) x[i] -= more_x[i];
-        }
-        for (long i = 0; i < n; i++) {
-            const double *made = x + (long)p->turn[i] * S;
-            double moved = 0.0, gained = 0.0;
-            for (int j = 0; j < S; j++) {
-                moved += of_place[j] * made[j];
-                gained += weights[j] * made[j];
-                if (accelerations) accelerations[(k * S + j) * n + i] = made[j];
-            }
-            double q = from[i] + h * rate[i] + h * h * moved, v = from[n + i] + pace * h * gained;
-            to[i] = more ? q + more[i] : q;
-            to[n + i] = more ? v + more[n + i] : v;
-        }
-    }
+    marched(p, first, last, damping, stiffness, load, gain, duration, inner, weights, square, points, factors, modes, pace,
+            starts, ends, accelerations, work);
+}
+
+void march_many(const pattern *p, long first, long last, const double *damping, const double *stiffness,
+                const double *duration, const double *inner, const double *weights, const double *square,
+                const double *points, const double *factors, const modal *modes, double pace,
+                const double *starts, double *ends, double *work)
+{
+    marched_many(p, first, last, damping, stiffness, 0, 0, duration, inner, weights, square, points, factors, modes, pace,
+                 (const lanes *)starts, (lanes *)ends, 0, (lanes *)work);
 }
 
 /* Add to every target the products of two nonzeros, at every position. A stride of 0 belongs to numbers that are the same

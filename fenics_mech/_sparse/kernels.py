@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._compiling import compile_safely
 
-SOURCE = Path(__file__).with_name("kernels.c")
+SOURCE, MARCH = (Path(__file__).with_name(name) for name in ("kernels.c", "march.h"))
 LANES = 4  # right-hand sides that are solved for at once: a register of a processor
 DECLARED = """
 typedef struct {
@@ -38,6 +38,10 @@ void march(const pattern *p, long first, long last, const double *damping, const
            const double *gain, const double *duration, const double *inner, const double *weights,
            const double *square, const double *points, const double *factors, const modal *modes, double pace,
            const double *starts, double *ends, double *accelerations, double *work);
+void march_many(const pattern *p, long first, long last, const double *damping, const double *stiffness,
+                const double *duration, const double *inner, const double *weights, const double *square,
+                const double *points, const double *factors, const modal *modes, double pace,
+                const double *starts, double *ends, double *work);
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work);
 void tabulate(uintptr_t kernel, long positions, long cells, long given, long made, const double *values,
@@ -62,7 +66,8 @@ def kernels(stages: int) -> Any:
         When there is no C compiler.
     """
     text = f"#define S {stages}\n#define LANES {LANES}\n{SOURCE.read_text(encoding='utf-8')}"
-    name = f"fenics_mech_kernels_{hashlib.sha256((text + DECLARED + sys.version).encode()).hexdigest()[:16]}"
+    whole = text + MARCH.read_text(encoding="utf-8") + DECLARED + sys.version
+    name = f"fenics_mech_kernels_{hashlib.sha256(whole.encode()).hexdigest()[:16]}"
     return compile_safely(lambda folder: _loaded(folder, name, text))
 
 
@@ -72,7 +77,8 @@ def _loaded(folder: Path, name: str, text: str) -> Any:
     if not found:
         builder = FFI()
         builder.cdef(DECLARED)
-        builder.set_source(name, text, extra_compile_args=["-O3", "-fopenmp-simd"])
+        flags = ["-O3", "-fopenmp-simd"]
+        builder.set_source(name, text, include_dirs=[str(MARCH.parent)], extra_compile_args=flags)
         making = folder / f"{name}.making"
         made = Path(builder.compile(tmpdir=str(making), verbose=False))
         made.rename(folder / made.name)  # in one step: another process sees it whole or not at all

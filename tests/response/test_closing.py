@@ -77,3 +77,22 @@ def test_states_that_die_out_are_not_lost():
     states, power = flow.passed(np.array([1.0, 0.5], dtype=complex))
     assert np.isfinite(states).all()
     assert power[-1] + np.log(np.linalg.norm(states[-1])) == pytest.approx(-2000, rel=0.01)
+
+
+@pytest.mark.parametrize("states", [1, 4, 7])
+@pytest.mark.parametrize("modes", [0, 1])
+def test_states_beside_each_other_go_through_a_cycle_as_each_alone(states, modes):
+    """Several at once are another compiled loop; the sums of a product may be rounded in another order."""
+    tableau, count = Tableau.of("radau", 3), 24
+    plain = Manufactured().matrices(places(tableau.points, count))
+    padded = [np.pad(part, ((0, 0), (0, 4), (0, 4))) + np.diag([0, 0, 1, 1, 1, 1]) for part in plain.full]
+    chance = np.random.default_rng(2)
+    matrices = Matrices.of_full(*padded, np.zeros((count * 3, 6)))
+    if modes:
+        g, h = chance.standard_normal((2, count * 3, modes, 6))
+        matrices = Matrices(matrices.mass, matrices.damping, matrices.stiffness, matrices.load, ModalForces(g, g, h))
+    flow, starts = Flow(matrices, tableau, PERIOD / count), chance.standard_normal((12, states))
+    passed = np.stack([flow.march(state) for state in starts.T], axis=-1)
+    assert flow.after_cycle(starts) == pytest.approx(passed[-1], abs=1e-12 * np.abs(passed).max())
+    of_step = flow.transitions[5] @ passed[5]
+    assert of_step == pytest.approx(passed[6], abs=1e-12 * np.abs(passed).max())

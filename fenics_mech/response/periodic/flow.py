@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
-from fenics_mech._sparse import FewModes, Stack, kernels, pointer
+from fenics_mech._sparse import LANES, FewModes, Stack, kernels, pointer
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices, refuse_rigid_damping
 from fenics_mech.response.periodic.closing import Closing
@@ -173,8 +173,24 @@ class Flow:
     @property
     def transitions(self) -> Array:
         """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``: for few coordinates."""
-        count = len(self.duration)
-        return np.stack([self.carried(np.tile(state, (count, 1))) for state in np.eye(2 * self.size)], axis=-1)
+        count, size = len(self.duration), 2 * self.size
+        found, starts = np.empty((count, size, size)), np.empty((count, size, LANES))
+        ends = np.empty_like(starts)
+        for first in range(0, size, LANES):
+            starts[:] = np.eye(size, LANES, -first)
+            self._run_many(starts, ends)
+            found[..., first : first + LANES] = ends[..., : size - first]
+        return found
+
+    def after_cycle(self, starts: Array) -> Array:
+        """Carry states through the cycle, ``(2n, states)`` before and after."""
+        found, passed = np.empty_like(starts), np.zeros((len(self.duration) + 1, 2 * self.size, LANES))
+        for first in range(0, starts.shape[1], LANES):
+            some = starts[:, first : first + LANES]
+            passed[0, :, : some.shape[1]] = some
+            self._run_many(passed, passed[1:])
+            found[:, first : first + LANES] = passed[-1, :, : some.shape[1]]
+        return found
 
     def _stepped(self, starts: Array, load: Array | None = None, inside: bool = False) -> tuple[Array, Array]:
         """Take each step from a start of its own: the ends, and if wanted the accelerations at the points."""
@@ -209,6 +225,23 @@ class Flow:
             modes.record if modes else module.ffi.NULL,
             self.pace,
             *(pointer(module, part) for part in (starts, ends, made, work)),
+        )
+
+    def _run_many(self, starts: Array, ends: Array) -> None:
+        """Call the compiled march of several states, ``(steps, 2n, LANES)``."""
+        module, damping, stiffness, factors, modes = self._factorised
+        tableau, stages = self.tableau, len(self.tableau.points)
+        work = np.empty(((2 * stages + 4) * self.size + 2 * stages * (modes.count if modes else 0)) * LANES)
+        rule = tableau.inner, tableau.weights, tableau.square, tableau.points
+        parts = damping.values, stiffness.values, self.duration, *rule, factors
+        module.lib.march_many(
+            damping.pattern.layout.of(module),
+            0,
+            len(self.duration),
+            *(pointer(module, part) for part in parts),
+            modes.record if modes else module.ffi.NULL,
+            self.pace,
+            *(pointer(module, part) for part in (starts, ends, work)),
         )
 
     @cached_property

@@ -78,7 +78,7 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
 
     def carried(states: Array, steps: Flow) -> Array:
         """States ``(states, disturbances)`` after a cycle, all numbers alike."""
-        return np.stack([steps.march(state)[-1] for state in (states / unit[:, None]).T], axis=1) * unit[:, None]
+        return steps.after_cycle(states / unit[:, None]) * unit[:, None]
 
     matrix = products(len(unit), lambda state: carried(state[:, None], damped)[:, 0])
     krylov = {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": SEARCH.tolerance, "eps_max_it": SEARCH.restarts}

@@ -1,0 +1,164 @@
+/* The march of a state through the steps of a cycle, for one state or for several beside each other: NUMBER is a double,
+   or LANES of them, and NAME makes the functions' names. Included by kernels.c. */
+
+/* Product of numbers and a vector. */
+FAST static void NAME(dot)(long n, const double *a, const NUMBER *b, NUMBER *product)
+{
+    NUMBER sum = {0.0};
+    SIMD("omp simd reduction(+ : sum)")
+    for (long i = 0; i < n; i++) sum += a[i] * b[i];
+    *product = sum;
+}
+
+/* Add a multiple of numbers to a vector. */
+FAST static void NAME(add)(long n, const NUMBER *factor, const double *a, NUMBER *sum)
+{
+    NUMBER times = *factor;
+    SIMD("omp simd")
+    for (long i = 0; i < n; i++) sum[i] += times * a[i];
+}
+
+/* Solve with the factors of one step; x is (size, S), by the turns of the elimination. */
+KIND void NAME(substitute)(const pattern *p, const double *b, NUMBER *x)
+{
+    for (long i = 0; i < p->size; i++)
+        for (long z = p->first[i]; z < p->first[i + 1]; z++) {
+            const double *l = b + LOWER(z);
+            NUMBER *o = x + (long)p->below[z] * S;
+            for (int r = 0; r < S; r++) {
+                NUMBER sum = l[BLOCK(r, 0)] * x[i * S];
+                for (int m = 1; m < S; m++) sum += l[BLOCK(r, m)] * x[i * S + m];
+                o[r] -= sum;
+            }
+        }
+    for (long i = p->size - 1; i >= 0; i--) {
+        NUMBER y[S];
+        for (int r = 0; r < S; r++) y[r] = x[i * S + r];
+        for (long z = p->first[i]; z < p->first[i + 1]; z++) {
+            const double *u = b + UPPER(z);
+            const NUMBER *o = x + (long)p->below[z] * S;
+            for (int r = 0; r < S; r++) {
+                NUMBER sum = u[BLOCK(r, 0)] * o[0];
+                for (int m = 1; m < S; m++) sum += u[BLOCK(r, m)] * o[m];
+                y[r] -= sum;
+            }
+        }
+        for (int r = 0; r < S; r++) {
+            NUMBER sum = b[i * S * S + BLOCK(r, 0)] * y[0];
+            for (int m = 1; m < S; m++) sum += b[i * S * S + BLOCK(r, m)] * y[m];
+            x[i * S + r] = sum;
+        }
+    }
+}
+
+/* The modes' rates y (count, S) at point j of a step, by q' and q. */
+KIND void NAME(rates_at)(const pattern *p, const modal *d, long step, int j, const NUMBER *rate, const NUMBER *place,
+                           NUMBER *y)
+{
+    long n = p->size, at = (step * S + j) * d->count * n;
+    NUMBER more;
+    for (long a = 0; a < d->count; a++) {
+        NAME(dot)(n, d->by_rate + at + a * n, rate, y + a * S + j);
+        NAME(dot)(n, d->by_place + at + a * n, place, &more);
+        y[a * S + j] += more;
+    }
+}
+
+/* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is (2 size,). */
+KIND void NAME(rates_of)(const pattern *p, const modal *d, long step, double h, const double *inner,
+                           const double *square, const NUMBER *x, NUMBER *y, NUMBER *work)
+{
+    long n = p->size;
+    NUMBER *rate = work, *place = work + n;
+    for (int j = 0; j < S; j++) {
+        for (long i = 0; i < n; i++) {
+            const NUMBER *made = x + (long)p->turn[i] * S;
+            NUMBER first = inner[BLOCK(j, 0)] * made[0], second = square[BLOCK(j, 0)] * made[0];
+            for (int l = 1; l < S; l++) {
+                first += inner[BLOCK(j, l)] * made[l];
+                second += square[BLOCK(j, l)] * made[l];
+            }
+            rate[i] = h * first;
+            place[i] = h * h * second;
+        }
+        NAME(rates_at)(p, d, step, j, rate, place, y);
+    }
+}
+
+/* Take forces F^T y at point j of a step from x, (size, S) by turns; y is (count, S). work is (size,). */
+KIND void NAME(brake)(const pattern *p, const modal *d, long step, int j, const NUMBER *y, NUMBER *x, NUMBER *work)
+{
+    long n = p->size;
+    memset(work, 0, sizeof(NUMBER) * n);
+    for (long a = 0; a < d->count; a++) NAME(add)(n, y + a * S + j, d->outward + ((step * S + j) * d->count + a) * n, work);
+    for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j] -= work[i];
+}
+
+/* Take states (q, pace q') through the steps first to last - 1: from each row of starts to that of ends. Where ends is
+   starts one row later, each step starts from where the one before it ended, and from what is gained in it.
+
+   load and accelerations are (points, size), gain has a row a step; each may be none, and so may modes. work is
+   ((2 S + 4) size + 2 S modes,). */
+KIND void NAME(marched)(const pattern *p, long first, long last, const double *damping, const double *stiffness,
+                          const double *load, const double *gain, const double *duration, const double *inner,
+                          const double *weights, const double *square, const double *points, const double *factors,
+                          const modal *modes, double pace, const NUMBER *starts, NUMBER *ends, NUMBER *accelerations,
+                          NUMBER *work)
+{
+    long n = p->size, m = modes ? modes->count * S : 0;
+    NUMBER *x = work, *place = work + n * S, *more_x = place + 2 * n, *free = more_x + n * S, *y = free + 2 * n, *z = y + m;
+    double of_place[S];
+    for (int j = 0; j < S; j++) { /* b^T A, the weights of accelerations in the displacement at the end */
+        of_place[j] = 0.0;
+        for (int i = 0; i < S; i++) of_place[j] += weights[i] * inner[BLOCK(i, j)];
+    }
+    for (long k = first; k < last; k++) {
+        const double *more = gain ? gain + (k - first) * 2 * n : 0;
+        const NUMBER *from = starts + (k - first) * 2 * n;
+        NUMBER *to = ends + (k - first) * 2 * n, *rate = place + n;
+        double h = duration[k];
+        for (long i = 0; i < n; i++) rate[i] = from[n + i] / pace;
+        for (int j = 0; j < S; j++) {
+            const double *c = damping + (k * S + j) * p->entries, *s = stiffness + (k * S + j) * p->entries;
+            double ahead = h * points[j];
+            for (long i = 0; i < n; i++) place[i] = from[i] + ahead * rate[i];
+            for (long i = 0; i < n; i++) {
+                NUMBER sum = (NUMBER){0.0} + (load ? load[(k * S + j) * n + i] : 0.0);
+                for (long e = p->begin[i]; e < p->begin[i + 1]; e++)
+                    sum -= s[e] * place[p->columns[e]] + c[e] * rate[p->columns[e]];
+                x[(long)p->turn[i] * S + j] = sum;
+            }
+            if (m) {
+                NAME(rates_at)(p, modes, k, j, rate, place, y);
+                NAME(brake)(p, modes, k, j, y, x, free);
+            }
+        }
+        NAME(substitute)(p, factors + k * p->blocks * S * S, x);
+        if (m) { /* the modes' rates by the accelerations */
+            NAME(rates_of)(p, modes, k, h, inner, square, x, y, free);
+            for (long a = 0; a < m; a++) {
+                NAME(dot)(m, modes->inverse + (k * m + a) * m, y, z + a);
+                z[a] = -z[a];
+            }
+            memset(more_x, 0, sizeof(NUMBER) * n * S);
+            for (int j = 0; j < S; j++) NAME(brake)(p, modes, k, j, z, more_x, free);
+            NAME(substitute)(p, factors + k * p->blocks * S * S, more_x);
+            for (long i = 0; i < n * S; i++) x[i] -= more_x[i];
+        }
+        for (long i = 0; i < n; i++) {
+            const NUMBER *made = x + (long)p->turn[i] * S;
+            NUMBER moved = of_place[0] * made[0], gained = weights[0] * made[0];
+            for (int j = 1; j < S; j++) {
+                moved += of_place[j] * made[j];
+                gained += weights[j] * made[j];
+            }
+            for (int j = 0; accelerations && j < S; j++) accelerations[(k * S + j) * n + i] = made[j];
+            to[i] = from[i] + h * rate[i] + h * h * moved;
+            to[n + i] = from[n + i] + pace * h * gained;
+            if (more) {
+                to[i] += more[i];
+                to[n + i] += more[n + i];
+            }
+        }
+    }
+}
