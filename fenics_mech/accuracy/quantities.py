@@ -20,6 +20,7 @@ from fenics_mech.scene import Scene
 STATIONS = 5  # of each member at which quantities are compared
 SMALL_MEMBER = 0.1  # of the mechanism's largest value that a member's own must have to be the measure of its error
 SMALL_EFFORT = 0.01  # of the largest joint force, at the link's size, that an effort must have for the same
+SMALL_FORCE = 0.01  # of the force that bends members as they are bent, that joints must carry for the same
 TINY = float(np.finfo(float).tiny)
 ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative errors (strains have none), its dimension
     "strain": ("strain", "", "member"),
@@ -121,8 +122,9 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     """Give the values that errors are relative to, by quantity.
 
     Strains and deflections are measured by the largest of their member, or by `SMALL_MEMBER` of the mechanism's where
-    that is more. Joint forces are measured by the largest of all joints. Efforts of drives are measured by the largest
-    of the drives that have the same unit. Where the mechanism is balanced that is next to nothing, and the measure is
+    that is more. Joint forces are measured by the largest of all joints, or by `SMALL_FORCE` of the force that bends
+    members to their strains: joints may carry moments alone. Efforts of drives are measured by the largest of the
+    drives that have the same unit. Where the mechanism is balanced that is next to nothing, and the measure is
     `SMALL_EFFORT` of the largest joint force, times the size of the driven link for a torque.
 
     Parameters
@@ -132,7 +134,8 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     largest
         As `Quantities.largest`.
     """
-    force = max(float(largest["joint_force"].max(initial=0.0)), TINY)
+    bent = SMALL_FORCE * _bending_force(scene, largest["strain"])
+    force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
     of_members = {
         name: np.maximum(np.maximum(largest[name], SMALL_MEMBER * largest[name].max()), TINY)
         for name in ("strain", "deflection")
@@ -148,6 +151,16 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
         "joint_force": np.full_like(largest["joint_force"], force),
         "torque": np.maximum(efforts, least),
     }
+
+
+def _bending_force(scene: Scene, strain: Array) -> float:
+    """Largest force across a member, at its end, that bends it to its largest strain (N): ``strain EI/(c L)``."""
+    forces = [0.0]
+    for label, size in zip(scene.members(), strain):
+        section, ends = scene.rigidity(label, np.array([0.5])), np.array(scene.member_ends(label))
+        outer = np.abs(section.fibre).max()
+        forces.append(size * section.bending[0] / max(outer * np.linalg.norm(ends[1] - ends[0]), TINY))
+    return float(max(forces))
 
 
 def stations_of(system: System) -> Array:

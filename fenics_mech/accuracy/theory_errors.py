@@ -27,8 +27,10 @@ from fenics_mech.mechanism.matrices import Matrices, not_positive
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved
-from fenics_mech.response.solution import CollocationSolution, PeriodicSolution, Solution
+from fenics_mech.response.solution import CollocationSolution, PeriodicSolution, Solution, TransientSolution
+from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_in_time
 from fenics_mech.scene import Scene
 
 (COUPLING,) = (name for name, effect in EFFECTS.items() if effect.couples and not effect.stated_by)
@@ -75,10 +77,9 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
         return {}
     if not judged_by_answer(scene) or len(solution.system.motion.free):
         return None
-    about = _about_cycle if isinstance(solution, PeriodicSolution) else _about_positions
     try:
         with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces
-            change = about(solution, exact).largest
+            change = _change(solution, exact).largest
     except UnresolvedError:
         return None
     except SolverError:
@@ -86,14 +87,24 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     return {name: np.nan_to_num(part, nan=np.inf, posinf=np.inf) for name, part in change.items()}
 
 
+def _change(solution: Solution, exact: Scene) -> Quantities:
+    match solution:
+        case PeriodicSolution():
+            return _about_cycle(solution, exact)
+        case TransientSolution():
+            return _in_time(solution, exact)
+        case _:
+            return _about_positions(solution, exact)
+
+
 def judged_by_answer(scene: Scene) -> bool:
     """Whether the response of a scene can tell what its theory leaves out.
 
-    Motions in time do not, nor do motions with a motor or impulses. Reduced members do not have the coordinates of
+    Motions with a motor do not, nor do motions in time with impulses. Reduced members do not have the coordinates of
     exact strains, nor do members that cannot stretch.
     """
-    in_time, reduced = scene.analysis.method == "transient", scene.analysis.reduction != "none"
-    excluded = in_time or reduced or scene.impulses or any(drive.motor for drive in scene.drives)
+    struck = scene.impulses and scene.analysis.method == "transient"
+    excluded = scene.analysis.reduction != "none" or struck or any(drive.motor for drive in scene.drives)
     return not (excluded or any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene)))
 
 
@@ -134,7 +145,7 @@ def _about_positions(solution: Solution, exact: Scene) -> Quantities:
 
 def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     """Change of a periodic response, at the points of steps of its cycle."""
-    motion = _of_harmonics(solution) or _of_steps(solution)
+    motion = (None if solution.scene.impulses else _of_harmonics(solution)) or _of_steps(solution)
     cycle, state, (q, rate), scene = motion.cycle, motion.state, motion.starts, motion.cycle.scene
     regular, analysis = cycle.steps.regular, scene.analysis
     inside, starts = cycle.at_points(analysis.scheme, analysis.stages), cycle.start
@@ -157,6 +168,65 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
         (scene, starts.system, elastic_response(starts, q, rate)),
         (exact, top_starts.system, elastic_response(top_starts, *sum(at_starts))),
     )
+
+
+def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
+    """Change of a response in time from the same start, cycle by cycle.
+
+    Both motions are made by the same steps, from one position to the next: what is too fast for these dies out in both.
+
+    Raises
+    ------
+    UnresolvedError
+        When the law of the response is nonlinear already.
+    """
+    scene, over_cycle, course = solution.scene, solution.over_cycle, solution.course
+    if over_cycle.terms.law is not None:
+        raise UnresolvedError("the response is not one of a linear equation")
+    there, tableau = moved(exact, over_cycle, over_cycle.motion), Tableau.of("radau", STAGES)
+    step, responses = scene.period / scene.analysis.sub_intervals, []
+    own = np.concatenate(
+        [course.displacement[0], step * course.velocity[0]]
+    )  # as states of `Flow`, whose pace is the step
+    change = np.zeros_like(own)
+    for part in cycles_of(course.time, scene.analysis.sub_intervals):
+        time = course.time[part]
+        inside = (time[:, None] + step * tableau.points).ravel()
+        rung, top = equation_in_time(scene, over_cycle, inside), equation_in_time(exact, there, inside)
+        flow = Flow(rung.linear, tableau, step)
+        passed = flow.march(own, flow.added)
+        orbit = orbit_of(flow, passed[:-1], rung.linear.load)
+        tension = mean_tension(rung.system, elastic_response(rung, orbit.displacement, orbit.velocity))
+        answer = _March(tableau, step, change)
+        _answered(rung, top, np.stack([orbit.displacement, orbit.velocity, orbit.acceleration]), tension, answer)
+        responses.append(
+            [
+                elastic_response(equation_in_time(one, of, time), *flow.parts(states[:-1]))
+                for one, of, states in ((scene, over_cycle, passed), (exact, there, passed + answer.states))
+            ]
+        )
+        own, change = passed[-1], answer.states[-1]
+    whole = moved(exact, there, solution.system.motion)
+    base, found = (concatenated(list(parts)) for parts in zip(*responses))
+    return _between((scene, solution.system, base), (exact, whole, found))
+
+
+class _March:
+    """Answers of linear equations in time to loads: the first goes on from a state, the others add to it.
+
+    States are those of `Flow`, whose pace is the step.
+    """
+
+    def __init__(self, tableau: Tableau, step: float, start: Array) -> None:
+        self.tableau, self.step, self.start = tableau, step, start
+        self.states = np.zeros(0)
+
+    def __call__(self, tangents: Matrices, load: Array) -> Array:
+        flow = Flow(tangents, self.tableau, self.step)
+        states = flow.march(0 * self.start if self.states.size else self.start, flow.added_by(load))
+        self.states = self.states + states if self.states.size else states
+        orbit = orbit_of(flow, states[:-1], load)
+        return np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
 
 
 def _answered(
