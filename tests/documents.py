@@ -99,7 +99,7 @@ def _command(words: list[str]) -> str:
         words = [*words, "--help"]  # options are looked at first
     done = CliRunner().invoke(app, words, env={"COLUMNS": WIDTH, "TERM": "dumb"})
     if isinstance(done.exception, MechanismError):
-        return f"error: {done.exception}\n"
+        return f"{done.output}error: {done.exception}\n"  # its warnings come first
     if done.exception is not None and not isinstance(done.exception, SystemExit):
         raise done.exception
     if done.exit_code:

@@ -98,6 +98,7 @@ def test_readme_is_short_and_its_links_lead_somewhere():
 
 
 def test_readme_python_block_saves_what_it_analyses(place):
+    documents.run(README)
     saved = Result.load(place / "result.nc")
     assert saved.scene.analysis.sub_intervals == 120
 
