@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from pydantic import Discriminator, Tag
 
@@ -23,14 +23,12 @@ from fenics_mech.scene.sections.variable import TaperSection, VariableSection
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
 
-SHAPES = ("custom", "rectangle", "round", "tube", "I", "laminate", "polygon", "variable", "taper")
-
 
 def _shape(value: Any) -> Any:
     return value.get("shape", "custom") if isinstance(value, dict) else getattr(value, "shape", None)
 
 
-AnySection = Annotated[
+Kinds = (
     Annotated[CustomSection, Tag("custom")]
     | Annotated[RectangleSection, Tag("rectangle")]
     | Annotated[RoundSection, Tag("round")]
@@ -39,7 +37,11 @@ AnySection = Annotated[
     | Annotated[LaminateSection, Tag("laminate")]
     | Annotated[PolygonSection, Tag("polygon")]
     | Annotated[VariableSection, Tag("variable")]
-    | Annotated[TaperSection, Tag("taper")],
+    | Annotated[TaperSection, Tag("taper")]
+)
+SHAPES = [get_args(kind)[1].tag for kind in get_args(Kinds)]
+AnySection = Annotated[
+    Kinds,
     Discriminator(
         _shape,
         custom_error_type="unknown_shape",

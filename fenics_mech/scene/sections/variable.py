@@ -163,7 +163,7 @@ class TaperSection(Section):
             raise SceneError(
                 f"it goes from {self.from_!r} to {self.to!r}, which are no two sections of one shape with dimensions",
                 place=place,
-                hint="A taper joins two of custom, rectangle, round, tube or I",
+                hint="A taper joins two plain sections of one shape, such as two rectangles",
             )
         if (first.shear_factor is None) != (second.shear_factor is None):
             raise SceneError("only one of its two sections states a shear factor", place=place, hint="Give it to both")
