@@ -13,8 +13,8 @@ import numpy as np
 from fenics_mech.errors import SolverError, TooLargeError
 
 ADVICE = (
-    "Look for numbers in the scene that lie too far apart, such as a spring or damper that is as good as rigid (a weld "
-    "or an inextensible member is rigid), a mass of nearly nothing, or a wrong unit"
+    "Look for numbers of very different size in the scene: a very stiff spring or damper, a tiny mass, a wrong unit. "
+    "What is to be rigid is better a weld or an inextensible member"
 )
 OF_CONTAINER = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
 

@@ -52,8 +52,8 @@ def left_out_of_drag(solution: Solution) -> float:
     if change > DRAG.largest:
         member = system.beams.mesh.members[int(by_member.argmax())]
         raise UnresolvedError(
-            f"member {member} vibrates too fast for the drag of the air, which is linearised about the rigid motion: "
-            f"that leaves out up to {share:.2g} of the drag, and {change:.1e} of the displacement by statics. Take "
+            f"member {member} vibrates too fast for a drag of the air that is linearised about the rigid motion: "
+            f"this neglects up to {share:.2g} of the drag, and {change:.1e} of the displacement by statics. Take "
             "damping.external instead of damping.air; analysis.allow_coarse lets it pass"
         )
     return share

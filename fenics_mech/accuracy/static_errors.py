@@ -55,7 +55,7 @@ def _refuse_large(system: System, q: Array, change: Array) -> None:
     if share[k] > LARGEST_CHANGE and np.abs(q[k]).max() > LEAST * np.abs(q).max():
         theta = np.degrees(system.motion.theta[k])
         raise UnresolvedError(
-            f"the elements are too long under axial forces at drive angle {theta:.6g} deg: they may change the "
-            f"deflection by {share[k]:.2g} of it or more, as next to a buckling load. Take more elements; "
+            f"the elements are too long under axial forces at drive angle {theta:.6g} deg: shorter ones may change the "
+            f"deflection by a share of {share[k]:.2g} or more, as near a buckling load. Take more elements; "
             "analysis.allow_coarse lets it pass"
         )

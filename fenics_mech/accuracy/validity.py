@@ -45,7 +45,7 @@ def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
     k, i = np.unravel_index(np.maximum(turned, moved).argmax(), turned.shape)
     raise SolverError(
         f"elastic deflection turns member {list(scene.members())[i]!r} by {turned[k, i]:.3g} rad and moves its points "
-        f"by {moved[k, i]:.3g} of its length, at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: the theory "
+        f"by {moved[k, i]:.3g} of its length, at drive angle {np.degrees(system.motion.theta[k]):.6g} deg. The theory "
         f"of small deflections does not hold near {VALIDITY.farthest:g}. "
         "Lower loads or speed, keep away from resonances, buckling and dead centres, or take stiffer members or more "
         "damping; analysis.allow_large lets it pass"
@@ -68,7 +68,7 @@ def _refuse_turned(scene: Scene, system: System, members: MemberState) -> None:
         label = max(labels, key=largest.__getitem__, default=None)
         if label is not None and largest[label] > VALIDITY.acting:
             raise SolverError(
-                f"{what} acts on member {label!r}, whose axis turns by up to {largest[label]:.3g} rad: forces on "
+                f"{what} acts on member {label!r}, whose axis turns by up to {largest[label]:.3g} rad. Forces on "
                 f"rotations are taken with the axis straight, and are good up to {VALIDITY.acting:g} rad. Lower loads "
                 "or speed, or take stiffer members; analysis.allow_large lets it pass"
             )

@@ -88,7 +88,7 @@ def refuse_offsets(scene: Scene, effect: str, neutral_only: bool = False) -> Non
         if neutral or (centre and not neutral_only):
             raise SceneError(
                 f"the neutral line of this section is {neutral:.4g} m, and its centre of mass {centre:.4g} m, beside "
-                f"the axis of member {label}, which the effect {effect!r} does not know",
+                f"the axis of member {label}. The effect {effect!r} does not know such sections",
                 place=f"sections.{member.section}",
                 hint="Leave the effect out, or "
                 + ("give the section axis = 'neutral'" if neutral_only else "take a symmetric section"),

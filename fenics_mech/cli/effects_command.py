@@ -37,7 +37,7 @@ def effects(
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
     tell(f"effects = 'auto' selects effects = [{names}]{enough}")
     if exact:
-        tell(f"{EXACT_STRAINS} is decided by the run: its answer tells what linear strains leave out")
+        tell(f"{EXACT_STRAINS} is decided by the run: its result shows what linear strains leave out")
     if compare:
         make_folder(folder)
         runs = added_one_by_one(loaded)

@@ -54,8 +54,8 @@ def assemble(loops: Loops) -> Array:
     q, converged = newton(loops, guess[None], start, iterations=100, damped=True)
     if not converged[0]:
         raise AssemblyError(
-            f"the links cannot be assembled at drive angle 0, where a driven link lies along the x axis of the body "
-            f"that it is driven against: {_open_loop(loops, q[0])}. Check the lengths and the rough angles of the links"
+            f"the links cannot be assembled at drive angle 0, with the driven link along the x axis of the other body "
+            f"of its joint: {_open_loop(loops, q[0])}. Check the lengths and the rough angles of the links"
         )
     for i, link in enumerate(loops.scene.links.values()):
         driven = i in loops.driven_angles.body
@@ -81,8 +81,7 @@ def _refuse_contradicted(loops: Loops) -> None:
             names = [f"link {loops.links[i]}" if i != GROUND else "the ground" for i in (first, second)]
             raise AssemblyError(
                 f"joint {joint} holds {names[1]} at {_degrees(held)} to {names[0]}, and their rough angles say "
-                f"{_degrees(math.remainder(stated, 2 * math.pi))}: give the angle that the joint demands, or leave "
-                "the rough angle out"
+                f"{_degrees(math.remainder(stated, 2 * math.pi))}. Give the angle that the joint demands, or none"
             )
 
 

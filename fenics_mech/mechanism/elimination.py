@@ -348,7 +348,7 @@ def _pivoted_relative(
         joint = next(e.joint for e in equations if e.contact is not None)
         raise AssemblyError(
             f"the pin of joint {joint} locks the linkage at drive angle {np.degrees(motion.theta[k]):.6g} deg: it "
-            "cannot give way, and what it slides along is held there already"
+            "cannot move, and the member that it slides along is held there already"
         )
     return Group(equations, columns, unknowns[chosen], np.delete(unknowns, chosen), base)
 

@@ -38,7 +38,7 @@ def exceeded(scene: Scene, data: xr.Dataset) -> tuple[str, ...]:
             most, angle = abs(stress[k, i]) / strength, np.degrees(float(data["theta"][k])) % 360
             worst = (
                 f"materials.{material}.strength: the stress of member {label} reaches {MEGA * stress[k, i]:.4g} MPa at "
-                f"s = {float(data['s'][i]):.3g}, fibre {fibre}, drive angle {angle:.4g} deg, and the strength of "
+                f"s = {float(data['s'][i]):.3g}, fibre {fibre}, drive angle {angle:.4g} deg; the strength of "
                 f"{material} is {MEGA * strength:.4g} MPa"
             )
         found += [worst] if worst else []

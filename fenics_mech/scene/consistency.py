@@ -215,7 +215,7 @@ def _check_joints(scene: Scene) -> None:
                 raise SceneError(
                     f"point {point!r} is already in joint {seen[point]!r}",
                     place=place,
-                    hint="A pin through several links is one joint that connects all of them; a slider that is pinned "
+                    hint="A pin through several links is one joint that connects all of them. A slider that is pinned "
                     "to a link has a second point at the same place for its guide",
                 )
             if not guide:  # a point of a guide only says where the guide is: other joints may hold it

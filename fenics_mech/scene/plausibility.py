@@ -116,9 +116,8 @@ def _sections(scene: Scene) -> Found:
         if custom and not radius * (1 - 1e-3) <= outer <= LIMITS.farthest_fibre * radius:
             yield (
                 f"{place}.fibre",
-                f"the outer fibre is {outer:.4g} m from the neutral line, and the radius of gyration "
-                f"sqrt(inertia/area) is {radius:.4g} m: the outer fibre is 1 to {LIMITS.farthest_fibre:g} times as far "
-                "away",
+                f"the outer fibre is {outer:.4g} m from the neutral line; expected is 1 to {LIMITS.farthest_fibre:g} "
+                f"times as far as the radius of gyration sqrt(inertia/area), which is {radius:.4g} m",
             )
 
 
@@ -314,8 +313,8 @@ def _loads(scene: Scene) -> Found:
         if strain > LIMITS.largest_strain:
             yield (
                 f"loads.{name}.{key}",
-                f"{largest * size:.6g} {unit} across member {label} strains it by about {strain:.2g} (metals yield at "
-                "0.001 to 0.01): the load, its unit or the section is likely wrong",
+                f"{largest * size:.6g} {unit} across member {label} strains it by about {strain:.2g}, where metals "
+                "yield at 0.001 to 0.01. The load, its unit or the section is likely wrong",
             )
 
 

@@ -89,7 +89,7 @@ def test_numbers_that_overflow_are_an_error(seed):
 
 
 def test_singular_matrix_is_an_error_of_ours():
-    with pytest.raises(SolverError, match=r"Singular matrix.*far apart"), guarded():
+    with pytest.raises(SolverError, match=r"Singular matrix.*very different size"), guarded():
         np.linalg.solve(np.zeros((2, 2)), np.ones(2))
 
 

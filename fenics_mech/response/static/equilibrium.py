@@ -40,8 +40,8 @@ def refuse_buckled(system: System, k: int, stiffness: Array) -> None:
         raise SolverError(
             f"the mechanism buckles at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: under its axial "
             f"forces its stiffness is not positive, and link {weakest_link(system, k, stiffness)} gives way. Lower the "
-            "load or the speed, or take stiffer members; or, with the effect 'large-rotations', give a small load "
-            "across the members that buckle, so that the side to which they buckle is determined"
+            "load or the speed, or take stiffer members. The effect 'large-rotations' finds a buckled shape, if a "
+            "small load across the members determines to which side they buckle"
         ) from None
 
 
@@ -130,5 +130,5 @@ def refuse_lost(system: System, q: Array, losses: Array, largest: float) -> None
     raise SolverError(
         f"the static answer is lost to rounding at drive angle {np.degrees(system.motion.theta[k]):.10g} deg: "
         f"{losses[k]:.1e} of it, by estimate, largest at {point}. Keep away from dead centres, where the links do not "
-        "hold that point; or take members less stiff along than across, fewer elements, or reduction = 'craig-bampton'"
+        "hold that point. Or take members less stiff along than across, fewer elements, or reduction = 'craig-bampton'"
     )

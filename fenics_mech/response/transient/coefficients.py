@@ -237,7 +237,7 @@ class Coefficients:
         if windows > TABLE.most_windows or windows * TABLE.nodes * int(self._ends[-1]) > TABLE.most_entries:
             raise SolverError(
                 f"the matrices or loads change too fast to be interpolated, at {cycle * self.cycle + start[0]:.6g} s, "
-                "or are lost in rounding beside a far too stiff spring or damper: give smoother loads and laws of the "
+                "or rounding beside a very stiff spring or damper hides them. Give smoother loads and laws of the "
                 "drive, or a larger time_tolerance"
             )
 
