@@ -3,8 +3,8 @@
 Everything that a user needs stands here: ``import fenics_mech as fm``, and then ``fm.load``, ``fm.analyse``,
 ``fm.Scene`` and so on. The command is `fenics-mech`.
 
-Numerical libraries that are loaded after it use one thread, unless the user has set their number: the matrices are
-small, and threads only get in each other's way.
+Numerical libraries that are loaded after it use one thread, unless the user has set their number. The matrices are
+small, and one thread is fastest.
 """
 
 # ruff: noqa: F403, F405

@@ -91,10 +91,9 @@ class Result(Saved):
     Parameters
     ----------
     data
-        Coordinates theta (rad), time (s), member, s (0..1), fibre ("+", "-"), joint, mode, component ("x", "y");
-        variables strain, strain_axial, strain_bending, stress, moment, axial_force, shear_force, deflection,
-        joint_force, input_torque and, where modes were solved, frequency and assurance. SI units in
-        ``attrs["units"]``.
+        Coordinates theta (rad), time (s), member, s (0..1), fibre ("+", "-"), joint, mode, component ("x", "y").
+        Variables such as strain, stress, moment, axial_force, deflection, joint_force, input_torque and frequency.
+        SI units in ``attrs["units"]``.
 
     Examples
     --------

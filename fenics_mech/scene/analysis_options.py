@@ -20,12 +20,12 @@ class Analysis(Part):
     Parameters
     ----------
     method
-        "periodic" (chapter 5), "transient" (in time, from a start), "quasi-static" (loads and inertia of the
-        rigid motion), or "static" (loads only, held at one position, appendix C).
+        "periodic" (chapter 5); "transient" (in time, from a start); "quasi-static" (loads and inertia of the rigid
+        motion); "static" (loads only, held at one position, appendix C).
     solver
-        Of a periodic response: "sub-intervals" (chapter 5), for constant coefficients in each and modal damping;
-        "collocation", of high order in time, for every effect; "harmonic-balance", a Fourier series, for every effect
-        but impulses; "auto" takes the first where it can, then the second.
+        Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
+        "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
+        effect but impulses. "auto" takes the first where it can, then the second.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.
     scheme
@@ -36,14 +36,14 @@ class Analysis(Part):
     stability
         Find the Floquet multipliers of a periodic response by collocation or harmonic balance.
     allow_unstable
-        Accept a periodic motion that small disturbances grow on.
+        Accept a periodic motion that is unstable: small disturbances grow.
     start
         Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
         motion), or the file of a result of "transient", to go on from its end.
     cycles, settled
-        "transient" ends after that many cycles of the drive at full speed, which follow the run-up, or when two cycles
-        differ by less than `settled` of the largest displacement; 0 never ends it. Two cycles always differ by the
-        errors of their time steps.
+        "transient" ends after that many cycles of the drive at full speed, which follow the run-up. It ends earlier
+        when two cycles differ by less than `settled` of the largest displacement; 0 never ends it. Two cycles always
+        differ by the errors of their time steps.
     time_tolerance
         Relative error of a time step of "transient", 1e-12 or more.
     position
@@ -53,9 +53,9 @@ class Analysis(Part):
     modes
         Number of modes kept, or "all".
     reduction
-        "craig-bampton" reduces every member, once, to its ends and its lowest modes with clamped ends; the equation
-        then has few coordinates, however fine the mesh is. Strains follow from equilibrium inside the members, on the
-        whole mesh. "none" keeps all nodes.
+        "craig-bampton" reduces every member to its ends and its lowest modes with clamped ends. The equation then has
+        few coordinates, however fine the mesh is. Strains follow from equilibrium inside the members, on the whole
+        mesh. "none" keeps all nodes.
     cutoff
         Frequency up to which those modes are kept (Hz).
     static_correction
@@ -69,13 +69,13 @@ class Analysis(Part):
     allow_ringing
         Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
     allow_coarse
-        Accept an estimated error of more than 2 % of a member's largest strain by the steps, or 5 % by steps, mesh
-        and modes, or half of the largest joint force; and positions that miss a corner of the rigid motion.
+        Accept a strain error of more than 2 % by the steps, or 5 % by steps, mesh and modes. Also accept a joint force
+        error of half of the largest, and positions that miss a corner of the rigid motion.
     allow_large
-        Accept axes of members that turn by more than 1 rad, or ends that move by more than the member's length, against
-        the rigid motion: far beyond small deflections.
+        Accept deflections far beyond small ones: axes that turn by more than 1 rad against the rigid motion, or points
+        that move by more than the member's length.
     tension
-        Axial force of the effect 'geometric-stiffness': "rigid", that of loads and rigid motion, or "settled", updated
+        Axial force of the effect 'geometric-stiffness'. "rigid" is that of loads and rigid motion. "settled" is updated
         with the elastic response until it changes no more (collocation, quasi-static and static).
     stations
         Number of equally spaced points along each member at which results are given.

@@ -24,10 +24,12 @@ class NaturalFrequencies(Saved):
     Parameters
     ----------
     data
-        Coordinates theta (rad), mode (from 1), member; variables frequency (Hz, by theta and mode), assurance (the
-        modal assurance criterion of each mode with itself at the next position, by theta and mode), frequency_error
-        (share by which the mesh has each frequency wrong, estimated) and supported (Hz: the lowest frequency of each
-        member as a simply supported beam, eq. (7.6)).
+        Coordinates theta (rad), mode (from 1), member. Variables are
+
+        - frequency (Hz), by theta and mode,
+        - assurance, the modal assurance criterion of each mode with itself at the next position, by theta and mode,
+        - frequency_error, the estimated relative error of each frequency by the mesh,
+        - supported (Hz), the lowest frequency of each member as a simply supported beam, (7.6).
 
     Examples
     --------

@@ -132,9 +132,9 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
     Returns
     -------
     list of Path
-        None where there is but one position. One strain plot per member at mid-span, one more per other place that
-        was measured, then deflections, joint forces, of a periodic motion the spectrum of the strains and, when modes
-        were solved, frequencies.
+        The files, none where there is only one position: a strain plot per member at mid-span and per other measured
+        place, deflections, and joint forces. A periodic motion has the spectrum of the strains, and modes have their
+        frequencies.
 
     Raises
     ------

@@ -65,7 +65,7 @@ class Summary(Group):
 def summary(result: Result) -> Summary:
     """Summarise a result, to be printed; it needs 80 columns.
 
-    First how it was computed, then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
+    First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
     strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
     frequency, stability, the balance of power, the limits of the theory, and warnings.
 

@@ -5,7 +5,7 @@ the pins and the mesh. The drawing shows the mechanism assembled at drive angle 
 groups say what is what:
 
 - Curves, named "link" or "link.member": the beams of a link. Where they turn a corner, branch, or pass a named point,
-  one member ends and the next is welded on; a curve that is not straight becomes a chain of its straight elements. The
+  one member ends and the next is welded on. A curve that is not straight becomes a chain of its straight elements. The
   member's axis runs as the curve does. A member of a group "link.member" bears that name, others those of their ends.
 - Points, named "joint A" (or just "A"): a pin through all links that have the end of a line there. Links that share
   the point need list it once; coincident points of different links are all listed.

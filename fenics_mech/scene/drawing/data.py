@@ -20,10 +20,11 @@ def completed(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Replace the key ``drawing`` of a scene file by what is drawn.
 
     The file adds what a drawing cannot say. ``drawing`` is the name of a file, or a table: ``file``; ``unit``, that of
-    the drawing's lengths ("m"); ``section`` and ``material`` of all members that the rest of the file gives none. A
-    link's table gives ``section``, ``material`` and, instead of the drawn elements, ``mesh`` of its members, or of one
-    of them under ``members``; or ``rigid``, and then its lines only tell where its points are. A joint in the file
-    takes the place of the drawn one. Links that are not drawn are given as without a drawing.
+    the drawing's lengths ("m"); ``section`` and ``material`` of all members that the rest of the file gives none.
+
+    A link's table gives ``section`` and ``material`` of its members, or of one of them under ``members``. ``mesh``
+    there replaces the drawn elements. With ``rigid`` its lines only show where its points are. A joint in the file
+    replaces the drawn one. Links that are not drawn are given as without a drawing.
 
     Parameters
     ----------

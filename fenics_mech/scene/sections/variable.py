@@ -81,8 +81,8 @@ def values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
 class VariableSection(Section):
     """A section of one material whose numbers vary along the member.
 
-    Each is a formula of s, 0 at the member's first point and 1 at its second, in SI units; or a list of values at
-    equally spaced places, the first and the last at the ends, joined by monotone cubics; or one value.
+    Each is one value, a formula or a list of values. A formula in SI units has the variable s, 0 at the member's first
+    point and 1 at its second. Values of a list are equally spaced from end to end, and joined by monotone cubics.
 
     Parameters
     ----------
