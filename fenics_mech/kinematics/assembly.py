@@ -43,6 +43,11 @@ LIMITS = BranchLimits()
 def assemble(loops: Loops) -> Array:
     """Coordinates of the assembled linkage at theta = 0, from the links' rough angles; shape ``(3 links,)``.
 
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+
     Raises
     ------
     AssemblyError
@@ -315,7 +320,17 @@ def _refuse_free(loops: Loops, q: Array) -> None:
 
 
 def derivatives(loops: Loops, q: Array, theta: Array) -> tuple[Array, Array]:
-    """First and second derivative of the coordinates by the drive coordinate, each ``(positions, 3 links)``."""
+    """First and second derivative of the coordinates by the drive coordinate, each ``(positions, 3 links)``.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    q
+        Coordinates of the links, ``(positions, 3 links)``.
+    theta
+        Drive angles (rad), ``(positions,)``.
+    """
     jacobian = loops.jacobian(q)
     jet = loops.drive(theta)
     try:

@@ -18,18 +18,52 @@ BOUNDED = 1e-4  # that value times the rate of the fastest link, by that of the 
 
 
 def singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
-    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors."""
+    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    q
+        Coordinates of the links, ``(positions, 3 links)``.
+
+    Returns
+    -------
+    tuple
+        The values in descending order, and the vectors as rows, ``(positions, coordinates, coordinates)``.
+    """
     _, values, right = np.linalg.svd(loops.without_units(q))
     return values, right * loops.unit
 
 
 def smallest_value(loops: Loops, q: Array) -> float:
-    """Give the smallest singular value at one position, ``(3 links,)``."""
+    """Give the smallest singular value at one position, ``(3 links,)``.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    q
+        Coordinates of the links, ``(3 links,)``.
+    """
     return float(np.linalg.svd(loops.without_units(q[None]), compute_uv=False)[0, -1])
 
 
 def links_moved(loops: Loops, motion: Array) -> tuple[str, ...]:
-    """Links that a motion, ``(3 links,)``, turns, the most turned first."""
+    """Links that a motion, ``(3 links,)``, turns, the most turned first.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    motion
+        Rates of the coordinates, ``(3 links,)``.
+
+    Returns
+    -------
+    tuple of str
+        Names of the links.
+    """
     turned = np.abs(motion[2::3])
     order = np.argsort(-turned)
     return tuple(loops.links[i] for i in order if turned[i] > 0.05 * turned.max())

@@ -44,7 +44,20 @@ def free_motions(loops: Loops, q: Array) -> Array:
 
 
 def separated(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
-    """Combine vectors, one a row, until each alone has one coordinate, by Gauss and Jordan; preferred ones go first."""
+    """Combine vectors, one a row, until each alone has one coordinate, by Gauss and Jordan; preferred ones go first.
+
+    Parameters
+    ----------
+    vectors
+        Independent vectors, ``(vectors, coordinates)``.
+    preferred
+        Which coordinates go first, ``(coordinates,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Vectors of the same space, of the same shape.
+    """
     left = vectors.copy()
     for k in range(len(left)):
         size = np.abs(left[k:])

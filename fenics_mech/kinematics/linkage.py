@@ -41,18 +41,38 @@ class Linkage:
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
     def moves_as(self, scene: Scene) -> bool:
-        """Whether the links of a scene go through the same positions."""
+        """Whether the links of a scene go through the same positions.
+
+        Parameters
+        ----------
+        scene
+            Another scene.
+        """
         return self._geometry == _geometry(scene)
 
     def branch(self, theta: Array) -> Branch:
-        """Give points of the assembly branch over the range of some drive angles (rad), or over more."""
+        """Give points of the assembly branch over the range of some drive angles (rad), or over more.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), ``(angles,)``.
+        """
         known = self._branch
         if known is None or theta.min() < known.theta[0] or theta.max() > known.theta[-1]:
             self._branch = known = follow_branch(self.loops, theta)
         return known
 
     def path(self, theta: Array, near: Path | None = None) -> Path:
-        """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`."""
+        """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), ``(angles,)``.
+        near
+            A path of a similar linkage, whose branch is followed.
+        """
         key = theta.tobytes(), b"" if near is None else near.theta.tobytes()
         path = self._paths.pop(key, None)
         if path is None:
@@ -99,7 +119,13 @@ class Path:
         )
 
     def motion(self, rate: float) -> Motion:
-        """Give the motion at a constant rate of the drive coordinate (rad/s)."""
+        """Give the motion at a constant rate of the drive coordinate (rad/s).
+
+        Parameters
+        ----------
+        rate
+            Rate of the drive coordinate (rad/s).
+        """
         velocity, acceleration = rate * self.slope, rate**2 * self.curvature
         motion = as_motion(self.linkage.loops, self.theta, self.theta / rate, self.q, velocity, acceleration)
         object.__setattr__(motion, "path", self)

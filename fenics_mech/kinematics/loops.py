@@ -81,7 +81,13 @@ class Loops:
 
     @classmethod
     def of(cls, scene: Scene) -> Loops:
-        """Collect the equations of a scene's joints and drives."""
+        """Collect the equations of a scene's joints and drives.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         index = {"ground": GROUND} | {name: i for i, name in enumerate(scene.links)}
         points: list[Row] = []
         lines: list[Row] = []
@@ -124,7 +130,13 @@ class Loops:
         return len(self.drive_order)
 
     def drive(self, theta: Array) -> Jet:
-        """Angles (rad) and strokes (m) of the drives and two derivatives by theta, ``(positions, drives)`` each."""
+        """Angles (rad) and strokes (m) of the drives and two derivatives by theta, ``(positions, drives)`` each.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), ``(positions,)``.
+        """
         if not self.drives:
             return Jet(*(np.zeros((len(theta), 0)),) * 3)
         jets = [drive.jet(theta, self.scene.cycle_rate) for drive in self.scene.drives]
@@ -157,7 +169,15 @@ class Loops:
         return (*doubled, *(name for pairs in rest for name in pairs.name))
 
     def residual(self, q: Array, drive: Array) -> Array:
-        """What is left open of each equation (m or rad), ``(positions, equations)``, for ``(positions, drives)``."""
+        """What is left open of each equation (m or rad), ``(positions, equations)``, for ``(positions, drives)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(positions, 3 links)``.
+        drive
+            Angles (rad) and strokes (m) of the drives, ``(positions, drives)``.
+        """
         poses = _with_ground(q)
         given = drive[:, self.drive_order]
         turned, slid = given[:, : len(self.driven_angles)], given[:, len(self.driven_angles) :]
@@ -173,7 +193,13 @@ class Loops:
         return np.concatenate(parts, axis=1)
 
     def jacobian(self, q: Array) -> Array:
-        """Derivative of the residual by the coordinates, ``(positions, equations, 3 links)``."""
+        """Derivative of the residual by the coordinates, ``(positions, equations, 3 links)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(positions, 3 links)``.
+        """
         poses = _with_ground(q)
         constant, rows, columns = self._pattern
         jacobian = np.broadcast_to(constant, (len(q), *constant.shape)).copy()
@@ -211,14 +237,36 @@ class Loops:
         return constant, row, column + 2
 
     def driven(self, rates: Array) -> Array:
-        """Right-hand side of the velocity equations for the drives' rates ``(positions, drives)``."""
+        """Right-hand side of the velocity equations for the drives' rates ``(positions, drives)``.
+
+        Parameters
+        ----------
+        rates
+            Rates of the drives (rad/s, m/s), ``(positions, drives)``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape ``(positions, equations)``.
+        """
         right = np.zeros((len(rates), len(self.names)))
         if self.drives:
             right[:, -self.drives :] = rates[:, self.drive_order]
         return right
 
     def convective(self, q: Array, velocity: Array) -> Array:
-        """What the second time derivative of the residual has beside ``jacobian @ acceleration`` and the drive's."""
+        """What the second time derivative of the residual has beside ``jacobian @ acceleration`` and the drive's.
+
+        Parameters
+        ----------
+        q, velocity
+            Coordinates of the links and their rates, ``(positions, 3 links)`` each.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape ``(positions, equations)``.
+        """
         poses, rates = _with_ground(q), _with_ground(velocity)
         squared = rates[..., 2] ** 2
         still = np.zeros((len(q), len(self.angles) + len(self.driven_angles)))

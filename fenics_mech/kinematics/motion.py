@@ -52,7 +52,13 @@ class Motion:
     rate: float = field(default=0.0, init=False, repr=False)
 
     def part(self, angles: slice) -> Motion:
-        """Give the motion at some of the angles."""
+        """Give the motion at some of the angles.
+
+        Parameters
+        ----------
+        angles
+            Which of them.
+        """
         if angles.indices(len(self.theta)) == (0, len(self.theta), 1):
             return self
         whole = ("links", "free")
@@ -65,7 +71,15 @@ class Motion:
         return replace(self, **rates)
 
     def of_point(self, link: str, point: tuple[float, float]) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``."""
+        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``.
+
+        Parameters
+        ----------
+        link
+            Name of the link, or "ground".
+        point
+            The point in its frame (m).
+        """
         if link == "ground":
             place = np.broadcast_to(np.array(point, dtype=float), (len(self.theta), 2))
             return place, np.zeros_like(place), np.zeros_like(place)
@@ -82,7 +96,19 @@ class Motion:
 
 
 def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array, acceleration: Array) -> Motion:
-    """Label the coordinates of the loops and their time derivatives, each ``(angles, 3 links)``."""
+    """Label the coordinates of the loops and their time derivatives, each ``(angles, 3 links)``.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    theta
+        Drive angles (rad), ``(angles,)``.
+    time
+        Times (s), ``(angles,)``.
+    q, velocity, acceleration
+        The coordinates (m, rad) and their time derivatives.
+    """
     poses, rates, seconds = (array.reshape(len(q), -1, 3) for array in (q, velocity, acceleration))
     return Motion(
         theta=theta,
@@ -98,5 +124,13 @@ def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array
 
 
 def coordinates(vectors: Array, angles: Array) -> Array:
-    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``."""
+    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``.
+
+    Parameters
+    ----------
+    vectors
+        x and y of each link's origin (m), or their rates.
+    angles
+        Angle of each link (rad), or its rate.
+    """
     return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)

@@ -53,7 +53,15 @@ class _Joint:
 
 
 def worst_transmission(loops: Loops, branch: Branch) -> tuple[Transmission, ...]:
-    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not known."""
+    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not known.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    branch
+        Its positions over the cycle.
+    """
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
         return transmission_angles(loops, follow(loops, theta, branch)) or {}
@@ -71,7 +79,15 @@ def worst_transmission(loops: Loops, branch: Branch) -> tuple[Transmission, ...]
 
 
 def transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
-    """Give the transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known."""
+    """Give the transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    q
+        Coordinates of the links, ``(positions, 3 links)``.
+    """
     joints, known = _joints(loops, q), {GROUND}
     found: dict[tuple[str, tuple[str, ...]], Array] = {}
 

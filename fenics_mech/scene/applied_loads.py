@@ -229,7 +229,18 @@ def _over_a_cycle(factor: Factor) -> Cycle:
 
 
 def factor_pieces(factor: Factor) -> Array:
-    """Give angles from 0 to 2 pi between which Gauss points integrate a factor."""
+    """Give angles from 0 to 2 pi between which Gauss points integrate a factor.
+
+    Parameters
+    ----------
+    factor
+        The factor of a load, None where it is 1 at all angles.
+
+    Returns
+    -------
+    numpy.ndarray
+        Ascending angles (rad), ``(pieces + 1,)``.
+    """
     if isinstance(factor, FactorExpression):
         return pieces_of(factor.formula)
     return np.union1d([0.0, CYCLE], np.mod([*factor.corners, *factor.jumps], CYCLE))
@@ -246,7 +257,13 @@ class Varying(Part):
         return () if self.factor is None else self.factor.jumps
 
     def factor_at(self, theta: Array) -> Array:
-        """Factor at drive angles, ``(angles,)``."""
+        """Factor at drive angles, ``(angles,)``.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), ``(angles,)``.
+        """
         return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
 
     @property
@@ -269,7 +286,18 @@ class Varying(Part):
         return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
 
     def share_missed(self, count: int) -> float:
-        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
+        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees.
+
+        Parameters
+        ----------
+        count
+            Number of positions in a cycle.
+
+        Returns
+        -------
+        float
+            0 where the positions see all of the factor, 1 where they see nothing of it.
+        """
         if self.factor is None:
             return 0.0
         whole = max(map(abs, self.factor_range))

@@ -67,7 +67,15 @@ def _known_keys() -> frozenset[str]:
 
 
 def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
-    """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey."""
+    """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey.
+
+    Parameters
+    ----------
+    part
+        Nested dictionaries and lists, as a scene file gives them.
+    place
+        Keys that lead to the part, for the error.
+    """
     if isinstance(part, str) and not part.isprintable():
         found = next((c for c in part if unicodedata.category(c) in CONTROL), None)
         if found is not None:
@@ -86,6 +94,18 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
 
 
 def check_known(name: str, things: Iterable[str], kind: str, place: str) -> None:
-    """Raise `SceneError` unless there is a thing of that name."""
+    """Raise `SceneError` unless there is a thing of that name.
+
+    Parameters
+    ----------
+    name
+        The name that the scene states.
+    things
+        The names that exist.
+    kind
+        What is named, in words, for the error: "section".
+    place
+        Dotted place in the scene, for the error.
+    """
     if name not in things:
         raise SceneError(f"there is no {kind} {name!r}", place=place, hint=f"Known: {', '.join(things) or 'none'}")

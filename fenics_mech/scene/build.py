@@ -8,5 +8,16 @@ from fenics_mech.scene.models import Scene
 
 
 def build(data: dict[str, Any]) -> Scene:
-    """Make a scene from nested dictionaries as a scene file holds them; raises `SceneError` as `Scene` does."""
+    """Make a scene from nested dictionaries as a scene file holds them; raises `SceneError` as `Scene` does.
+
+    Parameters
+    ----------
+    data
+        Tables and keys of a scene file, with quantities as numbers in SI or texts with a unit.
+
+    Returns
+    -------
+    Scene
+        The scene, checked.
+    """
     return Scene.read(data)

@@ -19,7 +19,13 @@ if TYPE_CHECKING:
 
 
 def check_references(scene: Scene) -> None:
-    """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism."""
+    """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     if not scene.members():
         raise SceneError("no link has a member: there is nothing that bends", place="links")
     if "ground" in scene.links:
@@ -297,7 +303,18 @@ def _check_motor(scene: Scene) -> None:
 
 
 def freedoms(scene: Scene) -> int:
-    """Freedoms that the joints of a scene leave (Gruebler's count), before any drive."""
+    """Freedoms that the joints of a scene leave (Gruebler's count), before any drive.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    int
+        Three for each link, less what its joints hold.
+    """
     lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
     taken = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.joints.values())
     return 3 * len(scene.links) - taken

@@ -50,6 +50,13 @@ class AirDrag(Part):
     def width_of(self, scene: Scene, label: str) -> float:
         """Width of a member, by label (m).
 
+        Parameters
+        ----------
+        scene
+            The scene, for the section of the member.
+        label
+            "link", or "link.member" where the link has several members.
+
         Raises
         ------
         SceneError

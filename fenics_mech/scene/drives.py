@@ -290,7 +290,18 @@ class Drive(Part):
         return self.speed if self.speed is not None else 2 * math.pi / (self.period or math.nan)
 
     def coordinate(self, time: Array) -> Jet:
-        """Coordinate (rad) of the drive's own cycle and its two derivatives by time, at times from 0 on."""
+        """Coordinate (rad) of the drive's own cycle and its two derivatives by time, at times from 0 on.
+
+        Parameters
+        ----------
+        time
+            Times (s), 0 or more, ``(times,)``.
+
+        Returns
+        -------
+        Jet
+            Value (rad) and derivatives (rad/s, rad/s^2), ``(times,)`` each.
+        """
         if self.run_up is None:
             return Jet(self.cycle_rate * time, np.full_like(time, self.cycle_rate), np.zeros_like(time))
         speed, end = self.cycle_rate, self.run_up
@@ -320,7 +331,20 @@ class Drive(Part):
         return least if enough == own else turns * enough
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
-        """Angle or stroke and two derivatives by theta, the common cycle's coordinate, which runs at `cycle_rate`."""
+        """Angle or stroke and two derivatives by theta, the common cycle's coordinate, which runs at `cycle_rate`.
+
+        Parameters
+        ----------
+        theta
+            Coordinate of the common cycle (rad), ``(angles,)``.
+        cycle_rate
+            Rate of the common coordinate (rad/s).
+
+        Returns
+        -------
+        Jet
+            Angle (rad) or stroke (m), and its derivatives by theta, ``(angles,)`` each.
+        """
         turns = self.turns_in(cycle_rate)
         if self.law is not None:
             own = self.law.jet(np.mod(turns * theta, 2 * np.pi))
@@ -333,6 +357,11 @@ def common_rate(drives: Sequence[Drive]) -> float:
 
     The common cycle is the shortest one: its rate is that of the first drive over the least common multiple of the
     denominators of all drives' rates over the first's.
+
+    Parameters
+    ----------
+    drives
+        All drives of a scene.
 
     Raises
     ------

@@ -107,7 +107,20 @@ def schema() -> dict[str, Any]:
 
 
 def line_of(text: str, place: Sequence[str]) -> int | None:
-    """Find the line of a TOML text on which the deepest known part of a dotted place stands."""
+    """Find the line of a TOML text on which the deepest known part of a dotted place stands.
+
+    Parameters
+    ----------
+    text
+        The whole file.
+    place
+        Keys from the outermost table on.
+
+    Returns
+    -------
+    int or None
+        Line, from 1 on; None where no part of the place stands in the text.
+    """
     best, depth_of_best, table = None, 0, []
     for number, line in enumerate(text.splitlines(), 1):
         header = re.match(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$", line)

@@ -17,7 +17,13 @@ CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "large-rotat
 
 
 def nodes_of(mesh: Mesh) -> Array:
-    """Nodes along a member with this mesh, 0 to 1 of its length, shape ``(elements + 1,)``."""
+    """Nodes along a member with this mesh, 0 to 1 of its length, shape ``(elements + 1,)``.
+
+    Parameters
+    ----------
+    mesh
+        The mesh: its stations, or number and grading of its elements.
+    """
     if mesh.stations is not None:
         return np.array(mesh.stations)
     lengths = mesh.grading ** np.arange(mesh.elements)
@@ -30,6 +36,13 @@ def member_nodes(scene: Scene, label: str) -> Array:
     A load inside the member has a node of its own, and a node of the mesh that is very near makes way for it. Where it
     would make a short element beside a long one, the long one carries the load inside: the shear force of an element
     loses digits as the cube of its length.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    label
+        "link", or "link.member" where the link has several members.
     """
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
@@ -100,7 +113,15 @@ def refined(scene: Scene, times: int) -> Scene:
 
 
 def with_elements(scene: Scene, count: int) -> Scene:
-    """Give every member so many elements; one whose nodes are stated has its own cut into at least that many."""
+    """Give every member so many elements; one whose nodes are stated has its own cut into at least that many.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    count
+        Elements of each member.
+    """
 
     def cut(mesh: Mesh) -> Mesh:
         if mesh.stations is None:
@@ -111,7 +132,17 @@ def with_elements(scene: Scene, count: int) -> Scene:
 
 
 def with_meshes(scene: Scene, mesh: Mesh, own: Callable[[Mesh], Mesh | None]) -> Scene:
-    """Give a scene another mesh; `own` makes that of a member which has one of its own, or None for the scene's."""
+    """Give a scene another mesh; `own` makes that of a member which has one of its own, or None for the scene's.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    mesh
+        Its new mesh.
+    own
+        Gives the new mesh of a member from its present one.
+    """
     links = {}
     for name, link in scene.links.items():
         members = {

@@ -226,17 +226,45 @@ class Scene(Part):
         return 2 * math.pi / abs(self.cycle_rate)
 
     def coordinate(self, time: Array) -> Jet:
-        """Drive coordinate theta (rad) and its two derivatives by time, at times (s) from 0 on."""
+        """Drive coordinate theta (rad) and its two derivatives by time, at times (s) from 0 on.
+
+        Parameters
+        ----------
+        time
+            Times (s), 0 or more, ``(times,)``.
+
+        Returns
+        -------
+        Jet
+            Value (rad) and derivatives (rad/s, rad/s^2), ``(times,)`` each.
+        """
         first = self.drives[0]
         own, share = first.coordinate(time), self.cycle_rate / first.cycle_rate
         return Jet(share * own.value, share * own.first, share * own.second)
 
     def drive_angles(self, count: int) -> Array:
-        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad)."""
+        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad).
+
+        Parameters
+        ----------
+        count
+            Number of steps.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape ``(count,)``.
+        """
         return math.copysign(2 * math.pi, self.cycle_rate) * np.arange(count) / count
 
     def guide_angle(self, joint: Slot | Prismatic) -> float:
-        """Direction of a slot or prismatic joint's guide in its first body's frame (rad)."""
+        """Direction of a slot or prismatic joint's guide in its first body's frame (rad).
+
+        Parameters
+        ----------
+        joint
+            The joint: its `angle`, or the direction of the `member` that its pin travels along.
+        """
         if joint.member is None:
             return joint.angle
         link = self.links[joint.connect[0].split(".")[0]]
@@ -269,7 +297,18 @@ class Scene(Part):
         return {label: sorted(found) for label, found in places.items()}
 
     def member_ends(self, label: str) -> tuple[Point, Point]:
-        """Give the two ends of a member in its link's frame (m)."""
+        """Give the two ends of a member in its link's frame (m).
+
+        Parameters
+        ----------
+        label
+            "link", or "link.member" where the link has several members.
+
+        Returns
+        -------
+        tuple
+            x and y (m) of the first and of the second end.
+        """
         link, member = self.members()[label]
         first, second = (self.links[link].points[end] for end in member.ends)
         return first, second
@@ -283,7 +322,13 @@ class Scene(Part):
         }
 
     def size_at(self, joint: str) -> float:
-        """Largest distance between two points of the links at a joint (m)."""
+        """Largest distance between two points of the links at a joint (m).
+
+        Parameters
+        ----------
+        joint
+            Name of the joint.
+        """
         bodies = (point.split(".")[0] for point in self.joints[joint].connect)
         found = [list(self.links[body].points.values()) for body in bodies if body != "ground"]
         return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
@@ -307,6 +352,18 @@ class Scene(Part):
 
     def shear_stiffness(self, label: str, s: Array) -> Array:
         """G A_s of a member, by label, at places `s` (0..1) along it (N).
+
+        Parameters
+        ----------
+        label
+            "link", or "link.member" where the link has several members.
+        s
+            Places along the member, 0..1, ``(places,)``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape ``(places,)``.
 
         Raises
         ------

@@ -25,6 +25,11 @@ Unit = tuple[str, float]
 def implausible(scene: Scene) -> tuple[str, ...]:
     """Find the numbers of a scene that are hardly meant.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+
     Returns
     -------
     tuple

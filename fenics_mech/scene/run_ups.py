@@ -91,6 +91,20 @@ def smooth_start(duration: float, time: Array, speed: float) -> Jet:
 
     The speed is ``speed (10 x^3 - 15 x^4 + 6 x^5)`` with ``x = time / duration``, the lowest polynomial whose first two
     derivatives vanish at both ends; half of ``speed * duration`` is turned.
+
+    Parameters
+    ----------
+    duration
+        How long the run-up takes (s).
+    time
+        Times (s), ``(times,)``.
+    speed
+        Speed at its end (rad/s).
+
+    Returns
+    -------
+    Jet
+        Angle (rad) and derivatives, ``(times,)`` each.
     """
     x = time / duration
     return Jet(

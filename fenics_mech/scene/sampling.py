@@ -77,7 +77,13 @@ class Cycle:
 
 
 def gauss_points(edges: Array) -> tuple[Array, Array]:
-    """Give points and weights of Gauss-Legendre quadrature between ascending edges, ``(6 pieces,)`` each."""
+    """Give points and weights of Gauss-Legendre quadrature between ascending edges, ``(6 pieces,)`` each.
+
+    Parameters
+    ----------
+    edges
+        Ascending edges, ``(pieces + 1,)``.
+    """
     width = np.diff(edges)[:, None]
     return (edges[:-1, None] + width * POINTS).ravel(), (width * WEIGHTS).ravel()
 
@@ -111,7 +117,18 @@ def enough_angles(values_at: Callable[[int], Array], whole: Cycle, least: int, j
 
 
 def equal_steps(count: int) -> Array:
-    """Angles (rad) at so many equal steps of a cycle, from 0 on."""
+    """Angles (rad) at so many equal steps of a cycle, from 0 on.
+
+    Parameters
+    ----------
+    count
+        Number of steps.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape ``(count,)``.
+    """
     return CYCLE / count * np.arange(count)
 
 
@@ -127,6 +144,13 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
     Or its second derivative, where that is asked for. Interval arithmetic gives bounds in every piece. Pieces are
     halved until bounds and width leave open no more than `largest_cell` of the integral, or until there are as many as
     `SAMPLES`.
+
+    Parameters
+    ----------
+    text
+        A formula of theta.
+    of_second
+        Whether its second derivative is looked at instead.
     """
     formula, edges = Formula(text, ("theta",)), np.linspace(0.0, CYCLE, PIECES + 1)
     while len(edges) < SAMPLES:

@@ -179,6 +179,11 @@ OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, ki
 def check_options(options: dict[str, Any]) -> dict[str, Any]:
     """Give the options as they are.
 
+    Parameters
+    ----------
+    options
+        Values by the names of options of PETSc and SLEPc.
+
     Raises
     ------
     SceneError

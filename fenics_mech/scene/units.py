@@ -153,7 +153,13 @@ def _by_pint(text: str, unit: str) -> float:
 
 
 def in_unit(unit: str) -> Callable[[Any], Any]:
-    """Give the validator that turns a number or a string into a finite float in `unit`."""
+    """Give the validator that turns a number or a string into a finite float in `unit`.
+
+    Parameters
+    ----------
+    unit
+        Name of a unit, as "m^2".
+    """
 
     def convert(value: Any) -> Any:
         number = _parse(value, unit) if isinstance(value, str) else value

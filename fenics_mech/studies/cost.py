@@ -1,7 +1,7 @@
 """What accuracy costs: error against time of every method and setting, in one run.
 
-Every run is measured against two converged answers. That of its own equation shows the error of solver and mesh. That of
-the equation with all effects that the scene calls for also shows the error of effects left out.
+Every run is measured against two converged answers. That of its own equation shows the error of solver and mesh.
+That of the equation with all effects that the scene calls for also shows the error of effects left out.
 """
 
 from __future__ import annotations

@@ -45,6 +45,11 @@ class Pin:
 def trace(drawing: Drawing) -> tuple[dict[str, DrawnLink], dict[str, Pin]]:
     """Find the links and pins of a drawing, each by name.
 
+    Parameters
+    ----------
+    drawing
+        Nodes, lines and named groups that gmsh found.
+
     Raises
     ------
     SceneError

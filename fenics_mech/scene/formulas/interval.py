@@ -123,6 +123,20 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
 
     The range is cut into cells, and those in which interval arithmetic gives no bounds, or none above a given number,
     are halved until it does. At a pole it never does.
+
+    Parameters
+    ----------
+    formula
+        A formula of one variable.
+    low, high
+        Ends of the range.
+    above
+        Lower bounds up to this number count as none.
+
+    Returns
+    -------
+    float or None
+        A place at which no bounds were found.
     """
     (name,) = formula.variables
     edges = np.linspace(low, high, LIMITS.cells + 1)
@@ -164,6 +178,15 @@ def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool 
     """Give lower and upper bounds of a formula, or of its second derivative, between values of its variable.
 
     They are of the shape of these values.
+
+    Parameters
+    ----------
+    formula
+        A formula of one variable.
+    left, right
+        Ends of the ranges, of one shape.
+    of_second
+        Whether the second derivative is asked for.
     """
     (name,) = formula.variables
     inside, like = Interval(left, right), np.zeros_like(left)

@@ -51,7 +51,13 @@ AnySection = Annotated[
 
 
 def check_sections(scene: Scene) -> None:
-    """Raise `SceneError` where a section names what the scene does not have, or a member has no material."""
+    """Raise `SceneError` where a section names what the scene does not have, or a member has no material.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     stock = Stock(None, scene.materials, scene.sections)
     for name, section in scene.sections.items():
         section.check(f"sections.{name}", stock)

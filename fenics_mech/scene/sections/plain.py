@@ -22,7 +22,21 @@ if TYPE_CHECKING:
 def of_one_material(
     s: Array, material: Material | None, area: Array | float, inertia: Array | float, fibre: Array | float
 ) -> Rigidity:
-    """Give the rigidity of a section of one material, with its outer fibres at the same distance on both sides."""
+    """Give the rigidity of a section of one material, with its outer fibres at the same distance on both sides.
+
+    Parameters
+    ----------
+    s
+        Places along the member, 0..1, ``(places,)``.
+    material
+        The member's material.
+    area
+        A (m^2), one number or ``(places,)``.
+    inertia
+        I about the neutral line (m^4), one number or ``(places,)``.
+    fibre
+        Distance from the neutral line to the outer fibres (m), one number or ``(places,)``.
+    """
     if material is None:
         raise ValueError("a section of one material needs the member's material")  # `check_sections` sees to it
     e = material.modulus
@@ -72,7 +86,13 @@ class PlainSection(Section):
         return np.broadcast_to(modulus * factor * self.area, s.shape)
 
     def cowper(self, poisson: float) -> float | None:
-        """Give Cowper's shear factor of the shape; None where it has none."""
+        """Give Cowper's shear factor of the shape; None where it has none.
+
+        Parameters
+        ----------
+        poisson
+            Poisson's ratio of the material.
+        """
         return None
 
 

@@ -59,7 +59,23 @@ class Rigidity:
         neutral: float = 0.0,
         mass_centre: float = 0.0,
     ) -> Rigidity:
-        """Make one at places `s` from values that may be the same at all of them."""
+        """Make one at places `s` from values that may be the same at all of them.
+
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, ``(places,)``.
+        ea, ei
+            EA (N) and EI about the neutral line (N m^2), one number each or ``(places,)``.
+        rho_a, rho_i
+            rho A (kg/m) and rho I about the neutral line (kg m), one number each or ``(places,)``.
+        modulus
+            Young's modulus of the outer fibres, first on the side of the normal (Pa).
+        fibre
+            Their places along the normal, from the neutral line (m), one number each or ``(places,)``.
+        neutral, mass_centre
+            Places of the neutral line and the centre of mass along the normal, from the axis (m).
+        """
         along = (np.broadcast_to(value, s.shape) for value in (ea, ei, rho_a, rho_i))
         outer = (np.stack([np.broadcast_to(v, s.shape) for v in pair], axis=-1) for pair in (modulus, fibre))
         lines = (np.full(s.shape, value) for value in (neutral, mass_centre))
@@ -114,13 +130,28 @@ class Section(Part, ABC):
         """
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError`, with `place`, where it names something that the scene does not have."""
+        """Raise `SceneError`, with `place`, where it names something that the scene does not have.
+
+        Parameters
+        ----------
+        place
+            The section's place in the scene, for the error.
+        stock
+            What the section may name.
+        """
 
 
 def lines_from(axis: float, neutral: float, mass_centre: float, height: float) -> tuple[float, float]:
     """Give the places of the neutral line and of the centre of mass, from the member's axis (m).
 
     The places given, and the height of the section, are in m. Distances that rounding makes are 0.
+
+    Parameters
+    ----------
+    axis, neutral, mass_centre
+        Heights of the member's axis, of the neutral line and of the centre of mass (m).
+    height
+        Height of the section (m).
     """
     neutral = axis if abs(neutral - axis) < ROUNDING * height else neutral
     mass_centre = neutral if abs(mass_centre - neutral) < ROUNDING * height else mass_centre
@@ -128,7 +159,15 @@ def lines_from(axis: float, neutral: float, mass_centre: float, height: float) -
 
 
 def shear_modulus(material: Material | None, place: str) -> float:
-    """Give G of a material (Pa); raise `SceneError`, with the section's place, where it does not state it."""
+    """Give G of a material (Pa); raise `SceneError`, with the section's place, where it does not state it.
+
+    Parameters
+    ----------
+    material
+        The member's material.
+    place
+        The section's place in the scene, for the error.
+    """
     if material is None or material.rigidity is None:
         raise SceneError(
             "a material of this section states neither its shear modulus nor Poisson's ratio, which shear needs",
@@ -139,7 +178,15 @@ def shear_modulus(material: Material | None, place: str) -> float:
 
 
 def stated_factor(factor: float | None, place: str) -> float:
-    """Give a section's shear factor; raise `SceneError` where it is not stated."""
+    """Give a section's shear factor; raise `SceneError` where it is not stated.
+
+    Parameters
+    ----------
+    factor
+        The share of the area that carries shear, if it is stated.
+    place
+        The section's place in the scene, for the error.
+    """
     if factor is None:
         raise SceneError(
             "shear needs this section's shear factor, which does not follow from what it states",

@@ -67,7 +67,20 @@ def _profile(unit: str) -> Any:
 
 
 def values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
-    """Values of a profile at places s; a table is joined by monotone cubics (Fritsch and Butland, 1984)."""
+    """Values of a profile at places s; a table is joined by monotone cubics (Fritsch and Butland, 1984).
+
+    Parameters
+    ----------
+    profile
+        One value, a formula of s, or values at equally spaced places.
+    s
+        Places along the member, 0..1, ``(places,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape ``(places,)``, in the unit of the profile.
+    """
     if isinstance(profile, tuple):
         from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  (slow to import, and few sections have tables)
 
