@@ -40,7 +40,17 @@ class Attachment:
 
     @classmethod
     def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Attachment:
-        """Find the attachment of a point "body.point", of a joint's pin, or of a place "member@0.3" that has a node."""
+        """Find the attachment of a point "body.point", of a joint's pin, or of a place "member@0.3" that has a node.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        mesh
+            The mesh of its members.
+        name
+            The point, joint or place.
+        """
         if "@" in name:
             label, s = name.split("@")
             link = scene.members()[label][0]

@@ -34,7 +34,15 @@ class BentAxis:
 
     @classmethod
     def of(cls, layout: Layout, stiffness: Any) -> BentAxis:
-        """Compile the forms, with the nodal dofs of the elements in link axes and EI as UFL coefficient (N m^2)."""
+        """Compile the forms, with the nodal dofs of the elements in link axes and EI as UFL coefficient (N m^2).
+
+        Parameters
+        ----------
+        layout
+            The broken space of the mesh.
+        stiffness
+            EI as UFL coefficient (N m^2).
+        """
         mesh = layout.mesh
         space = _fenicsx.broken_line(mesh.mesh, 3)
         w, rate = fem.Function(space), fem.Function(space)
@@ -49,7 +57,13 @@ class BentAxis:
         return cls(kernels, layout.broken_deflection @ member_rotation(mesh))
 
     def by(self, shape: Array) -> BentAxis:
-        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``."""
+        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
+
+        Parameters
+        ----------
+        shape
+            The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
+        """
         return replace(self, shape=self.shape @ shape)
 
     def shortening(self, v: Array) -> tuple[Array, Array]:

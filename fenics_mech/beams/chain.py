@@ -31,7 +31,15 @@ class Chain:
 
     @classmethod
     def of(cls, length: Array, stiffness: Array) -> Chain:
-        """Make a chain of element matrices in member axes, ``(elements, 6, 6)``."""
+        """Make a chain of element matrices in member axes, ``(elements, 6, 6)``.
+
+        Parameters
+        ----------
+        length
+            Length of each element (m), ``(elements,)``.
+        stiffness
+            Stiffness of each element in member axes, ``(elements, 6, 6)``.
+        """
         return cls(length, np.linalg.inv(stiffness[:, 3:, 3:]))
 
     def forces(self, loads: Array) -> Array:
@@ -51,6 +59,11 @@ class Chain:
         """Displacements of all nodes but the first, which is held, by the forces on the second nodes of the elements.
 
         Both are ``(..., elements, 3)``.
+
+        Parameters
+        ----------
+        forces
+            Forces along and across the member (N), and moments (N m).
         """
         u, w, phi = np.moveaxis(np.einsum("eij,...ej->...ei", self.compliance, forces), -1, 0)
         turned = np.cumsum(phi, axis=-1)

@@ -40,7 +40,15 @@ class Distribution:
 
     @classmethod
     def constant(cls, layout: Layout, by_element: Array) -> Distribution:
-        """Give a property with one value per element, ``(elements,)``."""
+        """Give a property with one value per element, ``(elements,)``.
+
+        Parameters
+        ----------
+        layout
+            The broken space of the mesh.
+        by_element
+            The property of each element.
+        """
         return cls(layout.coefficient(by_element), by_element, by_element[:, None])
 
     @property
@@ -50,7 +58,13 @@ class Distribution:
 
 
 def means(powers: Array) -> Array:
-    """Means over 0..1 of polynomials by the coefficients of their powers, ``(..., degree + 1)``."""
+    """Means over 0..1 of polynomials by the coefficients of their powers, ``(..., degree + 1)``.
+
+    Parameters
+    ----------
+    powers
+        Coefficients, from the constant on.
+    """
     return powers @ (1 / np.arange(1, powers.shape[-1] + 1))
 
 

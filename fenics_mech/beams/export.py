@@ -21,6 +21,20 @@ def plane_mesh(scene: Scene, mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
     Lines are grouped by member, numbered from 1. Points are grouped by joint, numbered from 1 in the order of the
     scene, and then by name where they are in no joint. `fenics_mech.scene.drawing` says what the groups' names mean and
     reads the mesh back. Rigid links are not drawn.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    mesh
+        The mesh of its members.
+    motion
+        A rigid motion of the scene.
+
+    Returns
+    -------
+    meshio.Mesh
+        Nodes with z = 0 (m), lines and points.
     """
     angle = motion.angle[0, mesh.node_link]
     c, s, (x, y) = np.cos(angle), np.sin(angle), mesh.node_xy.T
@@ -59,6 +73,13 @@ def _point_groups(scene: Scene) -> dict[str, list[str]]:
 
 def write_mesh(mesh: meshio.Mesh, path: Path) -> None:
     """Write a mesh in the format of the file's ending.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    path
+        The file; its ending says the format.
 
     Raises
     ------

@@ -48,35 +48,73 @@ class Layout:
 
     @classmethod
     def of(cls, mesh: BeamMesh, offsets: Offsets | None = None) -> Layout:
-        """Lay out the broken space DG1 x DG3 on a mesh."""
+        """Lay out the broken space DG1 x DG3 on a mesh.
+
+        Parameters
+        ----------
+        mesh
+            The mesh.
+        offsets
+            Places of neutral lines and centres of mass that are not on the members' axes.
+        """
         return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)), offsets=offsets)
 
     def sheared(self, angle: Array) -> Layout:
-        """Give the layout with shear: the space has the angle of shear too, one per cell."""
+        """Give the layout with shear: the space has the angle of shear too, one per cell.
+
+        Parameters
+        ----------
+        angle
+            Angle of shear by w and phi of both nodes, ``(elements, 4)`` (1/m, 1).
+        """
         return replace(self, space=_fenicsx.broken_space(self.mesh.mesh, (1, 3, 0)), shear_angle=angle)
 
     def coefficient(self, by_element: Array) -> Any:
-        """Give the UFL coefficient that takes one value per element, ``(elements,)``."""
+        """Give the UFL coefficient that takes one value per element, ``(elements,)``.
+
+        Parameters
+        ----------
+        by_element
+            Values in the order of the mesh's elements.
+        """
         by_cell = np.empty_like(by_element)
         by_cell[self.mesh.cell] = by_element
         return _fenicsx.cellwise(self.mesh.mesh, by_cell)
 
     def nodal(self, broken: PETSc.Mat) -> PETSc.Mat:
-        """Carry a broken matrix to nodal dofs in link axes, as a new matrix."""
+        """Carry a broken matrix to nodal dofs in link axes, as a new matrix.
+
+        Parameters
+        ----------
+        broken
+            Matrix over the dofs of the broken space.
+        """
         embedding = to_petsc(self._embedding)
         matrix = broken.PtAP(embedding)
         embedding.destroy()
         return matrix
 
     def of_elements(self, broken: PETSc.Mat) -> Array:
-        """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``."""
+        """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``.
+
+        Parameters
+        ----------
+        broken
+            Matrix over the dofs of the broken space.
+        """
         matrix, (dofs, hermite) = to_scipy(broken), self._hermite
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         blocks = np.asarray(matrix[rows.ravel(), columns.ravel()]).reshape(rows.shape)
         return np.einsum("eai,eab,ebj->eij", hermite, blocks, hermite)
 
     def vector_of_elements(self, form: Any) -> Array:
-        """Assemble a linear form: its parts in the nodal dofs and member axes of each element, ``(elements, 6)``."""
+        """Assemble a linear form: its parts in the nodal dofs and member axes of each element, ``(elements, 6)``.
+
+        Parameters
+        ----------
+        form
+            Linear UFL form on the broken space.
+        """
         dofs, hermite = self._hermite
         return np.einsum("eai,ea->ei", hermite, _fenicsx.assemble_vector(form)[dofs])
 
@@ -99,7 +137,18 @@ class Layout:
         return tie
 
     def work_equivalent(self, line: Array) -> Array:
-        """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`."""
+        """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`.
+
+        Parameters
+        ----------
+        line
+            Loads along elements in member axes, ``(angles, elements, 4)`` (N/m), as of `Loads.line`.
+
+        Returns
+        -------
+        numpy.ndarray
+            Forces and moments in member axes, ``(angles, elements, 6)`` (N, N m).
+        """
         forces = work_equivalent(line, self.mesh.cell_length)
         if self.offsets is None:
             return forces if self.shear_angle is None else np.einsum("eji,tej->tei", self.tie, forces)

@@ -60,11 +60,23 @@ class BeamMesh:
     node_name: tuple[str, ...]
 
     def node(self, name: str) -> int:
-        """Index of the node of that name."""
+        """Index of the node of that name.
+
+        Parameters
+        ----------
+        name
+            "link.point", "label@s" or "link.centre".
+        """
         return self._index[name]
 
     def has_node(self, name: str) -> bool:
-        """Whether there is a node of that name."""
+        """Whether there is a node of that name.
+
+        Parameters
+        ----------
+        name
+            "link.point", "label@s" or "link.centre".
+        """
         return name in self._index
 
     @cached_property

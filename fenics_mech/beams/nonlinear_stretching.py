@@ -35,13 +35,25 @@ class Stretching:
         return np.asarray(np.sum(a * each(self.bow, b), axis=-1))
 
     def by(self, shape: Array) -> Stretching:
-        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``."""
+        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
+
+        Parameters
+        ----------
+        shape
+            The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
+        """
         line = np.einsum("ei,ein->en", self.line, shape)
         return Stretching(line, shape.transpose(0, 2, 1) @ self.bow @ shape)
 
     @classmethod
     def of(cls, layout: Layout) -> Stretching:
-        """Assemble the derivatives of the energy's stretching part for a tension of 1 N."""
+        """Assemble the derivatives of the energy's stretching part for a tension of 1 N.
+
+        Parameters
+        ----------
+        layout
+            The broken space of the mesh.
+        """
         rotation = member_rotation(layout.mesh)
         first, second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))))
         broken = _fenicsx.assemble(second)

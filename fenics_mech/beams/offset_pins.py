@@ -39,6 +39,13 @@ class Offsets:
     def of(cls, scene: Scene, mesh: BeamMesh) -> Offsets | None:
         """Find the offsets of a scene's sections; None where there is none.
 
+        Parameters
+        ----------
+        scene
+            The scene.
+        mesh
+            The mesh of its members.
+
         Raises
         ------
         SceneError
@@ -59,7 +66,13 @@ class Offsets:
         return arms
 
     def on_neutral_line(self, ends: Array) -> Array:
-        """Give forces on the elements' ends with moments about the neutral line, both ``(..., elements, 6)``."""
+        """Give forces on the elements' ends with moments about the neutral line, both ``(..., elements, 6)``.
+
+        Parameters
+        ----------
+        ends
+            Forces (N) and moments about the member's axis (N m), in member axes.
+        """
         found = ends.copy()
         found[..., [2, 5]] += self.neutral[:, None] * ends[..., [0, 3]]
         return found

@@ -170,6 +170,11 @@ class Reduction:
         """Coordinates that move each group of nodal dofs, ``(groups, n)``, and the dofs by them, ``(groups, dofs, n)``.
 
         Those of a group with fewer are filled up with its first, by which then nothing moves.
+
+        Parameters
+        ----------
+        groups
+            Nodal dofs of each group, ``(groups, dofs)``.
         """
         parts = [self.shape[dofs].tocsc() for dofs in groups]
         moving = [np.flatnonzero(np.diff(part.indptr)) for part in parts]
@@ -181,6 +186,11 @@ class Reduction:
 
     def pairs(self, rows: Index, columns: Index) -> tuple[Index, Index, sp.csr_matrix]:
         """Say what entries of a matrix over the nodal dofs add to which entries over the coordinates.
+
+        Parameters
+        ----------
+        rows, columns
+            Nodal dofs of each entry, ``(entries,)``.
 
         Returns
         -------

@@ -22,12 +22,30 @@ AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both node
 
 
 def evaluate(functions: tuple[Polynomial, ...], xi: Array) -> Array:
-    """Values of functions, ``(..., functions)``."""
+    """Values of functions, ``(..., functions)``.
+
+    Parameters
+    ----------
+    functions
+        Polynomials of the place 0..1 in an element.
+    xi
+        Places, ``(...)``.
+    """
     return np.stack([f(xi) for f in functions], axis=-1)
 
 
 def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Array:
-    """Repeated integrals of functions from 0, ``(..., functions)``."""
+    """Repeated integrals of functions from 0, ``(..., functions)``.
+
+    Parameters
+    ----------
+    functions
+        Polynomials of the place 0..1 in an element.
+    xi
+        Upper ends of the integrals, ``(...)``.
+    times
+        How often they are integrated.
+    """
     powers = np.arange(max(len(f.coef) for f in functions))
     coefficients = np.zeros((len(functions), len(powers)))
     for row, f in zip(coefficients, functions):
@@ -37,7 +55,15 @@ def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Ar
 
 
 def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
-    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``."""
+    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``.
+
+    Parameters
+    ----------
+    functions
+        Right-hand sides, as polynomials of the place 0..1 in an element.
+    xi
+        Places, ``(places,)``.
+    """
     at_end = integral(functions, np.ones(1), 2)
     return integral(functions, xi, 2) - at_end * xi[:, None]
 
@@ -122,7 +148,20 @@ def work_equivalent(line: Array, length: Array) -> Array:
 
 
 def moments_at_ends(moments: Array, length: Array) -> Array:
-    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``."""
+    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``.
+
+    Parameters
+    ----------
+    moments
+        Moment per length at both ends of each element.
+    length
+        Length of each element (m), ``(elements,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Forces and moments at the nodes, in member axes, ``(angles, elements, 6)`` (N, N m).
+    """
     forces = np.zeros((*moments.shape[:2], 6))
     forces[..., NORMAL] = moments @ TURNING.T
     forces[..., [2, 5]] *= length[:, None]

@@ -25,7 +25,15 @@ TOLERANCE = 1e-12  # of the modes
 
 
 def outside(mesh: BeamMesh, spans: Sequence[Span]) -> NDArray[np.bool_]:
-    """Which elements are of no span, ``(elements,)``."""
+    """Which elements are of no span, ``(elements,)``.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    spans
+        Some of its members.
+    """
     return ~np.isin(mesh.cell_member, [span.member for span in spans])
 
 
@@ -59,7 +67,17 @@ class Span:
 
     @classmethod
     def of(cls, beams: Beams, nodal_mass: sp.csr_matrix, member: int) -> Span:
-        """Take a member of the links, whose mass matrix over the nodal dofs is given."""
+        """Take a member of the links, whose mass matrix over the nodal dofs is given.
+
+        Parameters
+        ----------
+        beams
+            The links' matrices.
+        nodal_mass
+            Mass matrix over the nodal dofs (kg ...).
+        member
+            Index of the member in the mesh.
+        """
         cells = np.flatnonzero(beams.mesh.cell_member == member)
         nodes = np.append(beams.mesh.cell_nodes[cells, 0], beams.mesh.cell_nodes[cells[-1], 1])
         dofs = 3 * nodes[:, None] + np.arange(3)
@@ -106,6 +124,13 @@ class Span:
 
     def modes(self, cutoff: float, bending: bool = False) -> tuple[Array, Array]:
         """Modes with clamped ends, up to a frequency (rad/s): all, or those across the axis.
+
+        Parameters
+        ----------
+        cutoff
+            Largest angular frequency (rad/s).
+        bending
+            Whether only modes across the axis are asked for.
 
         Returns
         -------

@@ -25,7 +25,13 @@ POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]]
 
 
 def stiffness_correction(beams: Beams) -> Array:
-    """Stiffness of the elements by statics less that by the shape functions, in member axes, ``(elements, 6, 6)``."""
+    """Stiffness of the elements by statics less that by the shape functions, in member axes, ``(elements, 6, 6)``.
+
+    Parameters
+    ----------
+    beams
+        The links' matrices.
+    """
     axial, bending = _flexibility(beams, *_ends(beams))
     relative, found = _relative(beams.mesh.cell_length), np.zeros_like(beams.element_stiffness)
     found[:, [[1], [2], [4], [5]], NORMAL] = relative.transpose(0, 2, 1) @ np.linalg.inv(bending) @ relative
@@ -43,6 +49,15 @@ def shape_corrections(beams: Beams, element: Index, xi: Array) -> tuple[Array, A
     """Displacements by statics less those of the shape functions, along and across, by the nodes' in member axes.
 
     Both are ``(places, 6)``, at places `xi` 0..1 of elements.
+
+    Parameters
+    ----------
+    beams
+        The links' matrices.
+    element
+        Element of each place, ``(places,)``.
+    xi
+        The places, ``(places,)``.
     """
     h = beams.mesh.cell_length[element]
     along, across = shapes(beams, element, xi)
@@ -56,6 +71,15 @@ def shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
     """Displacements along and across the member that statics gives elements by their nodes', in member axes.
 
     Both are ``(places, 6)``, at places `xi` 0..1 of elements.
+
+    Parameters
+    ----------
+    beams
+        The links' matrices.
+    element
+        Element of each place, ``(places,)``.
+    xi
+        The places, ``(places,)``.
     """
     h = beams.mesh.cell_length[element]
     axial, bending = _flexibility(beams, element, xi)
@@ -116,6 +140,13 @@ def misfit(scene: Scene, beams: Beams) -> Array:
     """Share of each member's flexibility and mass by which its elements' polynomials miss its section, ``(members,)``.
 
     What notches and steps have between the points of a polynomial no element knows.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    beams
+        The links' matrices.
     """
     mesh = beams.mesh
     rigidity, density = beams.rigidity, beams.inertia.density

@@ -98,7 +98,13 @@ class Flow:
 
     @classmethod
     def of(cls, situation: Situation) -> Flow:
-        """Give the flow of a scene that states air."""
+        """Give the flow of a scene that states air.
+
+        Parameters
+        ----------
+        situation
+            The scene, its beams and its rigid motion.
+        """
         scene, mesh = situation.scene, situation.beams.mesh
         air = scene.damping.air
         assert air is not None
@@ -136,7 +142,13 @@ class Flow:
         return linear, np.einsum("tep,tepj->tej", by_place * self.across / 2, powers)
 
     def linearised(self, turned: bool = False) -> Linearised:
-        """Linearise the drag about the rigid motion; or the same forces turned by a quarter clockwise."""
+        """Linearise the drag about the rigid motion; or the same forces turned by a quarter clockwise.
+
+        Parameters
+        ----------
+        turned
+            Whether the forces are turned, which gives their work as a link turns by 1 rad.
+        """
         normal, tangent = (ALONG, -ACROSS) if turned else (ACROSS, ALONG)
         linear, whole = self._moments
         h = self.beams.mesh.cell_length[:, None, None]
@@ -215,7 +227,13 @@ class Flow:
         return float(self.by_member(by_element).max())
 
     def by_member(self, by_element: Array) -> Array:
-        """Sum ``(angles, elements)`` over the elements of each member, ``(angles, members)``."""
+        """Sum ``(angles, elements)`` over the elements of each member, ``(angles, members)``.
+
+        Parameters
+        ----------
+        by_element
+            Values of the elements.
+        """
         mesh = self.beams.mesh
         return by_element @ (mesh.cell_member[:, None] == np.arange(len(mesh.members)))
 

@@ -22,6 +22,15 @@ def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, A
 
     The motion is that at the impulses' angles, one for each.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    beams
+        The links' matrices.
+    motion
+        The rigid motion at the impulses' angles.
+
     Returns
     -------
     tuple

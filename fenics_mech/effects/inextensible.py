@@ -24,7 +24,13 @@ def beams(scene: Scene, links: Beams) -> Beams:
 
 
 def stretching(scene: Scene) -> Scene:
-    """Give the scene with members that can stretch."""
+    """Give the scene with members that can stretch.
+
+    Parameters
+    ----------
+    scene
+        A scene with the effect.
+    """
     return scene.changed(effects=tuple(name for name in scene.named_effects if name != EFFECT.name))
 
 

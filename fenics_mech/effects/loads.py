@@ -25,7 +25,13 @@ def terms(situation: Situation) -> Terms:
 
 
 def turned_back(situation: Situation) -> Loads:
-    """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad."""
+    """Give the loads turned by a quarter clockwise: the work that they do on v as a link turns by 1 rad.
+
+    Parameters
+    ----------
+    situation
+        The scene, its beams and its rigid motion.
+    """
     found = Loads()
     for load in situation.scene.loads.values():
         if isinstance(load, LineLoad):

@@ -15,18 +15,36 @@ COUNT, SINES = 3, slice(1, 3)  # of the dofs of a force, and which of them are s
 
 
 def of_sines(scene: Scene) -> bool:
-    """Whether slopes w' are the sines of rotations, and not small rotations themselves."""
+    """Whether slopes w' are the sines of rotations, and not small rotations themselves.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     return EFFECT.name in scene.named_effects
 
 
 def rotated(slope: Array) -> Array:
-    """Give the rotations of which w' are the sines; no numbers from a right angle on."""
+    """Give the rotations of which w' are the sines; no numbers from a right angle on.
+
+    Parameters
+    ----------
+    slope
+        Slopes w' of the axes.
+    """
     with np.errstate(invalid="ignore"):
         return np.asarray(np.arcsin(slope))
 
 
 def cosine(slope: Array) -> Array:
-    """Give the cosines of these rotations."""
+    """Give the cosines of these rotations.
+
+    Parameters
+    ----------
+    slope
+        Slopes w' of the axes.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(np.sqrt(1 - slope**2))
 
@@ -80,7 +98,15 @@ class RotationForces:
 
     @classmethod
     def turning(cls, dofs: Index, force: Array) -> RotationForces:
-        """Give a force in link axes, ``(angles, 2)``, that turns with the last of a node's three dofs."""
+        """Give a force in link axes, ``(angles, 2)``, that turns with the last of a node's three dofs.
+
+        Parameters
+        ----------
+        dofs
+            The three dofs of the node.
+        force
+            The force (N).
+        """
         given = np.zeros((4, *force.shape))
         given[3] = force
         return cls._of_nodes(np.stack([dofs[:2], dofs[[2, 2]], dofs[[2, 2]]], axis=-1), given)
@@ -96,11 +122,25 @@ class RotationForces:
         return cls(np.concatenate(dofs), np.concatenate(given, axis=2), np.concatenate(shape))
 
     def by(self, coordinates: Index, shape: Array) -> RotationForces:
-        """Give them by the coordinates that move their dofs, which are ``shape z``, ``(forces, 3, n)``."""
+        """Give them by the coordinates that move their dofs, which are ``shape z``, ``(forces, 3, n)``.
+
+        Parameters
+        ----------
+        coordinates
+            Coordinates that move the dofs of each force, ``(forces, n)``.
+        shape
+            The dofs by these coordinates.
+        """
         return replace(self, dofs=coordinates, shape=shape)
 
     def scaled(self, share: float) -> RotationForces:
-        """Give them with a share of what loads them, M and F."""
+        """Give them with a share of what loads them, M and F.
+
+        Parameters
+        ----------
+        share
+            The factor on M and F.
+        """
         return replace(self, given=self.given * np.array([share, 1.0, 1.0, share])[:, None])
 
     def force(self, v: Array, rate: Array) -> Array:

@@ -53,7 +53,19 @@ class Separation:
 
     @classmethod
     def of(cls, scene: Scene, mesh: BeamMesh, motion: Motion, part: Line | Hinge) -> Separation:
-        """Find what lies between the two bodies of a spring or a damper."""
+        """Find what lies between the two bodies of a spring or a damper.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        mesh
+            The mesh of its members.
+        motion
+            Its rigid motion.
+        part
+            The spring or damper.
+        """
         if isinstance(part, Hinge):
             return cls._of_rotation(scene, mesh, motion, part)
         reaches, turnings, places, velocities = [], [], [], []
@@ -152,7 +164,13 @@ class Separation:
 
 
 def across(direction: Array) -> Array:
-    """Projection at right angles to a direction, ``(angles, n, n)``; nothing for a rotation."""
+    """Projection at right angles to a direction, ``(angles, n, n)``; nothing for a rotation.
+
+    Parameters
+    ----------
+    direction
+        Unit vectors, ``(angles, n)``.
+    """
     return np.eye(direction.shape[1]) - direction[:, :, None] * direction[:, None, :]
 
 

@@ -50,7 +50,18 @@ def _angle(links: Beams, stiffness: Array) -> Array:
 
 
 def missing_data(scene: Scene) -> str:
-    """Say which member does not state its shear stiffness, or which pin travels along one."""
+    """Say which member does not state its shear stiffness, or which pin travels along one.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    str
+        What is missing; empty where all is stated.
+    """
     try:
         for label in scene.members():
             scene.shear_stiffness(label, np.zeros(1))

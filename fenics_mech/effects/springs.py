@@ -101,7 +101,19 @@ def spring_power(scene: Scene, mesh: BeamMesh, rates: Motion, v: Array, deformat
 
 
 def spring_energy(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> Array:
-    """Energy of all springs to second order in v (J), ``(angles,)``, but for a constant; see `spring_power`."""
+    """Energy of all springs to second order in v (J), ``(angles,)``, but for a constant; see `spring_power`.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    mesh
+        The mesh of its members.
+    motion
+        Its rigid motion.
+    v
+        Elastic displacement in link axes, ``(angles, nodal dofs)``.
+    """
     energy = np.zeros(len(v))
     stiffness = [spring.stiffness for spring in scene.springs.values()]
     for k, (separation, pull, tangent, _) in zip(stiffness, _pulls(scene, mesh, motion)):
@@ -160,6 +172,16 @@ def too_stiff(scene: Scene) -> dict[str, float]:
 
     Its frequency is about the root of stiffness over the inertia of an element's end, and the drag of modal damping on
     the rotation goes with it, whatever the slow motion is. The bound (N m/rad) is as good as rigid beside the elements.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    dict
+        By name of the spring, the largest stiffness that it may have (N m/rad).
     """
     if not np.any(scene.damping.ratio) or scene.analysis.method not in ("periodic", "transient"):
         return {}
@@ -183,7 +205,13 @@ def _bound(scene: Scene, spring: HingeSpring) -> float:
 
 
 def refuse_too_stiff(scene: Scene) -> None:
-    """Raise `UnresolvedError` for a torsional spring that is `too_stiff`, unless the scene lets it pass."""
+    """Raise `UnresolvedError` for a torsional spring that is `too_stiff`, unless the scene lets it pass.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     for name, bound in ({} if scene.analysis.allow_coarse else too_stiff(scene)).items():
         raise UnresolvedError(
             f"springs.{name}: with damping.ratio the drag on a torsional spring so much stiffer than the elements "

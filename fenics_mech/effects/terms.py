@@ -44,6 +44,15 @@ class Situation:
 def in_links(motion: Motion, vectors: Array, turned: float = 0.0) -> Array:
     """Components of vectors of the fixed frame, ``(..., 2)``, in the axes of every link turned by an angle further.
 
+    Parameters
+    ----------
+    motion
+        The rigid motion, for the angles of the links.
+    vectors
+        Components along X and Y.
+    turned
+        The angle (rad), the same for all links.
+
     Returns
     -------
     numpy.ndarray
@@ -72,12 +81,28 @@ class Entries:
 
     @classmethod
     def of_elements(cls, mesh: BeamMesh, blocks: Array) -> Entries:
-        """Give the matrix of element blocks in link axes, ``(angles or 1, elements, 6, 6)``."""
+        """Give the matrix of element blocks in link axes, ``(angles or 1, elements, 6, 6)``.
+
+        Parameters
+        ----------
+        mesh
+            The mesh.
+        blocks
+            Block of each element over the dofs of its two nodes.
+        """
         return cls.of_blocks(element_dofs(mesh), blocks)
 
     @classmethod
     def of_blocks(cls, dofs: Index, blocks: Array) -> Entries:
-        """Give the matrix of blocks ``(angles or 1, elements, n, n)`` on `dofs`, ``(elements, n)``."""
+        """Give the matrix of blocks ``(angles or 1, elements, n, n)`` on `dofs`, ``(elements, n)``.
+
+        Parameters
+        ----------
+        dofs
+            Nodal dofs of each element.
+        blocks
+            Block of each element over its dofs.
+        """
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         return cls(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
 
@@ -86,11 +111,23 @@ class Entries:
         return self if len(self.values) == 1 else replace(self, values=self.values[angles])
 
     def times(self, vectors: Array) -> Array:
-        """Product with one vector at each angle, ``(angles, nodal dofs)``."""
+        """Product with one vector at each angle, ``(angles, nodal dofs)``.
+
+        Parameters
+        ----------
+        vectors
+            The vectors, ``(angles, nodal dofs)``.
+        """
         return summed(self.values * vectors[:, self.columns], self.rows, vectors.shape[1])
 
     def dense(self, size: int) -> Array:
-        """The matrix at all angles, ``(angles or 1, size, size)``."""
+        """The matrix at all angles, ``(angles or 1, size, size)``.
+
+        Parameters
+        ----------
+        size
+            Number of nodal dofs.
+        """
         return summed(self.values, self.rows * size + self.columns, size**2).reshape(-1, size, size)
 
 
@@ -235,6 +272,13 @@ def quarter_back(forces: Array, shape: tuple[int, ...]) -> Array:
     """Turn forces along two axes, beside a moment in each, by a quarter clockwise; they are an array of that shape.
 
     Moments do no work in it.
+
+    Parameters
+    ----------
+    forces
+        Forces and moments, in any shape.
+    shape
+        The shape whose last axis is force, force, moment.
     """
     x, y, _ = np.moveaxis(forces.reshape(shape), -1, 0)
     return np.stack([y, -x, np.zeros_like(x)], axis=-1).reshape(forces.shape)
@@ -300,7 +344,15 @@ class StressStiffening:
 
     @classmethod
     def of(cls, beams: Beams, tension: Array) -> StressStiffening:
-        """Give ``int N w' z' dx`` with the axial force N of each element (N), ``(angles, elements)``."""
+        """Give ``int N w' z' dx`` with the axial force N of each element (N), ``(angles, elements)``.
+
+        Parameters
+        ----------
+        beams
+            The links' matrices.
+        tension
+            The axial forces.
+        """
         return cls(tension, tension[..., None, None] * beams.stretching.bow)
 
 

@@ -11,17 +11,36 @@ def shortening(w: Any) -> Any:
     """Give ``int 1 - sqrt(1 - w'^2) dx``, by which an axis of that length is longer than its chord.
 
     The slope w' is the sine of the rotation, as it is the derivative along the axis itself.
+
+    Parameters
+    ----------
+    w
+        Displacement across the member (m).
     """
     return (1 - ufl.sqrt(1 - w.dx(0) ** 2)) * ufl.dx(degree=DEGREE)
 
 
 def curvature(w: Any) -> Any:
-    """Give the curvature ``w''/sqrt(1 - w'^2)``: the derivative of the rotation, the arc sine of w'."""
+    """Give the curvature ``w''/sqrt(1 - w'^2)``: the derivative of the rotation, the arc sine of w'.
+
+    Parameters
+    ----------
+    w
+        Displacement across the member (m).
+    """
     return w.dx(0).dx(0) / ufl.sqrt(1 - w.dx(0) ** 2)
 
 
 def bending_energy_beyond(w: Any, stiffness: Any) -> Any:
-    """Give the strain energy of bending, less that of linear theory; `stiffness` is EI (N m^2)."""
+    """Give the strain energy of bending, less that of linear theory; `stiffness` is EI (N m^2).
+
+    Parameters
+    ----------
+    w
+        Displacement across the member (m).
+    stiffness
+        EI as UFL coefficient (N m^2).
+    """
     return stiffness * (curvature(w) ** 2 - w.dx(0).dx(0) ** 2) / 2 * ufl.dx(degree=DEGREE)
 
 

@@ -9,6 +9,13 @@ def rotary(space: Any, inertia: Any) -> Any:
     """Give ``int rho I phi psi dx``, phi and psi the rotations of the sections; `inertia` is rho I (kg m).
 
     Source: Rayleigh, The Theory of Sound, section 162; with shear Timoshenko, Phil. Mag. 41 (1921) 744.
+
+    Parameters
+    ----------
+    space
+        Broken space of u and w.
+    inertia
+        rho I as UFL coefficient (kg m).
     """
     phi, psi = (rotation(*functions(space)) for functions in (ufl.TrialFunctions, ufl.TestFunctions))
     return inertia * phi * psi * ufl.dx

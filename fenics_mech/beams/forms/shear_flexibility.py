@@ -10,6 +10,13 @@ def shear(space: Any, stiffness: Any) -> Any:
 
     The rotation of the sections is phi = w' - gamma, and phi' = w'', so that the stiffness of bending stays as it is.
     Source: Timoshenko, Phil. Mag. 41 (1921) 744.
+
+    Parameters
+    ----------
+    space
+        Broken space of u, w and the angle of shear.
+    stiffness
+        G A_s as UFL coefficient (N).
     """
     *_, angle = ufl.TrialFunctions(space)
     *_, virtual = ufl.TestFunctions(space)

@@ -12,6 +12,13 @@ def stretching(space: Any, tension: Any) -> Any:
     With ``- N^2/(2 EA)`` it is the mixed energy of von Karman's strain (Hellinger and Reissner). Stationary in N, that
     energy says that N is EA times the strain's mean over the element, so that a bent element does not lock.
 
+    Parameters
+    ----------
+    space
+        Broken space of u and w.
+    tension
+        N as UFL coefficient (N).
+
     Returns
     -------
     tuple
