@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, Array]:
     """Give the impulses of a scene on the nodal dofs in link axes (N s, N m s), ``(impulses, nodal dofs)`` each.
 
-    The motion is that at the impulses' angles, one for each.
-
     Parameters
     ----------
     scene
@@ -29,7 +27,7 @@ def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, A
     beams
         The links' matrices.
     motion
-        The rigid motion at the impulses' angles.
+        The rigid motion at the impulses' angles, one for each.
 
     Returns
     -------

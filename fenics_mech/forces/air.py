@@ -16,7 +16,17 @@ from fenics_mech.scene import Scene
 
 
 def drag_known(scene: Scene, system: System, response: ElasticResponse) -> System:
-    """Give a mechanism on which the drag of the air in a motion acts as a load along members, and damps nothing."""
+    """Give a mechanism on which the drag of the air in a motion acts as a load along members, and damps nothing.
+
+    Parameters
+    ----------
+    scene
+        A scene that states air.
+    system
+        Its mechanism.
+    response
+        A motion of it.
+    """
     if scene.damping.air is None:
         return system
     flow, terms = flow_of(scene, system), system.terms
@@ -31,12 +41,32 @@ def drag_known(scene: Scene, system: System, response: ElasticResponse) -> Syste
 
 
 def air_loads(scene: Scene, system: System, response: ElasticResponse, rigid: bool = False) -> tuple[Loads, Loads]:
-    """Drag of the air in a motion, or in its rigid part alone, and the same turned by a quarter clockwise."""
+    """Drag of the air in a motion, or in its rigid part alone, and the same turned by a quarter clockwise.
+
+    Parameters
+    ----------
+    scene
+        A scene that states air.
+    system
+        Its mechanism.
+    response
+        A motion of it.
+    rigid
+        Whether only the rigid part of the motion counts.
+    """
     return flow_of(scene, system).loads(*(_still(system) if rigid else displacement_and_velocity(system, response)))
 
 
 def flow_of(scene: Scene, system: System) -> Flow:
-    """Give the flow of the air about the members."""
+    """Give the flow of the air about the members.
+
+    Parameters
+    ----------
+    scene
+        A scene that states air.
+    system
+        Its mechanism.
+    """
     return Flow.of(Situation(scene, system.beams, system.motion))
 
 
@@ -46,7 +76,15 @@ def _still(system: System) -> tuple[Array, Array]:
 
 
 def displacement_and_velocity(system: System, response: ElasticResponse) -> tuple[Array, Array]:
-    """Displacement and velocity that the drag knows, ``(angles, nodal dofs)`` each."""
+    """Displacement and velocity that the drag knows, ``(angles, nodal dofs)`` each.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
     none, _ = _still(system)
     v = system.to_links(response.displacement) if system.terms.coupled else none
     return v, none if response.velocity is None else response.velocity

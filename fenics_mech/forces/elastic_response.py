@@ -94,6 +94,11 @@ class ElasticResponse:
         """Displacement in link axes whose elastic forces are all stress of the links, ``(angles, nodal dofs)``.
 
         Beside the displacement itself it holds what damping by the material and by modal ratios adds.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
         """
         v = system.to_links(self.displacement)
         if self.modal_damping is not None:
@@ -103,7 +108,15 @@ class ElasticResponse:
         return v
 
     def changed(self, displacement: Array, inertia: Array) -> ElasticResponse:
-        """Give the undamped response with a change of q and of the nodal inertia."""
+        """Give the undamped response with a change of q and of the nodal inertia.
+
+        Parameters
+        ----------
+        displacement
+            Change of q, ``(angles, coordinates)``.
+        inertia
+            Change of the nodal acceleration in link axes, ``(angles, nodal dofs)``.
+        """
         undamped = self.undamped
         return replace(undamped, displacement=undamped.displacement + displacement, inertia=undamped.inertia + inertia)
 

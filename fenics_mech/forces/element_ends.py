@@ -11,7 +11,15 @@ from fenics_mech.mechanism import System
 
 
 def element_forces(system: System, response: ElasticResponse) -> Array:
-    """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``."""
+    """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
     return balanced(system, response)[0]
 
 
@@ -19,6 +27,13 @@ def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     """Forces on the elements' ends, ``(angles, elements, 6)``, and the displacement v that goes with them.
 
     Inside members that are reduced both follow from equilibrium, so that the modes left out answer statically.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
     """
     beams, strained = system.beams, response.strained(system)
     v, ends = system.to_links(response.displacement), _on_elements(system, response)
@@ -34,7 +49,15 @@ def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
 
 
 def left_to_statics(system: System, response: ElasticResponse) -> Array:
-    """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia."""
+    """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
     return balanced(system, response)[1] - system.to_links(response.displacement)
 
 
@@ -62,7 +85,15 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
 
 
 def element_tension(system: System, response: ElasticResponse) -> Array | None:
-    """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory."""
+    """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
     law = system.terms.law
     if law is not None and response.velocity is not None:
         return law.on_elements.tension(system.to_links(response.displacement), response.velocity)
@@ -73,6 +104,13 @@ def mean_tension(system: System, response: ElasticResponse) -> Array:
     """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
 
     The share of modal damping does not, as it is linear in the coordinates.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
     """
     ends = element_forces(system, response.undamped)
     return (ends[..., 3] - ends[..., 0]) / 2

@@ -127,7 +127,13 @@ class SpreadLoad:
 
 
 def applied_inside(system: System) -> list[PointLoad]:
-    """Loads of the scene at places inside elements, which take no part in the forces on the elements' ends."""
+    """Loads of the scene at places inside elements, which take no part in the forces on the elements' ends.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    """
     angles = len(system.motion.theta)
     return [
         PointLoad(np.full(angles, load.element), np.full(angles, load.place), *load.force.T)
@@ -136,14 +142,30 @@ def applied_inside(system: System) -> list[PointLoad]:
 
 
 def pin_loads(system: System, response: ElasticResponse) -> list[PointLoad]:
-    """Give the forces of pins that travel along members, in a response; without such pins nothing is computed."""
+    """Give the forces of pins that travel along members, in a response; without such pins nothing is computed.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
     if not system.transformation.constraints.contacts:
         return []
     return point_loads(system, reactions(system, nodal_forces(system, response)))
 
 
 def point_loads(system: System, found: Reactions) -> list[PointLoad]:
-    """Loads of pins on the members that they travel along, in the order of `contacts`, from the joints' reactions."""
+    """Loads of pins on the members that they travel along, in the order of `contacts`, from the joints' reactions.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    found
+        Forces and moments of the joints on the bodies.
+    """
     motion, loads = system.motion, []
     for name, contact in system.transformation.constraints.contacts.items():
         pin = contact.scene.joints[name].connect[1].split(".")[0]

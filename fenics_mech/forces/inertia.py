@@ -19,7 +19,15 @@ AS_CUBICS = np.array([[f(0.0), f.deriv()(0.0), f(1.0), f.deriv()(1.0)] for f in 
 
 
 def nodal_in_members(system: System, nodal: Array) -> Array:
-    """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``."""
+    """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    nodal
+        Values of the nodal dofs, ``(angles, nodal dofs)``.
+    """
     values, layout = in_member_axes(system.beams.mesh, nodal), system.beams.layout
     return each(layout.tie, values) if layout.tied else values
 
@@ -30,6 +38,19 @@ def by_rotary_inertia(
     """Moment, and EI times the deflection between clamped ends, by the inertia of the sections' rotation.
 
     Both are ``(angles, places)``; `rotary` is rho I.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    rotary
+        rho I of the sections (kg m).
+    element
+        Element of each place, ``(places,)``.
+    xi
+        The places, 0..1 in their elements, ``(places,)``.
     """
     beams, powers = system.beams, rotary.powers
     h = beams.mesh.cell_length[element]
@@ -68,19 +89,42 @@ def by_mass_beside_axis(
 
 
 def shear_number(beams: Beams) -> Array | None:
-    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear."""
+    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear.
+
+    Parameters
+    ----------
+    beams
+        The links' matrices.
+    """
     if beams.rigidity.shear is None:
         return None
     return beams.rigidity.bending.mean / beams.rigidity.shear.mean / beams.mesh.cell_length**2
 
 
 def at_elements(values: Array | None, element: Index) -> Array | None:
-    """Values of some elements; None where there are none."""
+    """Values of some elements; None where there are none.
+
+    Parameters
+    ----------
+    values
+        One value for each element.
+    element
+        The elements.
+    """
     return None if values is None else values[element]
 
 
 def inertia_of(system: System, response: ElasticResponse, element: Index) -> tuple[Array, Array]:
     """Acceleration of the mass along and across the member in each element, as coefficients of `SHAPES`.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    element
+        Element of each place, ``(places,)``.
 
     Returns
     -------
@@ -110,5 +154,13 @@ def _of_neutral_line(system: System, response: ElasticResponse, element: Index) 
 
 
 def scaled(dofs: Array, h: Array) -> Array:
-    """Displacements and rotations of elements as those of unit elements: rotations times h."""
+    """Displacements and rotations of elements as those of unit elements: rotations times h.
+
+    Parameters
+    ----------
+    dofs
+        Displacement across the member and rotation of both nodes, ``(..., 4)``.
+    h
+        Length of each element (m).
+    """
     return dofs * np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)

@@ -21,6 +21,13 @@ def nodal_forces(system: System, response: ElasticResponse) -> Array:
     """Force of the joints on each node of each link in link axes, ``k u + m a - f``, ``(angles, nodal dofs)``.
 
     Where members are reduced, what acts inside them stands at their ends.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
     """
     forces, strained = without_elastic(system, response), response.strained(system)  # (4.39)
     reduction = system.beams.reduction
@@ -34,7 +41,15 @@ def nodal_forces(system: System, response: ElasticResponse) -> Array:
 
 
 def without_elastic(system: System, response: ElasticResponse) -> Array:
-    """Force that the nodes need from joints and from the links' stress, ``m a - f``, ``(angles, nodal dofs)``."""
+    """Force that the nodes need from joints and from the links' stress, ``m a - f``, ``(angles, nodal dofs)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
     terms, v = system.terms, system.to_links(response.displacement)
     forces = (system.nodal_mass @ response.inertia.T).T - system.applied
     for entries in system.added_stiffness:
@@ -55,6 +70,13 @@ def without_elastic(system: System, response: ElasticResponse) -> Array:
 
 def reactions(system: System, forces: Array) -> Reactions:
     """Force or moment of every joint on every body that it holds, from `nodal_forces`.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    forces
+        Forces of the joints on the nodal dofs in link axes, ``(angles, nodal dofs)``.
 
     Returns
     -------
@@ -88,6 +110,15 @@ def held_tension(system: System, held: Inextensible, response: ElasticResponse) 
     """Axial force of elements that cannot stretch, less that of their own inertia (N), ``(angles, elements)``.
 
     It is what the nodes need beside the joints' forces; 0 for all other elements.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    held
+        Its members that cannot stretch.
+    response
+        A motion of it.
     """
     forces = nodal_forces(system, response)
     left_over = -forces
@@ -123,13 +154,25 @@ def joint_forces(scene: Scene, found: Reactions) -> dict[str, Array]:
 
 
 def joint_names(scene: Scene) -> list[str]:
-    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first."""
+    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in scene.joints.items()}
     return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
 
 
 def effort_units(scene: Scene) -> list[str]:
-    """Give the unit of each drive's effort: N where it slides, N m where it turns."""
+    """Give the unit of each drive's effort: N where it slides, N m where it turns.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     return ["N" if isinstance(scene.joints[drive.joint], Slot | Prismatic) else "N m" for drive in scene.drives]
 
 

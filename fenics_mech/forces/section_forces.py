@@ -188,7 +188,21 @@ def section_forces(
 def forces_inside(
     system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad] = ()
 ) -> tuple[Array, Array, Array]:
-    """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each."""
+    """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    element
+        Element of each place, ``(places,)``.
+    xi
+        The places, 0..1 in their elements, ``(places,)``.
+    loads
+        Loads at places inside elements.
+    """
     inertia, ends = inertia_of(system, response, element), element_forces(system, response)
     return _statics(system, response, ends, inertia, loads, element, xi)
 
@@ -233,7 +247,15 @@ def _statics(
 
 
 def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
-    """Element and place 0..1 in it of each station of each member, both ``(members x stations,)``."""
+    """Element and place 0..1 in it of each station of each member, both ``(members x stations,)``.
+
+    Parameters
+    ----------
+    beams
+        The links' matrices.
+    s
+        Stations along every member, 0..1, ``(stations,)``.
+    """
     mesh = beams.mesh
     elements, places = [], []
     for i, length in enumerate(mesh.member_length):

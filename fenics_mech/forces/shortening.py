@@ -49,6 +49,15 @@ class Shortening:
 
         Members that cannot stretch are replaced by those that can: what is too short moves the nodes of a linkage that
         is statically determinate in the same way.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        system
+            Its mechanism.
+        jets
+            Elastic displacement v in link axes and its two time derivatives, ``(angles, nodal dofs)`` each.
         """
         if system.terms.stiffening is None:
             return None

@@ -32,5 +32,13 @@ def stress_over_modulus(scene: Scene, s: Array, axial_force: Array, moment: Arra
 
 
 def young_modulus(scene: Scene, s: Array) -> Array:
-    """Young's modulus (Pa) at both outer fibres, ``(members, stations, 2)``; `s` are stations 0..1."""
+    """Young's modulus (Pa) at both outer fibres, ``(members, stations, 2)``; `s` are stations 0..1.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    s
+        Stations along every member, ``(stations,)``.
+    """
     return np.stack([scene.rigidity(label, s).modulus for label in scene.members()])

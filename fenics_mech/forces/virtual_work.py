@@ -54,7 +54,17 @@ class Rates:
 
     @classmethod
     def of(cls, system: System, motion: Motion, deformation: Array) -> Rates:
-        """Give the rates of a motion of the same positions as that of the system."""
+        """Give the rates of a motion of the same positions as that of the system.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
+        motion
+            The rigid motion.
+        deformation
+            Rate of the elastic displacement v in link axes, ``(angles, nodal dofs)``.
+        """
         moved = System(system.beams, motion, system.transformation)
         return cls(motion, moved.rigid_velocity, motion.omega[:, system.link_of_dof], deformation)
 

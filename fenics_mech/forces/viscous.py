@@ -16,6 +16,15 @@ def elastic_strain(scene: Scene, stress: Array, every: int = 1) -> Array:
     """Strain of a stress over the modulus, ``(angles, ...)``, of which a part goes with the strain's rate.
 
     Where only one position of a few is given, `every` says of how many.
+
+    Parameters
+    ----------
+    scene
+        The scene, for the material's damping.
+    stress
+        The stress over the modulus.
+    every
+        Number of positions of the motion for each one given.
     """
     retardation = scene.damping.material
     if retardation and scene.analysis.method == "periodic":

@@ -20,7 +20,13 @@ RECOVERED_STIFFENED = 32  # the same, where given axial forces act on the bent a
 
 
 def links(scene: Scene) -> Beams:
-    """Mesh and assemble the links, with fewer coordinates if the scene wants that."""
+    """Mesh and assemble the links, with fewer coordinates if the scene wants that.
+
+    Parameters
+    ----------
+    scene
+        The scene: its members, mesh, effects and reduction.
+    """
     fine = shaped(scene, assemble_beams(scene, mesh_scene(scene)))
     if scene.analysis.reduction == "none":
         return fine
@@ -34,7 +40,13 @@ def links(scene: Scene) -> Beams:
 
 
 def links_depend_on(scene: Scene) -> tuple[object, ...]:
-    """Give what the links of a scene depend on: equal for scenes that have them in common."""
+    """Give what the links of a scene depend on: equal for scenes that have them in common.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     nodes = [member_nodes(scene, label).tolist() for label in scene.members()]
     shapes = [effect.name for effect in active(scene) if effect.beams is not None]
     parts = [getattr(scene, key) for key in OF_LINKS]
@@ -44,12 +56,24 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
 
 
 def nonlinear(scene: Scene) -> bool:
-    """Whether the strain of the links is nonlinear."""
+    """Whether the strain of the links is nonlinear.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     return any(effect.nonlinear for effect in active(scene))
 
 
 def most_recovered(scene: Scene) -> int:
-    """Elements of a reduced member on which it is recovered, at most."""
+    """Elements of a reduced member on which it is recovered, at most.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     given = any(effect.stress_stiffening for effect in active(scene)) and not nonlinear(scene)
     return RECOVERED_STIFFENED if given else RECOVERED
 

@@ -50,12 +50,28 @@ class Equation:
     contact: Contact | None = None
 
     def columns(self, motion: Motion) -> Index:
-        """All columns that take part at any angle, also at others than the motion's: a pin may come to any element."""
+        """All columns that take part at any angle, also at others than the motion's: a pin may come to any element.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        """
         travelled_along = [] if self.contact is None else [self.contact.dofs]
         return np.unique(np.concatenate([*travelled_along, *(term(motion, 1)[0].ravel() for term in self.terms)]))
 
     def jets(self, motion: Motion, orders: int, columns: Index) -> Jets:
-        """Give the rows over sorted `columns`, ``(angles, rows, columns)``."""
+        """Give the rows over sorted `columns`, ``(angles, rows, columns)``.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        orders
+            1 for values, 3 with two time derivatives.
+        columns
+            Ascending columns that take part.
+        """
         count = len(motion.theta)
         matrices = [np.zeros((count, self.rows, len(columns))) for _ in range(orders)]
         angles, rows = np.arange(count)[:, None, None], np.arange(self.rows)[None, :, None]
@@ -90,7 +106,15 @@ class Constraints:
 
 
 def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
-    """State the equations of a scene's joints and drives."""
+    """State the equations of a scene's joints and drives.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    mesh
+        The mesh of its members.
+    """
     driven = {drive.joint for drive in scene.drives}
     equations: list[Equation] = []
     own: dict[str, int] = {}

@@ -45,7 +45,17 @@ class Contact:
 
     @classmethod
     def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Contact:
-        """Find the member along which a joint's pin travels."""
+        """Find the member along which a joint's pin travels.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        mesh
+            The mesh of its members.
+        name
+            The joint.
+        """
         joint = scene.joints[name]
         link, point = joint.connect[0].split(".")
         labels = {id(member): label for label, (_, member) in scene.members().items()}
@@ -58,11 +68,24 @@ class Contact:
         return np.unique(element_dofs(self.mesh)[self.mesh.cell_member == self.member])
 
     def angle(self, motion: Motion) -> Array:
-        """Angle of the member in the fixed frame (rad), ``(angles,)``."""
+        """Angle of the member in the fixed frame (rad), ``(angles,)``.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        """
         return np.asarray(motion.angle[:, self.mesh.member_link[self.member]] + self.mesh.member_angle[self.member])
 
     def place(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Element that the pin is on, ``(angles,)``, and its place 0..1 in it with time derivatives.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        orders
+            1 for values, 3 with two time derivatives.
 
         Raises
         ------
@@ -89,7 +112,15 @@ class Contact:
         return element, [(distance[0] - mesh.cell_start[element]) / h, *(d / h for d in distance[1:])]
 
     def shift(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
-        """Displacement of the member at the pin, in link axes: dofs ``(angles, 6)`` and jets ``(angles, 2, 6)``."""
+        """Displacement of the member at the pin, in link axes: dofs ``(angles, 6)`` and jets ``(angles, 2, 6)``.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        orders
+            1 for values, 3 with two time derivatives.
+        """
         element, xi = self.place(motion, orders)
         h = self.mesh.cell_length[element]
         jets = [np.zeros((len(element), 2, 6)) for _ in range(orders)]
@@ -101,7 +132,15 @@ class Contact:
         return self._in_link_axes(element, jets, motion, orders)
 
     def turn(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
-        """Minus the member's rotation at the pin: dofs ``(angles, 6)`` and jets ``(angles, 1, 6)``."""
+        """Minus the member's rotation at the pin: dofs ``(angles, 6)`` and jets ``(angles, 1, 6)``.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        orders
+            1 for values, 3 with two time derivatives.
+        """
         element, xi = self.place(motion, orders)
         h = self.mesh.cell_length[element]
         jets = [np.zeros((len(element), 1, 6)) for _ in range(orders)]
@@ -125,7 +164,21 @@ def travelled(
     angle: float,
     orders: int,
 ) -> Jets:
-    """Distance of a pin along its guide from the guide's point (m), with time derivatives, ``(angles,)`` each."""
+    """Distance of a pin along its guide from the guide's point (m), with time derivatives, ``(angles,)`` each.
+
+    Parameters
+    ----------
+    motion
+        The rigid motion.
+    guide, pin
+        Links of the guide and of the pin, or "ground".
+    places
+        Points of guide and pin in the frames of their links (m).
+    angle
+        Direction of the guide in its link's frame (rad).
+    orders
+        1 for values, 3 with two time derivatives.
+    """
     gap = [b - a for a, b in zip(motion.of_point(guide, places[0]), motion.of_point(pin, places[1]))]
     zero = np.zeros(len(motion.theta))
     link = GROUND if guide == "ground" else motion.links.index(guide)

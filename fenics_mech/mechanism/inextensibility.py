@@ -41,12 +41,25 @@ class Inextensible:
 
     @classmethod
     def of(cls, mesh: BeamMesh, axial_rigidity: Array) -> Inextensible | None:
-        """Find the members whose EA is infinite; None where there is none."""
+        """Find the members whose EA is infinite; None where there is none.
+
+        Parameters
+        ----------
+        mesh
+            The mesh.
+        axial_rigidity
+            EA of each element (N), ``(elements,)``.
+        """
         members = np.unique(mesh.cell_member[np.isinf(axial_rigidity)])
         return cls(mesh, members) if members.size else None
 
     def base(self, size: int) -> sp.csr_matrix:
         """Give B, ``(size, size)``; the columns of dofs that follow from others are empty.
+
+        Parameters
+        ----------
+        size
+            Number of unknowns: nodal dofs, and the joints' own coordinates.
 
         Raises
         ------

@@ -12,20 +12,44 @@ Jets = list[Array]  # the value alone, or value, first and second derivative
 
 
 def constant(value: Array, motion: Motion, orders: int) -> Jets:
-    """Give the jets of a constant matrix."""
+    """Give the jets of a constant matrix.
+
+    Parameters
+    ----------
+    value
+        The value at every angle.
+    motion
+        The rigid motion, for its number of angles.
+    orders
+        1 for values, 3 with two time derivatives.
+    """
     spread = np.broadcast_to(value, (len(motion.theta), *value.shape))
     return [spread, *(np.zeros_like(spread),) * (orders - 1)]
 
 
 def product(a: Jets, b: Jets) -> Jets:
-    """Matrix product, by Leibniz' rule."""
+    """Matrix product, by Leibniz' rule.
+
+    Parameters
+    ----------
+    a, b
+        Both factors, of the same orders.
+    """
     if len(a) == 1:
         return [a[0] @ b[0]]
     return [a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2 * a[1] @ b[1] + a[0] @ b[2]]
 
 
 def rotation(angle: Array, omega: Array, alpha: Array, orders: int) -> Jets:
-    """Rotation matrices (7.3) and their derivatives (7.4), (7.5), ``(angles, 2, 2)`` each."""
+    """Rotation matrices (7.3) and their derivatives (7.4), (7.5), ``(angles, 2, 2)`` each.
+
+    Parameters
+    ----------
+    angle, omega, alpha
+        Angle (rad) and its time derivatives (rad/s, rad/s^2), ``(angles,)`` each.
+    orders
+        1 for values, 3 with two time derivatives.
+    """
     c, s = np.cos(angle), np.sin(angle)
     turn = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
     if orders == 1:

@@ -25,7 +25,17 @@ from fenics_mech.scene.drives import Motor
 
 
 def at_rate(motion: Motion, nominal: float, rate: Array, change: Array) -> Motion:
-    """Give a motion at constant rate `nominal` (rad/s) with another rate and change of it, ``(angles,)`` each."""
+    """Give a motion at constant rate `nominal` (rad/s) with another rate and change of it, ``(angles,)`` each.
+
+    Parameters
+    ----------
+    motion
+        The motion at the constant rate.
+    nominal
+        That rate of the drive coordinate (rad/s).
+    rate, change
+        The other rate (rad/s) and its time derivative (rad/s^2).
+    """
     ratio, growth = rate / nominal, change / nominal
     return replace(
         motion,
@@ -55,7 +65,15 @@ def swing(system: System, unit: Motion) -> Array:
 
 
 def load_with_torque(system: System, unit: Motion) -> Array:
-    """Give the load, and as its last entry the torque of loads and rigid inertia on the crank, ``(angles, n + 1)``."""
+    """Give the load, and as its last entry the torque of loads and rigid inertia on the crank, ``(angles, n + 1)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    unit
+        Its motion at a rate of 1 rad/s.
+    """
     torque = -np.sum(swing(system, unit) * _residual_forces(system), axis=1)
     return np.column_stack([system.load, torque])
 

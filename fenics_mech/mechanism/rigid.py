@@ -98,6 +98,15 @@ class RigidModes:
 
         Its K has the stiffness of loads that turn with the links unless it is to be symmetric. What holds a motion is
         the stiffness of `held_by`, by default the system itself.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
+        symmetric
+            Whether K leaves out the stiffness of loads that turn with the links.
+        held_by
+            The mechanism whose stiffness decides what is held.
         """
         free = system.motion.free
         if not len(free):
@@ -124,6 +133,11 @@ class RigidModes:
         Beside the rigid-body modes these are freedoms that only axial forces resist, where the load moves them and the
         axial forces do not hold them within `LIMITS.turn`: the links then accelerate, and are in no equilibrium whose
         stability axial forces could decide. A weight that hangs still holds its links.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
         """
         held = cls.of(system, symmetric=False)
         if system.terms.stiffening is None or not len(system.motion.free):
@@ -152,7 +166,13 @@ class RigidModes:
         return len(self.shapes)
 
     def moved_by(self, load: Array) -> list[int]:
-        """Which of the freedoms a load ``(coordinates,)`` does work on."""
+        """Which of the freedoms a load ``(coordinates,)`` does work on.
+
+        Parameters
+        ----------
+        load
+            The load on the coordinates.
+        """
         if not len(self):
             return []
         whole = load @ splu(self.mass.tocsc()).solve(load)  # square of the load's size
@@ -177,6 +197,11 @@ class RigidModes:
 
         q is at right angles to the modes; a is their combination that takes up what of the load is not in equilibrium
         (inertia relief).
+
+        Parameters
+        ----------
+        load
+            The load on the coordinates.
         """
         assert self.separate is not None
         basis = self.separate.basis

@@ -86,7 +86,13 @@ class System:
         return self.applied_by(self.terms.loads)
 
     def applied_by(self, loads: Loads) -> Array:
-        """Loads on the nodal dofs in link axes that do the work of given loads, ``(angles, nodal dofs)``."""
+        """Loads on the nodal dofs in link axes that do the work of given loads, ``(angles, nodal dofs)``.
+
+        Parameters
+        ----------
+        loads
+            Loads on nodes, along elements and on their ends.
+        """
         applied = np.zeros((len(self.motion.theta), self.transformation.height))
         if loads.force is not None:
             applied += loads.force
@@ -177,7 +183,15 @@ class System:
         return coordinates if reduction is None else np.ascontiguousarray((reduction.shape @ coordinates.T).T)
 
     def on_coordinates(self, forces: Array, values: Array | None = None) -> Array:
-        """Forces on the mechanism's coordinates by those on the nodal dofs, ``(angles, ...)``: by P or a rate of it."""
+        """Forces on the mechanism's coordinates by those on the nodal dofs, ``(angles, ...)``: by P or a rate of it.
+
+        Parameters
+        ----------
+        forces
+            Forces on the nodal dofs in link axes.
+        values
+            Nonzeros of P or of a time derivative, ``(angles, nonzeros)``; by default those of P.
+        """
         reduction = self.beams.reduction
         of_links = forces if reduction is None else (reduction.shape.T @ forces.T).T
         return self.transformation.backward(self.values if values is None else values, of_links)

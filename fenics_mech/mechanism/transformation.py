@@ -118,13 +118,25 @@ class Transformation:
         return self._layout[1]
 
     def values(self, motion: Motion) -> Array:
-        """Nonzeros of P at all angles, ``(angles, nonzeros)``."""
+        """Nonzeros of P at all angles, ``(angles, nonzeros)``.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        """
         if motion.path is None:
             return self._jets(motion, 1)[0]
         return motion.path.once("P", (self,), lambda: self._jets(motion, 1)[0])
 
     def derivatives(self, motion: Motion) -> tuple[Array, Array]:
-        """Nonzeros of the first and second time derivative of P, each ``(angles, nonzeros)`` (1/s, 1/s^2)."""
+        """Nonzeros of the first and second time derivative of P, each ``(angles, nonzeros)`` (1/s, 1/s^2).
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        """
         path, rate = motion.path, motion.rate
         if path is None:
             _, first, second = self._jets(motion, 3)
@@ -144,15 +156,41 @@ class Transformation:
         return [(gather @ j.T).T if sp.issparse(gather) else j[:, gather] for j in joined]
 
     def forward(self, values: Array, q: Array) -> Array:
-        """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., links' coordinates)``."""
+        """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., links' coordinates)``.
+
+        Parameters
+        ----------
+        values
+            Nonzeros of P, ``(angles, nonzeros)``.
+        q
+            Coordinates of the mechanism.
+        """
         return summed(values * q[..., self.columns], self.rows, self.shape[0])
 
     def backward(self, values: Array, force: Array) -> Array:
-        """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``."""
+        """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``.
+
+        Parameters
+        ----------
+        values
+            Nonzeros of P, ``(angles, nonzeros)``.
+        force
+            Forces on the links' coordinates.
+        """
         return summed(values * force[..., self.rows], self.columns, len(self.names))
 
     def backward_at(self, values: Array, dofs: Index, force: Array) -> Array:
-        """``P^T force`` of forces on some of the links' coordinates, ``(angles, ...)`` of the shape of `dofs`."""
+        """``P^T force`` of forces on some of the links' coordinates, ``(angles, ...)`` of the shape of `dofs`.
+
+        Parameters
+        ----------
+        values
+            Nonzeros of P, ``(angles, nonzeros)``.
+        dofs
+            The links' coordinates.
+        force
+            Forces on them.
+        """
         return self.backward(values, summed(force.reshape(len(force), -1), dofs.ravel(), self.shape[0]))
 
     def displacement_by_gaps(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
@@ -180,6 +218,17 @@ def build_transformation(
     scene: Scene, beams: Beams, motion: Motion, held: Inextensible | None = None
 ) -> Transformation:
     """Lay out the coordinates of a scene's mechanism, some of whose members may not stretch.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    beams
+        The links' matrices.
+    motion
+        Its rigid motion.
+    held
+        The members that cannot stretch.
 
     Raises
     ------
