@@ -95,7 +95,13 @@ def _mean_in_time(forces: Forces, powers: dict[str, Array]) -> dict[str, float]:
 
 
 def stored_energy(forces: Forces) -> Array:
-    """Energy of motion, of links and of springs of the bent mechanism (J), ``(angles,)``, but for a constant."""
+    """Energy of motion, of links and of springs of the bent mechanism (J), ``(angles,)``, but for a constant.
+
+    Parameters
+    ----------
+    forces
+        The forces and rates of a motion.
+    """
     system, rates, v = forces.system, forces.rates, forces.displacement
     mass, rotary, gyroscopic = system.nodal_mass, system.nodal_rotary_mass, system.nodal_gyroscopic
     velocity, swing = rates.rigid + rates.deformation, rates.turning * v

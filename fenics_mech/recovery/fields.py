@@ -59,7 +59,13 @@ class Fields:
 
 
 def recover(solution: Solution) -> Fields:
-    """Recover strains, stresses, section forces, deflections and joint forces from a response."""
+    """Recover strains, stresses, section forces, deflections and joint forces from a response.
+
+    Parameters
+    ----------
+    solution
+        The motion that a solver found.
+    """
     scene, response = solution.scene, solution.response
     system = drag_known(scene, solution.system, response)
     s = np.linspace(0, 1, scene.analysis.stations)

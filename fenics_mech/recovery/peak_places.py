@@ -19,6 +19,15 @@ def places_between_stations(scene: Scene, system: System, response: ElasticRespo
 
     Moments have corners under loads and pins that travel; strains have peaks where a section is weakest. The places are
     those of all members.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    response
+        A motion of it.
     """
     stations = scene.analysis.stations
     places = [place for found in scene.loaded_places().values() for place in found]

@@ -20,6 +20,11 @@ def between_positions(result: Result) -> Result:
 
     The curves are Akima's: they do not swing beyond the positions at corners, as Fourier series and splines do. Where
     positions are enough, or something jumps, the result is given as it is.
+
+    Parameters
+    ----------
+    result
+        The result.
     """
     scene, data = result.scene, result.data
     smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
@@ -41,7 +46,16 @@ def between_positions(result: Result) -> Result:
 def doubt(result: Result, closer: Result, name: str) -> float:
     """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions shows.
 
-    `closer` is what `between_positions` gives for the result. Of an odd number of positions there are no halves.
+    Of an odd number of positions there are no halves.
+
+    Parameters
+    ----------
+    result
+        The result.
+    closer
+        What `between_positions` gives for it.
+    name
+        Name of the variable.
     """
     count = result.data.sizes["theta"]
     if result.scene.analysis.method != "periodic" or count >= FEW or count % 2 or count < 4:

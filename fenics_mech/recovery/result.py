@@ -181,7 +181,17 @@ class Result(Saved):
 
 
 def at_place(curves: Array, stations: Array, s: float) -> Array:
-    """Interpolate linearly between stations, ``(..., stations)`` to ``(...,)``."""
+    """Interpolate linearly between stations, ``(..., stations)`` to ``(...,)``.
+
+    Parameters
+    ----------
+    curves
+        Values at the stations.
+    stations
+        Ascending places along the member, 0..1.
+    s
+        The place, 0..1.
+    """
     i = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
     share = (s - stations[i]) / (stations[i + 1] - stations[i])
     return (1 - share) * curves[..., i] + share * curves[..., i + 1]
@@ -189,6 +199,17 @@ def at_place(curves: Array, stations: Array, s: float) -> Array:
 
 def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[str]) -> xr.Dataset:
     """Read a dataset of some kind, which has certain attributes.
+
+    Parameters
+    ----------
+    path
+        The file.
+    engine
+        Reader of xarray: "h5netcdf" or "scipy".
+    kind
+        What the file should hold, in words, for errors.
+    attributes
+        Names of the attributes.
 
     Raises
     ------
@@ -232,6 +253,11 @@ def _check_content(content: bytes) -> None:
 def stored_scene(data: xr.Dataset) -> Scene:
     """Give the scene whose analysis a dataset holds.
 
+    Parameters
+    ----------
+    data
+        A dataset with the attribute "scene".
+
     Raises
     ------
     ResultError
@@ -247,6 +273,15 @@ def write_dataset(path: Path, data: xr.Dataset, engine: str) -> None:
     """Write a dataset, with a seal behind it by which damage is found; the file appears whole or not at all.
 
     The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass over the seal.
+
+    Parameters
+    ----------
+    path
+        The file.
+    data
+        The dataset.
+    engine
+        Writer of xarray: "h5netcdf" or "scipy".
 
     Raises
     ------
@@ -264,6 +299,13 @@ def seal_of(content: bytes) -> bytes:
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a temporary file beside `path`, then put it in its place.
+
+    Parameters
+    ----------
+    path
+        The file.
+    write
+        Writes the content into the path that it is given.
 
     Raises
     ------
@@ -289,5 +331,11 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def stamp(scene: Scene) -> dict[str, str]:
-    """Attributes that every result carries."""
+    """Attributes that every result carries.
+
+    Parameters
+    ----------
+    scene
+        The scene that was analysed.
+    """
     return {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()}

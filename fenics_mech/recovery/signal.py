@@ -59,7 +59,15 @@ def harmonics(values: Array, phase: float = 0.0) -> NDArray[np.complex128]:
 
 
 def last_cycle(scene: Scene, data: xr.Dataset) -> slice | None:
-    """Positions of a result that are one cycle of a periodic motion, or None where it has none."""
+    """Positions of a result that are one cycle of a periodic motion, or None where it has none.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        Its result.
+    """
     count, analysis = data.sizes["theta"], scene.analysis
     if not scene.drives or analysis.method == "static" or count < 3:
         return None
@@ -150,7 +158,13 @@ def _vibration(
 
 
 def ripples(wave: Array) -> int:
-    """Maxima of a periodic curve that stand out by a ripple's least height; `wave` is one cycle, ``(steps,)``."""
+    """Maxima of a periodic curve that stand out by a ripple's least height.
+
+    Parameters
+    ----------
+    wave
+        One cycle of the curve, ``(steps,)``.
+    """
     start = int(wave.argmin())
     height = VIBRATION.least_ripple * float(max(np.ptp(wave), np.finfo(float).tiny))
     count, rising, turn = 0, False, float(wave[start])

@@ -72,7 +72,15 @@ ATTRIBUTES = {
 
 
 def with_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
-    """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``."""
+    """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        Its result; the attributes are added in place.
+    """
     units = _units(scene)
     for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:

@@ -19,7 +19,15 @@ SETTLED = 1e-7  # change of the axial forces, of the largest
 
 
 def settles(tension: str, terms: Terms) -> bool:
-    """Whether the axial forces of the geometric stiffness are those of the response, and not of the rigid motion."""
+    """Whether the axial forces of the geometric stiffness are those of the response, and not of the rigid motion.
+
+    Parameters
+    ----------
+    tension
+        The scene's `analysis.tension`.
+    terms
+        What the effects add.
+    """
     return tension == "settled" and terms.stiffening is not None
 
 
@@ -53,5 +61,13 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
 
 
 def with_tension(system: System, tension: Array) -> System:
-    """Give a system whose geometric stiffness comes from another axial force (N), ``(angles, elements)``."""
+    """Give a system whose geometric stiffness comes from another axial force (N), ``(angles, elements)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism with the effect 'geometric-stiffness'.
+    tension
+        The axial force.
+    """
     return replace(system, terms=replace(system.terms, stiffening=StressStiffening.of(system.beams, tension)))

@@ -57,7 +57,13 @@ def refuse_undersampled(scene: Scene, points: int, by_collocation: bool = False)
 
 
 def refuse_hidden_peaks(scene: Scene) -> None:
-    """Raise `SceneError` where a load's factor has a peak that no collocation point of the scene's steps shows."""
+    """Raise `SceneError` where a load's factor has a peak that no collocation point of the scene's steps shows.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     steps, tableau = Steps.of(scene), Tableau.of(scene.analysis.scheme, scene.analysis.stages)
     for name, load in scene.loads.items():
         if not scene.analysis.allow_coarse and hides(load, steps, tableau, scene.cycle_rate):
@@ -70,7 +76,15 @@ def refuse_hidden_peaks(scene: Scene) -> None:
 
 
 def require_positions(scene: Scene, positions: int) -> None:
-    """Raise `TooLargeError` where loops, nodes and results at so many positions do not fit into memory."""
+    """Raise `TooLargeError` where loops, nodes and results at so many positions do not fit into memory.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    positions
+        Number of drive angles of the result.
+    """
     most = math.inf if scene.analysis.reduction == "none" else most_recovered(scene)
     nodes = sum(min(len(member_nodes(scene, label)), most) for label in scene.members())
     each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations

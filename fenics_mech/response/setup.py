@@ -43,7 +43,13 @@ class CommonParts:
         self._linkages: list[Linkage] = []
 
     def links(self, scene: Scene) -> Beams:
-        """Give the links of a scene."""
+        """Give the links of a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         needed = links_depend_on(scene)
         found = next((links for known, links in self._links if known == needed), None)
         if found is None:
@@ -52,7 +58,13 @@ class CommonParts:
         return found
 
     def linkage(self, scene: Scene) -> Linkage:
-        """Give the linkage of a scene that has drives."""
+        """Give the linkage of a scene that has drives.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         found = next((linkage for linkage in self._linkages if linkage.moves_as(scene)), None)
         if found is None:
             found = Linkage(scene)
@@ -60,7 +72,15 @@ class CommonParts:
         return found
 
     def motion(self, scene: Scene, theta: Array) -> Motion:
-        """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest."""
+        """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        theta
+            Drive angles (rad), ``(angles,)``.
+        """
         return self.linkage(scene).path(theta).motion(scene.cycle_rate) if scene.drives else solve_motion(scene, theta)
 
 
@@ -100,12 +120,32 @@ def mechanism(
 
 
 def system_at(scene: Scene, beams: Beams, motion: Motion) -> System:
-    """Build the mechanism at the angles of a motion, with its effects."""
+    """Build the mechanism at the angles of a motion, with its effects.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    beams
+        The links' matrices.
+    motion
+        The rigid motion.
+    """
     return _with_effects(scene, build_system(scene, beams, motion))
 
 
 def moved(scene: Scene, system: System, motion: Motion) -> System:
-    """Take a mechanism to another motion with the same coordinates, which `system_at` may choose anew."""
+    """Take a mechanism to another motion with the same coordinates, which `system_at` may choose anew.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    motion
+        The other rigid motion.
+    """
     return _with_effects(scene, replace(system, motion=motion, terms=NOTHING))
 
 
@@ -115,19 +155,47 @@ def _with_effects(scene: Scene, bare: System) -> System:
 
 
 def rigid_tension(scene: Scene, bare: System) -> Array:
-    """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``."""
+    """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    bare
+        Its mechanism without effects.
+    """
     linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
     system = _with_effects(scene.changed(effects=linear), bare)
     return mean_tension(system, static_response(scene, system))
 
 
 def rough_tension(scene: Scene, system: System) -> Array | None:
-    """Axial force of each element from loads and rigid motion (N), where the links have a nonlinear law."""
+    """Axial force of each element from loads and rigid motion (N), where the links have a nonlinear law.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        Shape ``(angles, elements)``; None in linear theory.
+    """
     return None if system.terms.law is None else rigid_tension(scene, system)
 
 
 def static_response(scene: Scene, system: System) -> ElasticResponse:
     """Solve for the static or quasi-static response, as far as something holds the mechanism.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
 
     Raises
     ------
@@ -173,7 +241,19 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
 
 
 def freedoms_in_words(scene: Scene, system: System, rigid: RigidModes, which: Sequence[int] | None = None) -> list[str]:
-    """Say of freedoms that nothing holds what moves in them."""
+    """Say of freedoms that nothing holds what moves in them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    rigid
+        Its rigid-body modes.
+    which
+        Numbers of the freedoms; by default all.
+    """
     motion = system.motion
     motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)
     q = np.concatenate([motion.position[0], motion.angle[0][:, None]], axis=1)
@@ -181,7 +261,15 @@ def freedoms_in_words(scene: Scene, system: System, rigid: RigidModes, which: Se
 
 
 def boundary_load(scene: Scene, system: System) -> Array | None:
-    """Load at the starts of the sub-intervals, ``(angles, coordinates)``, where the scene asks for a linear load."""
+    """Load at the starts of the sub-intervals, ``(angles, coordinates)``, where the scene asks for a linear load.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    """
     if scene.analysis.load == "constant":
         return None
     half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
@@ -190,11 +278,27 @@ def boundary_load(scene: Scene, system: System) -> Array | None:
 
 
 def modes_kept(modes: int | Literal["all"], size: int) -> int:
-    """Give the number of modes that are kept of a mechanism with so many coordinates."""
+    """Give the number of modes that are kept of a mechanism with so many coordinates.
+
+    Parameters
+    ----------
+    modes
+        The scene's `analysis.modes`.
+    size
+        Number of coordinates.
+    """
     return size if modes == "all" else min(modes, size)
 
 
 @guarded()
 def scene_modes(scene: Scene, system: System) -> Modes:
-    """Solve for the modes that the scene keeps."""
+    """Solve for the modes that the scene keeps.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    """
     return solve_modes(system, modes_kept(scene.analysis.modes, system.size), scene.petsc)

@@ -34,6 +34,13 @@ SOLVERS: dict[str, Callable[[Scene, System, Modes], PeriodicSolution]] = {
 def periodic_solver(scene: Scene, terms: Terms) -> str:
     """Give the solver of a periodic response: the one asked for, or the simplest that knows all effects.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    terms
+        What its effects add.
+
     Raises
     ------
     SceneError
@@ -60,6 +67,15 @@ def periodic_solver(scene: Scene, terms: Terms) -> str:
 def check_periodic(scene: Scene, system: System, solver: str) -> None:
     """Refuse what a periodic solver cannot resolve or hold, before it begins.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    solver
+        Name of the solver.
+
     Raises
     ------
     SceneError
@@ -79,7 +95,15 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
 
 
 def by_statics(scene: Scene, system: System) -> StaticSolution:
-    """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that."""
+    """Solve for the static or quasi-static response, with axial forces that settle if the scene asks for that.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    """
     refuse_undersampled(scene, scene.analysis.sub_intervals)
     if settles(scene.analysis.tension, system.terms):
         system = settle(system, lambda changed: static_response(scene, changed))

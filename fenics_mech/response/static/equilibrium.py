@@ -92,7 +92,17 @@ def _buckled(system: System, tension: Array | None) -> tuple[int, str] | None:
 
 
 def weakest_link(system: System, k: int, stiffness: Array) -> str:
-    """Link that bends most in the shape that a stiffness ``(coordinates, coordinates)`` at angle k resists least."""
+    """Link that bends most in the shape that a stiffness ``(coordinates, coordinates)`` at angle k resists least.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    k
+        Number of the angle.
+    stiffness
+        K at that angle.
+    """
     return system.bent_most(k, np.linalg.eigh(stiffness + stiffness.T)[1][:, 0])
 
 
