@@ -1,9 +1,9 @@
 """What an error comes to that acts back on itself: ``(1 - T)^{-1} T q``, T giving the error that a motion makes.
 
-T q is its first order, which is enough where T changes little. Where a harmonic lies between the frequencies of a mode
-of the mesh and of the linkage it is not: there an eigenvalue of T is about 1, and what the mesh does not know of the
-motion is held by nothing but damping. As T is itself known to its first order, the largest answer of those that it
-leaves open is taken. The eigenvalues are found by Arnoldi's method.
+T q is its first order, which is enough where T changes little. It is not enough where a harmonic lies between the
+frequencies of a mode of the mesh and of the linkage. There an eigenvalue of T is about 1, and only damping limits the
+part of the motion that the mesh misses. T itself is known to first order, so the largest of the possible answers is
+taken. The eigenvalues are found by Arnoldi's method.
 """
 
 from __future__ import annotations

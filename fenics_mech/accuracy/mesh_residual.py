@@ -1,13 +1,14 @@
 """What the elements neglect: the inertia of the deflection between their nodes, as a line load.
 
-The nodes of an element move as they should under any load that does not depend on the motion, but the deflection b that
-its own load adds between them has no inertia, and feels no axial force; nor do the nodes feel by how much that force T
-differs from its mean. In the equation of the nodes that leaves out ``-int (rho A b'' N + T b' N' + dT w' N') dx``, b''
-being an acceleration. The response to this load is the error, to its first order: it falls with the fourth power of the
-element's length in bending, with the second along the axis, and where an axial force varies much along a member. Where
-a section varies, the nodes do not move as they should under loads at rest either; see `beams.variable_sections`. And a
-pin that travels along a member follows the nodes, and not the deflection between them that its own force adds: that
-error falls with the third power, and under a slider that turns with the member with the first; see also `slider_kinks`.
+Under a load that does not depend on the motion the nodes of an element move exactly. But the load adds a deflection b
+between them, and b has no inertia and no axial force T acts on it. The variation dT of that force about its mean is
+left out too. So the equation of the nodes lacks ``-int (rho A b'' N + T b' N' + dT w' N') dx``, b'' being an
+acceleration. The response to this load is the error, to first order. In bending it falls with the fourth power of the
+element's length. Along the axis, and where an axial force varies much along a member, it falls with the second.
+
+Where a section varies, the nodes are not exact under loads at rest either; see `beams.variable_sections`. A pin that
+travels along a member follows the nodes, without the deflection between them by its own force. That error falls with
+the third power, and under a slider that turns with the member with the first; see also `slider_kinks`.
 """
 
 from __future__ import annotations

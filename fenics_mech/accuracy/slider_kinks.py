@@ -1,10 +1,10 @@
 """Vibration by the nodes that a slider passes, where it turns with the member that it travels along.
 
 It turns with its element's shape function, without the bend by the couple under it; see `PointLoad.gap`. In the
-middle of an element that is a gap as large as the element is long, and none at nodes. So it has a kink at every node,
-whatever the length of the elements: there the slider's rate of rotation jumps by ``2 v M/EI``, v being its speed along
-the member and M the couple. The whole beam would carry it past smoothly. What such a blow puts into fast modes,
-differences between positions (see `mesh_residual`) do not show.
+middle of an element that is a gap in proportion to the element's length, and none at nodes. So it has a kink at every
+node, whatever the length of the elements. There the slider's rate of rotation jumps by ``2 v M/EI``, v being its speed
+along the member and M the couple. The whole beam would carry it past smoothly. Differences between positions (see
+`mesh_residual`) do not show what such a jump puts into fast modes.
 """
 
 from __future__ import annotations

@@ -15,5 +15,5 @@ EFFECT = Effect(
     source="Clough and Penzien, Dynamics of Structures, sections 17-3 and 12-5",
     terms=_terms,
     stated=lambda scene: bool(scene.damping.material or scene.damping.external or scene.damping.relative),
-    stated_by="`material`, `external` or `relative` in [damping]",
+    stated_by="[damping] with material, external or relative",
 )

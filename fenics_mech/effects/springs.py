@@ -28,8 +28,8 @@ STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a t
 def terms(situation: Situation) -> Terms:
     """Give the springs' forces at the elongation of the rigid motion, and how these change with v.
 
-    With d from the first point to the second and its length l the force is ``k (1 - l0/l) d``, and its tangent
-    ``k (1 - (l0/l) (1 - n n^T))``: the spring's own stiffness along n, and across it the tension over the length.
+    With d from the first point to the second and its length l the force is ``k (1 - l0/l) d``. Its tangent is
+    ``k (1 - (l0/l) (1 - n n^T))``: the spring's stiffness along n, and across it the tension over the length.
     """
     scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
     size = 3 * len(mesh.node_name)

@@ -1,8 +1,8 @@
 """What drives give at the impulses of a cycle: they keep to their laws, and so push back at once.
 
-The elastic velocities jump by ``M dq' = P^T J`` and the rigid motion by nothing. By virtual work at held q, as of all
-forces in `virtual_work`, the effort of each drive has an impulse of its own: minus the work of J and of the inertial
-impulses ``-m dv`` as that drive moves at unit rate. An impulse gives the energy J times the mean of the point's
+The elastic velocities jump by ``M dq' = P^T J`` and the rigid motion by nothing. The effort of each drive also has an
+impulse, by virtual work at held q as in `virtual_work`. It is minus the work of J and of the inertial impulses
+``-m dv`` as that drive moves at unit rate. An impulse gives the energy J times the mean of the point's
 velocities before and after, and a drive its impulse times its rate. Their sum is the jump of the kinetic energy.
 
 Source: Goldsmith, Impact (1960), ch. 2; Lagrange's equations integrated over an instant.

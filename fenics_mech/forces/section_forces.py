@@ -54,8 +54,8 @@ class MemberState:
     s
         Stations along every member, 0..1.
     axial_force, shear_force, moment
-        N (N, tension positive), V = dM/ds (N) less the inertia of the sections' rotation, and M = EI phi', phi the
-        rotation of the sections: the slope w' where they stay normal to the axis (N m).
+        N (N, tension positive), V = dM/ds (N) less the inertia of the sections' rotation, and M = EI phi' (N m). phi is
+        the rotation of the sections, w' where they stay normal to the axis.
     deflection
         Elastic displacement of the members' axes in the fixed frame (m), ``(angles, members, stations, 2)``.
     rotation

@@ -1,10 +1,11 @@
 """Loop equations of a linkage, their Jacobian, and the right-hand sides for velocity and acceleration.
 
-Each moving link has the coordinates (x, y, phi) of its frame. Every joint is made of equations of three kinds, each
-between two bodies a and b: a point of b coincides with one of a; a point of b lies on a line of a; the angle from a to
-b is given. A drive gives the angle, or the distance along the line, as a function of the drive coordinate (Nikravesh,
-Computer-Aided Analysis of Mechanical Systems, 1988, chapter 4). All functions work on many positions at once:
-coordinates have shape ``(positions, 3 links)``.
+Each moving link has the coordinates (x, y, phi) of its frame. Every joint is made of equations between two bodies a and
+b, of three kinds: a point of b coincides with one of a; a point of b lies on a line of a; the angle from a to b is
+given. A drive gives the angle, or the distance along the line, as a function of the drive coordinate. All functions
+work on many positions at once: coordinates have shape ``(positions, 3 links)``.
+
+Source: Nikravesh, Computer-Aided Analysis of Mechanical Systems (1988), chapter 4.
 """
 
 from __future__ import annotations

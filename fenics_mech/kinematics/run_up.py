@@ -1,7 +1,7 @@
 """Rigid-body motion as a function of time, where the drive coordinate does not run at a constant rate: run-ups.
 
-The linkage's coordinates depend on theta alone, so its branch is followed over one cycle and used again in every turn;
-the time derivatives follow from those by theta and from the drive's own by the chain rule.
+The linkage's coordinates depend on theta alone, so its branch is followed over one cycle and used again in every turn.
+The chain rule gives the time derivatives from those by theta and those of the drive.
 """
 
 from __future__ import annotations

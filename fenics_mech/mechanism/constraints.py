@@ -1,8 +1,8 @@
 """What the joints demand of elastic displacements, linearised about the rigid motion: ``G(theta) v = 0``.
 
-v holds the nodal dofs that take part (in link axes, see `beams`), and the coordinates that joints have of their own:
-the displacement X, Y of a pin in the fixed frame, and the slide of a slot. Every equation belongs to a joint and to one
-of its bodies, so that its multiplier is the force or the moment of the joint on that body.
+v holds the nodal dofs that take part (in link axes, see `beams`) and the coordinates of the joints. These are the
+displacement X, Y of a pin in the fixed frame, and the slide of a slot. Every equation belongs to a joint and to one of
+its bodies, so that its multiplier is the force or the moment of the joint on that body.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """P(theta): from the mechanism's coordinates q to the links' nodal dofs, with its time derivatives.
 
-It is [Tr] of (4.40)-(4.56), for any joints: the joints' equations (see `constraints`) are solved for some of the nodal
-dofs, and all that is left is q: nodal dofs in link axes, displacements of pins along the fixed X and Y axes, slides.
+It is [Tr] of (4.40)-(4.56), for any joints. The joints' equations (see `constraints`) are solved for some of the nodal
+dofs. What is left is q: nodal dofs in link axes, displacements of pins along the fixed X and Y axes, slides.
 """
 
 from __future__ import annotations

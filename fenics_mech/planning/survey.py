@@ -76,9 +76,9 @@ def _vibration(scene: Scene, system: System, modes: Modes, still: Array) -> tupl
     Returns
     -------
     tuple
-        The vibration on top of the quasi-static response, ``(angles, coordinates)``; twice its largest ratio to the
-        quasi-static response of the same member, by the root of the strain energy (curves differ more at their peaks);
-        and by how much more than its share a change of stiffness changes the response.
+        The vibration on top of the quasi-static response, ``(angles, coordinates)``. Twice its largest ratio to the
+        quasi-static response of the same member, by the root of the strain energy, as curves differ more at their
+        peaks. The relative change of the response over a relative change of stiffness.
     """
     if not scene.drives:
         return np.zeros_like(still), 0.0, 1.0

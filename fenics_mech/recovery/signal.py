@@ -1,9 +1,9 @@
 """What a periodic result is made of: harmonics of strains, joint forces and torque, and the vibration in the strains.
 
 Section 7.4 of the dissertation reads a vibration frequency off each measured strain curve (figures 7.7 and 7.8) and
-compares it with the member's natural frequency: its 274.7 and 307.0 rad/s are 8.5 and 9.5 times the drive's 32.3. Here
-too ripples are counted, in what the strain has beside its quasi-static curve; a periodic strain has a whole number of
-them, so that the frequency is right to about that of the drive.
+compares it with the member's natural frequency. Its 274.7 and 307.0 rad/s are 8.5 and 9.5 times the drive's 32.3. Here
+too ripples are counted, in the strain less its quasi-static curve. A periodic strain has a whole number of them, so
+that the frequency is known to about that of the drive.
 """
 
 from __future__ import annotations

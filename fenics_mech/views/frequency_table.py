@@ -15,9 +15,8 @@ from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.tables import number, table_of
 
 MEANING = (
-    "mesh error: share by which the mesh makes a frequency wrong, estimated without what a pin does that travels along "
-    "a member; MAC (modal assurance criterion): likeness of a mode's shape at neighbouring positions, 1 where it "
-    "hardly changes"
+    "mesh error: share of the frequency, estimated without pins that travel along a member; MAC (modal assurance "
+    "criterion): likeness of a mode's shape at neighbouring positions, 1 where it hardly changes"
 )
 
 

@@ -5,8 +5,8 @@ steps' transitions. Its eigenvalues are the multipliers: the motion is stable wh
 
 Gauss points are taken. On an undamped oscillator they keep the magnitude of a multiplier exactly, and its angle to
 order 2s; Radau points would damp it by ``N (omega h)^(2s) (s!/(2s)!)^2/2`` in a cycle of N steps. Gauss points
-hardly damp what is too fast for the steps, so that such disturbances are left out: but not where the stiffness is not
-positive somewhere in the cycle and they grow without turning, as a buckled strut diverges.
+hardly damp what is too fast for the steps, so that such disturbances are left out. They count where the stiffness is
+not positive somewhere in the cycle and they grow without turning, as a buckled strut diverges.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics, ch. 3; Hairer and Wanner, Solving Ordinary Differential
 Equations II, section IV.5.

@@ -115,9 +115,9 @@ def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple
     Returns
     -------
     tuple
-        Turns in the links' axes, as the mass weighs them, negative where the disturbance turns clockwise in the complex
-        plane; the index of the link that has the largest part of it; and whether it vibrates, and does not creep, held
-        by a strong damper. Each is ``(disturbances,)``.
+        Turns in the links' axes, weighted by mass, negative where the disturbance turns clockwise in the complex plane.
+        The index of the link that has the largest part of it. Whether it vibrates; with a strong damper it may creep
+        instead. Each is ``(disturbances,)``.
     """
     v, velocity = axes.carried(*_through(flow, states, None))
     parts = summed(np.sum(v.conj() * axes.momenta(v), axis=0).real, axes.link, len(axes.names))

@@ -1,8 +1,8 @@
 """Matrices of the equation of motion at any time, by interpolation.
 
 They are computed at many times at once, a cycle of the drive at a time. Between these they are polynomials of degree 7
-through the Chebyshev points of windows, which are halved until the polynomials are good: a window in which they never
-are holds a jump, such as that of a load that sets in at once.
+through the Chebyshev points of windows. Windows are halved until the polynomials are accurate. A window in which they
+never are holds a jump, such as that of a load that sets in at once.
 
 Source: Trefethen, Approximation Theory and Approximation Practice (2013), ch. 2-8.
 """
