@@ -1,9 +1,9 @@
 """Resonances that the steps or the mesh miss, as they shift or weaken a vibration more than its damping does.
 
 In a step of length h a vibration becomes ``R(i omega h)`` times as large instead of ``exp(i omega h)``: weaker
-(dissipation) and late or early (dispersion); elements put its frequency too high, and lumped mass too low. Where that
-outweighs the damping, an estimate that starts from the motion found does not show how large the vibration may be: its
-load and its damping do.
+(dissipation) and late or early (dispersion). Elements put its frequency too high, and lumped mass too low. Where that
+outweighs the damping, an estimate from the motion found does not show how large the vibration may be. Its load and its
+damping do.
 """
 
 from __future__ import annotations

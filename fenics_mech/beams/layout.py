@@ -127,8 +127,8 @@ class Layout:
     def tie(self) -> Array:
         """From nodal dofs to those of Hermite's functions, in member axes, ``(elements, 6, 6)``.
 
-        Hermite's have the slope w' = phi + gamma of the axis where the nodes have the rotation phi of the section, and
-        the displacement u - y phi of a neutral line that is y beside the axis.
+        Where the nodes have the rotation phi of the section, Hermite's functions have the slope w' = phi + gamma of the
+        axis. Where the neutral line is y beside the axis, they have its displacement u - y phi.
         """
         tie = np.tile(np.eye(6), (len(self.mesh.cell), 1, 1)) if self.offsets is None else self.offsets.arms
         if self.shear_angle is not None:

@@ -137,9 +137,8 @@ def terms(situation: Situation) -> Terms:
 def size(survey: Survey) -> float:
     """Estimate what the elastic motion adds to axial forces, and how far bending shortens members.
 
-    An arc of height a over a chord L is longer by ``(pi a)^2/(4 L)`` if it is a half-wave of a sine: over a itself, a
-    share of ``pi^2 a/(4 L)`` of the deflection. Where axial forces come near to buckling, only the shortening holds the
-    members.
+    A half-wave of a sine of height a over a chord L is longer than the chord by ``(pi a)^2/(4 L)``. That is the share
+    ``pi^2 a/(4 L)`` of the deflection a. Near buckling only the shortening holds the members.
     """
     near = survey.tension if survey.tension > NEAR_BUCKLING else 0.0
     bow = survey.bow * (1 + survey.vibration)

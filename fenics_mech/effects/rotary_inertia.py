@@ -18,8 +18,8 @@ def beams(scene: Scene, links: Beams) -> Beams:
     """Add ``int rho I phi psi dx`` to the mass, phi the rotation of the sections.
 
     A section turns by the rigid angle of its link and by phi, with the kinetic energy ``rho I (omega + phi')^2/2`` per
-    length. So the mass also acts on the link's angular acceleration, which is the slope of the rigid acceleration that
-    it is multiplied by; it has no part in the gyroscopic matrix, and none in the centrifugal forces.
+    length. So the mass also acts on the link's angular acceleration, the slope of the rigid acceleration. It has no
+    part in the gyroscopic matrix, and none in the centrifugal forces.
     """
     (rotary,) = along_elements(
         scene, links.layout, lambda scene, label, s: scene.rigidity(label, s).rotary_inertia[None]

@@ -297,9 +297,9 @@ def between_nodes(
 ) -> tuple[Array, Array]:
     """Displacements along and across the member that the shape functions leave out, ``(angles, places)`` each (m).
 
-    They are those of an element with fixed, clamped ends under its own inertia and the loads on it, and where its
-    section varies what its shape under forces on its ends differs from the cubic one. Point loads and the inertia of
-    the sections' rotation bend it there with its mean stiffness.
+    They are those of an element with fixed, clamped ends under its own inertia and the loads on it. Where its section
+    varies, its shape under forces on its ends also differs from the cubic one. Point loads and the inertia of the
+    sections' rotation bend it there with its mean stiffness.
 
     Parameters
     ----------

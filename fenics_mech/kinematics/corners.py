@@ -41,8 +41,8 @@ class Corner:
 def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
     """Find a corner of the motion, as at a small transmission angle, that the angles of a cycle miss.
 
-    A link's velocity turns sharply there, and its acceleration is larger between the angles than at any of them by
-    `LARGEST_BETWEEN`, or the links are to vibrate and it turns within one step.
+    A link's velocity turns sharply there. Its acceleration is larger between the angles than at any of them by
+    `LARGEST_BETWEEN`. Where the links vibrate, a turn within one step counts too.
 
     Parameters
     ----------

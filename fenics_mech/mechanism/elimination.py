@@ -199,8 +199,8 @@ def _held_groups(
 ) -> tuple[Group, ...]:
     """Choose where members cannot stretch: one group holds all joints that such members lie between.
 
-    Solved for is everything but the unknowns that say most of the motions left, at their worst angle: in a four-bar the
-    crank pin's displacement across the crank, as no other one moves at all angles.
+    The independent unknowns are those that determine the motions left best, at their worst angle. In a four-bar it is
+    the crank pin's displacement across the crank, as no other one moves at all angles.
     """
     groups = []
     step = -(-len(motion.theta) // LIMITS.positions)

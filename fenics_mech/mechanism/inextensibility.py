@@ -1,8 +1,8 @@
 """Members that cannot stretch: fewer coordinates, with no penalty stiffness and no equation per element.
 
 Along such a member all nodes have one displacement along its axis. That is the same at all angles in link axes, so it
-is solved once, by a constant matrix B in ``v = B z``: of each link some displacements of its points z, and what follows
-from them. The multipliers of these equations are the axial forces.
+is solved once, by a constant matrix B in ``v = B z``. z holds some displacements of each link's points, and the others
+follow from them. The multipliers of these equations are the axial forces.
 """
 
 from __future__ import annotations

@@ -49,8 +49,8 @@ Rung = tuple[Scene, tuple[Choice, ...]]  # a scene with effects, and what was de
 def rungs(scene: Scene, common: CommonParts | None = None) -> list[Rung]:
     """Give the theories to analyse a scene with, one after the other until one suffices; see `suffices`.
 
-    The first has linear strains and the second exact ones. There is one only where the scene lists its effects, where
-    its response cannot tell what linear strains leave out, and where the survey alone shows that they are wrong.
+    The first has linear strains and the second exact ones. There is only one where the scene lists its effects, or its
+    response cannot show what linear strains leave out, or the survey alone shows that they are wrong.
     """
     chosen, choices = choose(scene, common)
     sizes = {choice.effect.name: choice.size for choice in choices}

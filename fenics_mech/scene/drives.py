@@ -355,8 +355,8 @@ class Drive(Part):
 def common_rate(drives: Sequence[Drive]) -> float:
     """Rate (rad/s) of the coordinate theta of all drives, in whose cycle every drive makes a whole number of its own.
 
-    The common cycle is the shortest one: its rate is that of the first drive over the least common multiple of the
-    denominators of all drives' rates over the first's.
+    The common cycle is the shortest one. Each drive's rate over the first's is a fraction. The common rate is the first
+    drive's over the least common multiple of the denominators.
 
     Parameters
     ----------

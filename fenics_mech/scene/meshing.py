@@ -33,9 +33,9 @@ def nodes_of(mesh: Mesh) -> Array:
 def member_nodes(scene: Scene, label: str) -> Array:
     """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``.
 
-    A load inside the member has a node of its own, and a node of the mesh that is very near makes way for it. Where it
-    would make a short element beside a long one, the long one carries the load inside: the shear force of an element
-    loses digits as the cube of its length.
+    A load inside the member has a node, which replaces a node of the mesh that is very near. Where it would make a
+    short element beside a long one, the long one carries the load inside: the shear force of an element loses digits as
+    the cube of its length.
 
     Parameters
     ----------

@@ -69,8 +69,8 @@ def difference(strain: Array, other: Array) -> Difference:
     """Compare strains with others, relative to the largest of each member of those.
 
     Where a member's largest is below a tenth of that of all, that tenth is the measure, as in the program's estimate.
-    They are compared at common angles: those of the coarser curve where all of them are in the finer one, else those of
-    the first, at which the other's Fourier series is evaluated.
+    They are compared at the angles of the coarser curve where all of them are in the finer one. Else the Fourier series
+    of the other is evaluated at the angles of the first.
     """
     largest = np.abs(other).max(axis=(0, 2, 3))
     measure = np.maximum(largest, SMALL_MEMBER * largest.max())

@@ -177,8 +177,8 @@ def floquet(
 def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit: float) -> tuple[Index, bool]:
     """Find the disturbances that count: those that the steps can follow, and those that grow without turning.
 
-    The largest are looked at, few at a time, until there are enough, with that next to 1 if there is one: those of a
-    smaller magnitude are further off. Beside them, whether there were enough: so it is also where many
+    The largest are examined, few at a time, until there are enough, and the one next to 1 is among them. Those of a
+    smaller magnitude are further off. The second value says whether there were enough. There are also enough where many
     are too fast, as Radau points damp these more than the others.
     """
     order, found = np.argsort(-np.abs(values), kind="stable"), np.zeros(0, dtype=np.int64)

@@ -109,8 +109,8 @@ def weakest_link(system: System, k: int, stiffness: Array) -> str:
 def loss(stiffness: PETSc.Mat, q: Array, force: Array) -> float:
     """Give the share of an answer of ``K q = f`` that rounding of K may change, ``eps |q| |K| |q| / (q f)``.
 
-    It is large where q strains the links little beside what its parts would alone: next to a dead centre, in members
-    that are far stiffer along than across, and on fine meshes. Source: Skeel, J. ACM 26 (1979) 494.
+    It is large where q strains the links far less than its parts alone would. Examples are positions next to a dead
+    centre, members that are far stiffer along than across, and fine meshes. Source: Skeel, J. ACM 26 (1979) 494.
     """
     pointers, columns, values = stiffness.getValuesCSR()
     size, energy = np.abs(q), abs(q @ force)
