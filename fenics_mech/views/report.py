@@ -267,7 +267,7 @@ def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
     text = (
         f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
         f"strain and {by_force:.1%} of the largest joint force: without every second position they differ by that. "
-        "Take more sub_intervals"
+        f"Take {'a smaller tolerance' if 'chosen' in result.data.attrs else 'more sub_intervals'}"
     )
     return [Text(text)]
 

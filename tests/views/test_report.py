@@ -184,6 +184,9 @@ def test_doubt_about_peaks_does_not_rest_on_the_position_at_0(result):
     curves = {name: 1e-4 * peak * xr.ones_like(result.data[name]) for name in ("strain", "joint_force")}
     text = printed(summary(Result(result.data.assign(curves))))
     assert "Peaks between the 24 positions are uncertain by 28." in text
+    assert "Take more sub_intervals" in text
+    by_tolerance = result.data.assign(curves).assign_attrs(chosen="")  # which takes the positions itself
+    assert "Take a smaller tolerance" in printed(summary(Result(by_tolerance)))
 
 
 def test_a_drive_along_a_slide_gives_a_force():
