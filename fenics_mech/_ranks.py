@@ -38,10 +38,10 @@ def together(comm: Any, work: Callable[[], Found]) -> Found:
         found, error = _tried(comm, work)
     except _EndedError as ended:
         raise MechanismError(str(ended)) from None
-    told = comm.allgather((True, error and _said(error)))
+    reports = comm.allgather((True, error and _said(error)))
     if error is not None:
         raise error
-    for rank, (_, text) in enumerate(told):
+    for rank, (_, text) in enumerate(reports):
         if text:
             raise MechanismError(f"process {rank} ended with {text}")
     return found  # type: ignore[return-value]
@@ -78,11 +78,11 @@ def over_positions(count: int, work: Callable[[slice], Sequence[Array]]) -> Sequ
         return work(slice(0, count))
     ends = [count * rank // comm.size for rank in range(comm.size + 1)]
     found, error = _tried(comm, lambda: work(slice(*ends[comm.rank : comm.rank + 2])))
-    told = comm.allgather((False, error and _sendable(error)))
-    for rank, (ended, other) in enumerate(told):
+    reports = comm.allgather((False, error and _sendable(error)))
+    for rank, (ended, other) in enumerate(reports):
         if ended:
             raise _EndedError(f"process {rank} ended with {other}")
-    for _, other in told:
+    for _, other in reports:
         if other is not None:
             raise other
     assert found is not None

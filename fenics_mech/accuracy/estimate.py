@@ -13,7 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse
-from fenics_mech.accuracy.linearised_drag import left_out_of_drag, unlinear
+from fenics_mech.accuracy.linearised_drag import drag_remarks, left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
@@ -174,7 +174,7 @@ def estimate(
     UnresolvedError
         When a linearisation leaves out so much, or the mesh is so coarse, that estimates do not hold.
     """
-    remarks = unlinear(left_out_of_drag(solution))
+    remarks = drag_remarks(left_out_of_drag(solution))
     scene, base = solution.scene, Quantities.of(solution.scene, system, solution.response.undamped)
     largest = base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}

@@ -52,14 +52,14 @@ def left_out_of_drag(solution: Solution) -> float:
     if change > DRAG.largest:
         member = system.beams.mesh.members[int(by_member.argmax())]
         raise UnresolvedError(
-            f"member {member} vibrates too fast for a drag of the air that is linearised about the rigid motion: "
+            f"member {member} vibrates too fast for the drag of the air, linearised about the rigid motion: "
             f"this neglects up to {share:.2g} of the drag, and {change:.1e} of the displacement by statics. Take "
             "damping.external instead of damping.air; analysis.allow_coarse lets it pass"
         )
     return share
 
 
-def unlinear(share: float) -> list[str]:
+def drag_remarks(share: float) -> list[str]:
     """Say that the linearised drag leaves out a share of the drag that is worth a word."""
     if share <= DRAG.mentioned:
         return []

@@ -15,7 +15,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.response.transient.course import Blows
+from fenics_mech.response.transient.course import VelocityJumps
 from fenics_mech.scene import Scene
 
 CYCLE = 2 * math.pi
@@ -59,7 +59,7 @@ def jumps_at(scene: Scene, system: System, theta: Array) -> Array:
     return Equation(struck).linear.mass.solve(momenta)
 
 
-def blows_between(scene: Scene, system: System, start: float, end: float) -> Blows | None:
+def impulses_between(scene: Scene, system: System, start: float, end: float) -> VelocityJumps | None:
     """Give the impulses of a time (s), through a run-up too; one at the start strikes there at time 0 only."""
     if not scene.impulses:
         return None
@@ -67,7 +67,7 @@ def blows_between(scene: Scene, system: System, start: float, end: float) -> Blo
     struck = [passages(scene, angle, start, end) for angle in theta]
     time, which = np.concatenate(struck), np.repeat(np.arange(len(theta)), [len(times) for times in struck])
     order = np.argsort(time, kind="stable")
-    return Blows(time[order], which[order], jumps_at(scene, system, theta))
+    return VelocityJumps(time[order], which[order], jumps_at(scene, system, theta))
 
 
 def passages(scene: Scene, angle: float, start: float, end: float) -> Array:

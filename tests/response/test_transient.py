@@ -16,9 +16,9 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, moved
 from fenics_mech.response.transient import coefficients
 from fenics_mech.response.transient.coefficients import Coefficients
-from fenics_mech.response.transient.course import Blows, Schedule, StartState
+from fenics_mech.response.transient.course import Schedule, StartState, VelocityJumps
 from fenics_mech.response.transient.integration import integrate
-from fenics_mech.response.velocity_jumps import blows_between
+from fenics_mech.response.velocity_jumps import impulses_between
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.response.synthetic import arm
@@ -111,7 +111,7 @@ def test_load_that_jumps(options):
 @pytest.mark.parametrize("options", [{}, ALPHA2])
 def test_impulse(options):
     """Struck by 2 at 0 and by 1 at pi/2: ``sin 2t`` and then ``sin 2t + sin 2(t - pi/2)/2 = sin(2t)/2``."""
-    blows = Blows(np.array([0.0, np.pi / 2]), np.array([0, 1]), np.array([[2.0], [1.0]]))
+    blows = VelocityJumps(np.array([0.0, np.pi / 2]), np.array([0, 1]), np.array([[2.0], [1.0]]))
     found = solved(Oscillator(lambda time: 0.0), options, blows, tolerance=1e-6)
     late = found.time > np.pi / 2 - 1e-9
     assert found.displacement[:, 0] == pytest.approx(np.sin(2 * found.time) * np.where(late, 0.5, 1), abs=1e-4)
@@ -130,7 +130,7 @@ def test_steps_that_fail_are_told():
 @pytest.mark.parametrize(("tableau", "most"), [(GAUSS, 1e-12), (RADAU, 1e-6)])
 def test_energy_after_many_cycles(tableau, most):
     """Undamped, 80 swings from a blow: Gauss points keep the energy, Radau points lose less than is asked for."""
-    blow = Blows(np.zeros(1), np.zeros(1, np.int64), np.array([[2.0]]))
+    blow = VelocityJumps(np.zeros(1), np.zeros(1, np.int64), np.array([[2.0]]))
     found = solved(Oscillator(lambda time: 0.0), {}, blow, tolerance=1e-6, cycles=40, samples=4, tableau=tableau)
     energy = found.velocity[-1, 0] ** 2 / 2 + 2 * found.displacement[-1, 0] ** 2
     assert abs(energy / 2 - 1) < most
@@ -330,13 +330,13 @@ def test_impulses_strike_in_a_run_up(shaft, sense):
     blows = {"first": struck | {"angle": 0.0}, "other": struck | {"angle": f"{sense * 90} deg"}}
     scene = shaft.changed(drive__speed=sense * 20.0, drive__run_up=0.4, impulses=blows)
     end = 0.4 + 2 * scene.period
-    found = blows_between(scene, mechanism(scene), 0.0, end)
+    found = impulses_between(scene, mechanism(scene), 0.0, end)
     turned = sense * scene.drives[0].coordinate(found.time).value
     assert found.time[0] == 0
     assert np.cos(turned - np.pi / 2 * found.which) == pytest.approx(np.ones(len(turned)))
     assert list(found.which) == [k % 2 for k in range(len(turned))]  # one after the other
     assert len(turned) == 2 * np.floor(sense * scene.drives[0].coordinate(np.array([end])).value[0] / (2 * np.pi)) + 2
-    again = blows_between(scene, mechanism(scene), float(found.time[2]), end)
+    again = impulses_between(scene, mechanism(scene), float(found.time[2]), end)
     assert again.time == pytest.approx(found.time[3:])
 
 

@@ -136,8 +136,8 @@ class Coefficients:
 
     def look(self, start: float, end: float) -> None:
         """Look at a stretch of time (s): a jump at an end of it is not seen."""
-        slack = TABLE.narrowest * self.cycle
-        self.between, self._latest = (start + slack, end - slack), (np.nan, [])
+        margin = TABLE.narrowest * self.cycle
+        self.between, self._latest = (start + margin, end - margin), (np.nan, [])
 
     def repeats(self, cycle: int) -> bool:
         """Whether a cycle, by its number from time 0 on, is as those after it."""
@@ -237,7 +237,7 @@ class Coefficients:
         if windows > TABLE.most_windows or windows * TABLE.nodes * int(self._ends[-1]) > TABLE.most_entries:
             raise SolverError(
                 f"the matrices or loads change too fast to be interpolated, at {cycle * self.cycle + start[0]:.6g} s, "
-                "or rounding beside a very stiff spring or damper hides them. Give smoother loads and laws of the "
+                "or are lost in rounding beside a far too stiff spring or damper. Give smoother loads and laws of the "
                 "drive, or a larger time_tolerance"
             )
 

@@ -74,7 +74,7 @@ class StartState:
 
 
 @dataclass(frozen=True)
-class Blows:
+class VelocityJumps:
     """Impulses as they strike.
 
     Parameters
@@ -91,9 +91,9 @@ class Blows:
     which: Index
     jump: Array
 
-    def at(self, time: float, slack: float) -> Array:
-        """Change of q' at a time."""
-        now = self.which[np.searchsorted(self.time, time - slack) : np.searchsorted(self.time, time + slack)]
+    def at(self, time: float, rounding: float) -> Array:
+        """Change of q' at a time (s), up to a rounding of it (s)."""
+        now = self.which[np.searchsorted(self.time, time - rounding) : np.searchsorted(self.time, time + rounding)]
         return np.asarray(self.jump[now].sum(axis=0))
 
 

@@ -27,7 +27,7 @@ from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import LONGEST_STEP, Course, Schedule, StartState
 from fenics_mech.response.transient.integration import integrate
-from fenics_mech.response.velocity_jumps import blows_between, passages
+from fenics_mech.response.velocity_jumps import impulses_between, passages
 from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import FINEST_STEPS
 
@@ -114,8 +114,8 @@ def course_from(
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
     require_positions(scene, positions)
-    blows = blows_between(scene, system, time, float(schedule.times(time)[-1]))
-    return integrate(coefficients, schedule, start, scene.petsc, blows)
+    impulses = impulses_between(scene, system, time, float(schedule.times(time)[-1]))
+    return integrate(coefficients, schedule, start, scene.petsc, impulses)
 
 
 def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:

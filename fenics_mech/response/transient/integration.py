@@ -20,7 +20,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
-from fenics_mech.response.transient.course import Blows, Course, Schedule, StartState
+from fenics_mech.response.transient.course import Course, Schedule, StartState, VelocityJumps
 from fenics_mech.response.transient.instant import Instant
 from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
 
@@ -85,7 +85,7 @@ def integrate(
     schedule: Schedule,
     start: StartState,
     options: Mapping[str, Any],
-    blows: Blows | None = None,
+    impulses: VelocityJumps | None = None,
 ) -> Course:
     """Integrate the equation from a state.
 
@@ -99,7 +99,7 @@ def integrate(
         Where the motion starts.
     options
         PETSc options with the prefix "transient_"; transient_ts_type chooses the integrator, by default collocation.
-    blows
+    impulses
         Impulses.
 
     Raises
@@ -107,18 +107,18 @@ def integrate(
     SolverError
         When the time steps fail, or a mass or a tangent matrix is singular.
     """
-    weight, slack, time = coefficients.weight, SAME * schedule.cycle, start.time
+    weight, rounding, time = coefficients.weight, SAME * schedule.cycle, start.time
     z, z_rate = start.displacement * weight, start.velocity * weight
     record = _Record(schedule, time, z, z_rate)
-    blows = blows or Blows(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(z))))
-    run = _Run(coefficients, schedule, options, record.keep, z, np.vstack([z_rate, weight * blows.jump]))
-    for stop in _stops(coefficients, blows, time, record.times[-1], slack):
+    impulses = impulses or VelocityJumps(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(z))))
+    run = _Run(coefficients, schedule, options, record.keep, z, np.vstack([z_rate, weight * impulses.jump]))
+    for stop in _stops(coefficients, impulses, time, record.times[-1], rounding):
         if stop > time:
             coefficients.look(time, stop)
             z, z_rate = run.go_on(time, stop, z, z_rate)
         if record.settled:
             break
-        z_rate, time = z_rate + weight * blows.at(stop, slack), stop
+        z_rate, time = z_rate + weight * impulses.at(stop, rounding), stop
         record.strike(stop, z, z_rate)
     states = record.states[: record.known] / weight
     return Course(
@@ -126,24 +126,26 @@ def integrate(
     )
 
 
-def _stops(coefficients: Coefficients, blows: Blows, start: float, end: float, slack: float) -> Iterator[float]:
+def _stops(
+    coefficients: Coefficients, impulses: VelocityJumps, start: float, end: float, rounding: float
+) -> Iterator[float]:
     """Give the times at which the integration stops: jumps, impulses, cycles of a run-up, and the end."""
     cycle, last = int(start // coefficients.cycle), start
-    if len(blows.time) and blows.time[0] <= start + slack:
+    if len(impulses.time) and impulses.time[0] <= start + rounding:
         yield start
     while last < end:
         first, next_cycle = cycle * coefficients.cycle, (cycle + 1) * coefficients.cycle
         jumps, repeats = coefficients.jumps(cycle), coefficients.repeats(cycle)
-        struck = blows.time[np.searchsorted(blows.time, first - slack) :]
+        struck = impulses.time[np.searchsorted(impulses.time, first - rounding) :]
         if repeats and not len(jumps) and not len(struck):
             yield end
             return
-        inside = struck[: np.searchsorted(struck, next_cycle - slack)]
+        inside = struck[: np.searchsorted(struck, next_cycle - rounding)]
         for stop in np.sort(np.concatenate([jumps, inside, [] if repeats else [next_cycle]])):
-            if last + slack < stop < end - slack:
+            if last + rounding < stop < end - rounding:
                 last = float(stop)
                 yield last
-        if next_cycle >= end - slack:
+        if next_cycle >= end - rounding:
             yield end
             return
         cycle += 1

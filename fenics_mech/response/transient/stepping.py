@@ -33,7 +33,7 @@ class StepLimits:
     most_iterations: int = 10  # of Newton's method in a step
     newton: float = 1e-3  # of the tolerance of a step, to which it is solved
     shortest: float = 1e-10  # step, of the longest
-    slack: float = 1e-9  # of a step, that is not left over at the end
+    margin: float = 1e-9  # of a step, that is not left over at the end
 
 
 STEP = StepLimits()
@@ -81,7 +81,7 @@ class Collocation:
         vector, asked = ts.getSolution(), min(ts.getTimeStep(), self.longest)
         z, rate = vector.array_r.copy().reshape(2, -1)
         while True:
-            last = start + asked * (1 + STEP.slack) >= end
+            last = start + asked * (1 + STEP.margin) >= end
             length = end - start if last else asked
             made, error = self._trial(start, length, z, rate)
             change = SAFETY * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
