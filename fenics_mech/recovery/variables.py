@@ -22,7 +22,7 @@ ATTRIBUTES = {
     ),
     "joint_force_relative_error": ("1", "largest error of a joint force by each source, over the largest of all"),
     "drive_effort_relative_error": ("1", "largest error of an effort by each source, over the largest effort"),
-    "error_order": ("1", "observed convergence order of the error, in the number of steps, elements, modes and so on"),
+    "error_order": ("1", "expected convergence order of the error, in the number of steps, elements, modes and so on"),
     "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
     "stress": ("Pa", "stress of the outer fibre"),
