@@ -248,13 +248,18 @@ def _effects(result: Result) -> str:
     """Name the effects that act, with their influence on the strains where it was estimated."""
     effects = json.loads(result.data.attrs["effects"])
     inside = {effect.replaces for effect in _acting(result)}
-    acting = [e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])})") for e in effects if e["acts"]]
+    least = result.scene.neglected / 2
+    acting = []
+    for e in (e for e in effects if e["acts"]):
+        below = e["size"] is not None and e["size"] <= least and EFFECTS[e["name"]].nonlinear
+        why = ", for the deflection or a tolerance" if below else ""  # see `planning.effect_choice.suffices`
+        acting.append(e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])}{why})"))
     left = [
         f"{e['name']} ({percent(e['size'])}{', MISSING DATA: ' + e['lacking'] if e['lacking'] else ''})"
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    chosen = f"; selected: influence above {percent(result.scene.neglected / 2)}; left out: {', '.join(left) or 'none'}"
+    chosen = f"; selected: influence above {percent(least)}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
     return (", ".join(acting) or "none") + (chosen if estimated else "")
 
