@@ -25,7 +25,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.analysis_options import MOST_STATIONS
 
 LARGEST_STEP, MARGIN = 4.0, 1.2  # by which a number grows in a round, and by how much more than it should
-FEWEST_STEPS, FEWEST_STATIONS = 24, 11
+FEWEST_STEPS, FEWEST_STATIONS = 48, 11
 FEWEST_ELEMENTS = 2
 WORDS = {
     "strain": "strains",

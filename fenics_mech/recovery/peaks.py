@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
+import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.recovery.result import Result
 
 NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
@@ -26,21 +29,40 @@ def between_positions(result: Result) -> Result:
     result
         The result.
     """
-    scene, data = result.scene, result.data
-    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
-    if scene.analysis.method != "periodic" or not smooth or (count := data.sizes["theta"]) >= FEW:
+    data = result.data
+    curves = data[[name for name in CURVES if name in data]]
+    finer = {name: (curve.dims, smoothed(result, curve.to_numpy())) for name, curve in _over_theta(curves)}
+    theta = next((found[0] for _, found in finer.values()), data["theta"].to_numpy())
+    if len(theta) == data.sizes["theta"]:
         return result
+    made = {name: (dims, found[1], curves[name].attrs) for name, (dims, found) in finer.items()}
+    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(made))
+
+
+def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
+    """Give drive angles (rad) and the values of a curve there: at more positions where `between_positions` has more.
+
+    Parameters
+    ----------
+    result
+        The result.
+    values
+        At its positions, ``(angles, ...)``.
+    """
+    scene, count = result.scene, len(values)
+    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
+    if scene.analysis.method != "periodic" or not smooth or count >= FEW:
+        return result.data["theta"].to_numpy(), values
     from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import, and few results are as coarse)
 
-    curves = data[[name for name in CURVES if name in data]]
     theta = scene.drive_angles(count * math.ceil(CLOSE / count))
     around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)
-    places = np.arange(len(theta)) * count / len(theta)
-    finer = {
-        name: (curve.dims, Akima1DInterpolator(around, curve.to_numpy()[around % count])(places), curve.attrs)
-        for name, curve in ((name, curves[name].transpose("theta", ...)) for name in curves)
-    }
-    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
+    return theta, Akima1DInterpolator(around, values[around % count])(np.arange(len(theta)) * count / len(theta))
+
+
+def _over_theta(curves: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
+    for name in curves:
+        yield str(name), curves[name].transpose("theta", ...)
 
 
 def doubt(result: Result, closer: Result, name: str) -> float:

@@ -16,6 +16,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import MID_SPAN
 from fenics_mech.views.figures import (
@@ -295,10 +296,10 @@ def _in_time(result: Result) -> bool:
 
 
 def _curve(result: Result, values: Array) -> tuple[Array, Array]:
-    """Abscissae and ordinates of a curve in a figure of `figure_of`."""
+    """Abscissae and ordinates of a curve in a figure of `figure_of`, smooth between few positions."""
     if _in_time(result):
         return result.data["time"].to_numpy(), values
-    return curve(result.data["theta"].to_numpy(), values)
+    return curve(*smoothed(result, values))
 
 
 def _draw_supported(axes: Axes, supported: Mapping[str, float]) -> None:

@@ -74,7 +74,7 @@ def test_pulse_that_positions_cannot_see_is_refused(analysis):
     [
         {"kind": "expression", "formula": "exp(-((theta - 1.23456)/1e-6)**2)"},
         # 0.005 of a force that is there all the time, but 0.16 of that in a step
-        {"kind": "expression", "formula": "1 + cos(theta) + 10*exp(-((theta - 1.23456)/1e-3)**2)"},
+        {"kind": "expression", "formula": "1 + cos(theta) + 10*exp(-((theta - 1.25)/1e-3)**2)"},
         # narrower than angles that count as one
         {"kind": "table", "angles": (1.0, 1.0 + 1e-10, 1.0 + 2e-10), "values": (0.0, 1e9, 0.0)},
     ],

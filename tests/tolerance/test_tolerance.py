@@ -91,8 +91,8 @@ def test_peaks_are_sought_between_few_positions():
     few, many = (analysed(scene.changed(tolerance=1e-2)), analyse(scene.changed(mesh__elements=6)))
     assert few.data.sizes["theta"] < 100
     found, best = (between_positions(r).data["strain"].sel(member="crank") for r in (few, many))
-    assert float(np.abs(found).max()) == pytest.approx(float(np.abs(best).max()), rel=1e-2)
-    assert float(np.abs(few.data["strain"].sel(member="crank")).max()) < 0.98 * float(np.abs(best).max())
+    assert float(np.abs(found).max()) == pytest.approx(float(np.abs(best).max()), rel=1e-3)
+    assert float(np.abs(few.data["strain"].sel(member="crank")).max()) < 0.999 * float(np.abs(best).max())
 
 
 def test_graded_and_stated_meshes_keep_their_kind():
@@ -118,7 +118,7 @@ def runs(monkeypatch):
 def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
     one_round = replace(fenics_mech.planning.meet_tolerance.SEARCH, most_rounds=1)
     monkeypatch.setattr(fenics_mech.planning.meet_tolerance, "SEARCH", one_round)
-    with pytest.raises(SolverError, match=r"0.0001 is not met: with 24 sub_intervals.* from the time steps; 1 rounds"):
+    with pytest.raises(SolverError, match=r"0.0001 is not met: with 48 sub_intervals.* from the mesh; 1 rounds"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
 
 
@@ -171,7 +171,7 @@ def test_memory_that_gives_out_is_an_error_of_the_tolerance(error):
 
     with pytest.raises(
         SolverError,
-        match=r"uncertain by an estimated \S+ %, .* from the time steps; the next needs more memory than there is",
+        match=r"uncertain by an estimated \S+ %, .* from the mesh; the next needs more memory than there is",
     ):
         within(scene, short)
 
@@ -185,7 +185,7 @@ def test_steps_without_an_answer_are_halved_a_few_times():
 
     with pytest.raises(UnresolvedError):
         within(scene, none)
-    assert tried == [24, 48, 96, 192, 384]
+    assert tried == [48, 96, 192, 384]
 
 
 @pytest.mark.parametrize("kind", [SolverError, SceneError, AssemblyError])
@@ -198,7 +198,7 @@ def test_what_no_mesh_cures_is_told_at_once(kind):
 
     with pytest.raises(kind, match="at resonance"):
         within(scene, none)
-    assert tried == [24]
+    assert tried == [48]
 
 
 def test_buckling_is_told_at_once(runs):

@@ -1,6 +1,7 @@
 """Summaries and tables say the right numbers and fit the screen."""
 
 import io
+import re
 
 import numpy as np
 import pytest
@@ -223,4 +224,5 @@ def test_balance_of_energy_is_told():
 def test_an_effect_below_the_limit_of_influence_says_why_it_acts():
     """A tolerance of 0.1 % asks for exact strains, though they change the strains of this machine by 0.03 % only."""
     result = analyse(load(DEMOS / "slider_crank.toml").changed(effects="auto", tolerance=1e-3))
-    assert "large-rotations (0.026 %, for the deflection or a tolerance)" in " ".join(printed(summary(result)).split())
+    said = " ".join(printed(summary(result)).split())
+    assert re.search(r"large-rotations \(0.02\d %, for the deflection or a tolerance\)", said)
