@@ -12,7 +12,7 @@ from fenics_mech._sparse import Pairs, Stack
 from fenics_mech.effects.terms import Law
 from fenics_mech.mechanism.transformation import Transformation
 
-FEW = 0.4  # of the coordinates
+FEW = 0.9  # of the coordinates
 
 
 @dataclass(frozen=True, eq=False)

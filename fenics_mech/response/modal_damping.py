@@ -14,7 +14,9 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.mechanism.matrices import not_positive
 from fenics_mech.mechanism.modal_forces import FEW
+from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.scene import Scene
+from fenics_mech.scene.springs_dampers import HingeSpring
 
 Ratio = float | tuple[float, ...]
 
@@ -27,13 +29,13 @@ class DampedModesLimits:
     fastest: float = 128.0  # times the lowest frequency; measured: 2e-4 of a member that is strained little
     weak: float = 0.02  # ratio up to which that is enough; beyond it is more, as the root of the ratio
     resolved: float = 4.0  # rad in a step, up to which steps may resolve a vibration
-    fading: float = 4.0  # the damping fades out over the last quarter
-    passes: int = 6  # of inverse iteration, for the lowest frequency
+    fading: float = 3.0  # the damping fades out over the last third
     at_a_time: int = 20  # angles, whose shapes are alike and stay in the processor's cache
     more_shapes: int = 8  # beside those wanted
+    most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
     most_iterations: int = 60
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
-    smooth: float = 1e-4  # of the damping: by how much four and six positions may differ between them
+    smooth: float = 1e-5  # of the damping: by how much four and six positions may differ between them
 
 
 LIMITS = DampedModesLimits()
@@ -53,20 +55,23 @@ class DampedModes:
     fastest: float
 
     def share(self, omega: Array) -> Array:
-        """Share 0..1 of its damping that a mode has. It fades out, so that damping is smooth where modes cross."""
-        return np.clip(LIMITS.fading * (1 - omega / self.fastest), 0.0, 1.0)
+        """Share 0..1 of its damping that a mode has. It fades out, so that its root is smooth where modes cross."""
+        inside = np.clip(LIMITS.fading * (1 - omega / self.fastest), 0.0, 1.0)
+        return np.asarray(inside**4 * (3 - 2 * inside) ** 2)
 
 
 def damped_modes(scene: Scene, system: System) -> DampedModes | None:
-    """Find which modes are damped in a periodic motion, as many coordinates would make full matrices; None for all.
+    """Find which modes are damped in a periodic motion of many coordinates; None for all.
 
     These are all that its steps resolve, and those up to 128 times the lowest frequency. Faster ones follow the loads
     without vibrating: their damping would change the strains of the seed four-bar by 2e-5, and in a member that is
-    strained little 2e-4 of its own. Where these are many, half of that frequency is enough: strains of six-bars change
-    by 3e-5. Where impulses and jumps make them vibrate, and springs hold them, all are damped.
+    strained little 2e-4 of its own. The frequency is relative to the lowest one, so that it is alike in similar scenes.
+    All are damped beside torsional springs, which fast modes wind, and where the solver's steps let them ring: at
+    Gauss points after impulses and jumps.
     """
-    vibrates = scene.springs or scene.impulses or any(load.jumps for load in scene.loads.values())
-    if not np.any(scene.damping.ratio) or system.size <= LIMITS.small or vibrates:
+    wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
+    rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
+    if not np.any(scene.damping.ratio) or system.size <= LIMITS.small or wound or rings:
         return None
     enough = LIMITS.fastest * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / LIMITS.weak))
     resolved = LIMITS.resolved * scene.analysis.sub_intervals / abs(scene.period)
@@ -76,18 +81,12 @@ def damped_modes(scene: Scene, system: System) -> DampedModes | None:
 
 def _up_to(mass: Stack, stiffness: Stack, enough: float, resolved: float) -> DampedModes | None:
     """Modes up to so many times the lowest frequency, and to one that is resolved (rad/s); None if they are many."""
-    state = np.random.default_rng(0).standard_normal(mass.diagonal.shape)
-    for _ in range(LIMITS.passes):
-        state = stiffness.solve(mass.times(state))
-        state /= np.sqrt(np.sum(state * stiffness.times(state), axis=1))[:, None]
-    lowest = 1 / np.sqrt(np.sum(state * mass.times(state), axis=1).max())
-    for times in (enough, enough / 2):
-        fastest = float(lowest) * 2.0 ** math.ceil(math.log2(max(times, resolved / lowest)))
-        slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
-        count = int(np.sum(slower, axis=1).max())
-        if count < FEW * mass.size:
-            return DampedModes(count, fastest)
-    return None
+    some = np.random.default_rng(0).standard_normal((LIMITS.more_shapes, mass.size))
+    lowest = float(1 / np.sqrt(_slowest(mass, stiffness, some, 1)[0].max()))
+    fastest = lowest * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
+    slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
+    count = int(np.sum(slower, axis=1).max())
+    return DampedModes(count, fastest) if count < FEW * mass.size else None
 
 
 def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | None:
@@ -182,15 +181,18 @@ def _held(system: System) -> tuple[Stack, Stack]:
 def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
     """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
     count = modes.count
-    width = min(mass.size, count + max(LIMITS.more_shapes, count // 2))
+    width = count + max(LIMITS.more_shapes, count // 2)
     shapes, found = np.random.default_rng(0).standard_normal((1, width, mass.size)), []
     for first in range(0, len(mass), LIMITS.at_a_time):
         part = slice(first, first + LIMITS.at_a_time)
-        squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
+        if width > LIMITS.most * mass.size:
+            squares, forces = (each[:, :count] for each in _every(mass[part], stiffness[part])[:2])
+        else:
+            squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
+            forces = moved[:, :count] / squares[..., None]
         times = np.sqrt(squares)
         ratios = damping_ratios(ratio, times) * modes.share(1 / times)
-        scale = np.sqrt(2 * ratios / times**3)  # (E.12), of shapes of unit stiffness
-        found.append(scale[..., None] * moved[:, :count])
+        found.append(np.sqrt(2 * ratios * times)[..., None] * forces)  # (E.12), of shapes of unit stiffness
     return np.concatenate(found)
 
 
@@ -218,12 +220,24 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
 
 
 def _of_all(ratio: Ratio, mass: Stack, stiffness: Stack) -> Array:
-    """Factor of the damping of all modes, which LAPACK finds in whole arrays."""
+    """Factor of the damping of all modes."""
+    squares, forces, shapes = _every(mass, stiffness)
+    times = np.sqrt(np.maximum(squares, 0))
+    return shapes @ (np.sqrt(2 * damping_ratios(ratio, times) * times)[..., None] * forces)  # (E.12)
+
+
+def _every(mass: Stack, stiffness: Stack) -> tuple[Array, Array, Array]:
+    """Find all modes, which LAPACK does in whole arrays.
+
+    Returns
+    -------
+    tuple
+        ``1/omega^2``, ``(angles, modes)``, the elastic forces of shapes of unit stiffness, ``(angles, modes,
+        coordinates)``, and an orthonormal matrix that turns these to be smooth, ``(angles, coordinates, modes)``.
+    """
     unit = np.sqrt(stiffness.diagonal)
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
     lower = np.linalg.cholesky(stiffness.full / pairs)
     scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass.full / pairs).transpose(0, 2, 1))
     squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
-    times = np.sqrt(np.maximum(squares, 0))
-    root = (shapes * np.sqrt(2 * damping_ratios(ratio, times) * times)[:, None]) @ shapes.transpose(0, 2, 1)  # (E.12)
-    return root @ (unit[:, :, None] * lower).transpose(0, 2, 1)
+    return squares, (unit[:, :, None] * lower @ shapes).transpose(0, 2, 1), shapes

@@ -16,10 +16,8 @@ from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_with_torque
-from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, States
 from fenics_mech.response.periodic.newton import Orbit
@@ -78,10 +76,6 @@ class MotorCycle(Cycle):
     def massless(self) -> str | None:
         """The multipliers are those of the linearised equation, whatever a coordinate's mass."""
         return None
-
-    def damped_equation(self, system: System) -> Equation:
-        """Give the equation of the mechanism at any angles, with the damping of its modes there."""
-        return Equation(system, modal_damping(self.scene.damping.ratio, system))
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""

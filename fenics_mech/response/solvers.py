@@ -89,7 +89,7 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
         require_joined(modes_kept(scene.analysis.modes, system.size), points)
     else:
         stages, damped = scene.analysis.stages, bool(np.any(scene.damping.ratio))
-        modes = damped_modes(scene, system) if damped and solver == "collocation" else None
+        modes = damped_modes(scene, system) if damped and solver != "harmonic-balance" else None
         count = modes.count if modes else None
         require_room(system, stages * len(Steps.of(scene).start), stages, count if damped else 0)
 

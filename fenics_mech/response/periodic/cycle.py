@@ -65,7 +65,11 @@ class Cycle:
     @cached_property
     def start(self) -> Equation:
         """The equation at the starts of the sub-intervals."""
-        return Equation(self.system, modal_damping(self.scene.damping.ratio, self.system, self.damped))
+        return self.damped_equation(self.system)
+
+    def damped_equation(self, system: System) -> Equation:
+        """Give the equation of the mechanism at any angles, with the damping of its modes there."""
+        return Equation(system, modal_damping(self.scene.damping.ratio, system, self.damped))
 
     @cached_property
     def damped(self) -> DampedModes | None:
@@ -92,19 +96,18 @@ class Cycle:
         if (scheme, stages) not in self._equations:
             tableau = Tableau.of(scheme, stages)
             there = system_at_points(self.scene, self.system, self.steps, tableau)
-            self._equations[scheme, stages] = Equation(there, self._modal_damping(there, tableau))
+            known = self._between_starts(there, tableau)
+            self._equations[scheme, stages] = self.damped_equation(there) if known is None else Equation(there, known)
         return self._equations[scheme, stages]
 
-    def _modal_damping(self, there: System, tableau: Tableau) -> Array | None:
-        """Give the modes' damping at points: from that at the starts of the steps where few modes are damped."""
-        known = None if self.damped is None or not self.steps.regular.all() else self.start.modal_damping
-        if known is not None:
-            unit = np.sqrt(self.start.links_stiffness.diagonal.mean(axis=0))
-            key = str(self.scene.damping.ratio), self.damped
-            found = there.once("damping between", lambda: between_positions(known, unit, tableau.points), key)
-            if found is not None:
-                return found
-        return modal_damping(self.scene.damping.ratio, there, self.damped)
+    def _between_starts(self, there: System, tableau: Tableau) -> Array | None:
+        """Give the damping of few modes at points by that at the starts of the steps; None where it is not smooth."""
+        known = self.start.modal_damping
+        if known is None or self.damped is None or not self.steps.regular.all():
+            return None
+        unit = np.sqrt(self.start.links_stiffness.diagonal.mean(axis=0))
+        key = str(self.scene.damping.ratio), self.damped
+        return there.once("damping between", lambda: between_positions(known, unit, tableau.points), key)
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none)."""
