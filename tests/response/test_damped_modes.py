@@ -1,0 +1,62 @@
+"""Damping of slow modes only, against that of all modes, in models of many coordinates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fenics_mech.response import modal_damping
+from fenics_mech.response.modal_damping import damped_modes
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene.build import build
+from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
+from tests.demos.test_invariance import turned
+
+BLOW = {"impulses": {"blow": {"at": "coupler.B", "angle": 1.0, "impulse": (0.0, 0.002)}}}
+PULSE = {"kind": "pulse", "start": 1.0, "end": 2.0}
+JUMP = {"loads": {"jump": {"at": "coupler.B", "force": (5.0, -3.0), "factor": PULSE}}}
+SPRING = {"springs": {"line": {"between": ("coupler.B", "ground.O"), "stiffness": 1000.0}}}
+HINGE = {"springs": {"hinge": {"joint": "C", "stiffness": 50.0, "angle": 1.7}}}
+
+
+def many(**more):
+    return seed_four_bar(
+        mesh={"elements": 6},
+        damping={"ratio": 0.02},
+        effects=("coupling",),
+        analysis={"sub_intervals": 60, "stations": 5, "allow_coarse": True, "stability": False},
+        **more,
+    )
+
+
+@pytest.mark.parametrize("more", [BLOW, JUMP, SPRING], ids=["blow", "jump", "spring"])
+def test_fast_modes_need_no_damping(more, monkeypatch):
+    """Each member's strains are within 1e-4 of its peak of those with all modes damped."""
+    scene = many(**more)
+    assert damped_modes(scene, mechanism(scene)).count < 30  # of 54
+    found = response_of(scene).data["strain"]
+    monkeypatch.setattr(modal_damping, "LIMITS", replace(modal_damping.LIMITS, small=1000))
+    whole = response_of(scene.changed(name="all")).data["strain"]
+    others = [part for part in whole.dims if part != "member"]
+    assert (abs(found - whole).max(others) < 1e-4 * abs(whole).max(others)).all()
+
+
+def test_all_modes_are_damped_where_fast_ones_matter():
+    ringing = many(**BLOW).changed(analysis__scheme="gauss")
+    assert damped_modes(many(), mechanism(many())) is not None
+    for scene in (many(**HINGE), ringing, many().changed(mesh__elements=4)):
+        assert damped_modes(scene, mechanism(scene)) is None
+
+
+def test_damped_modes_are_those_of_a_similar_machine():
+    """Turned, or with all rates three times as high, it has the same strains."""
+    scene = many()
+    data = scene.model_dump()
+    for material in data["materials"].values():
+        material["modulus"] *= 9
+    data["drive"]["speed"] *= 3
+    plain = response_of(scene).data["strain"].to_numpy()
+    for other in (build(data), build(turned(scene, 0.7))):
+        found = response_of(other).data["strain"].to_numpy()
+        assert found == pytest.approx(plain, abs=1e-9 * np.abs(plain).max())
