@@ -9,10 +9,12 @@ A state here is q, q' and q'', ``(3, angles, coordinates)``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES, TINY, Quantities, stations_of
@@ -46,6 +48,8 @@ class TheoryLimits:
     tail: float = 0.003  # of the motion's amplitude, in harmonics that are left to shorter steps
     positions: int = 8  # for the fastest of the other harmonics: with fewer the series has wrong axial forces
     steps: int = 4  # for the same; each has three Radau points
+    turn: float = 0.8  # rad of the slowest vibration in a step in time; measured: 0.94 to 1.0 of the truth, 0.3 with 5
+    steps_between: int = 8  # of these, between two positions
     fewest: int = 48  # steps
     most_iterations: int = 4
     accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
@@ -127,20 +131,26 @@ def _kept(scene: Scene) -> list[str]:
 
 def _about_positions(solution: Solution, exact: Scene) -> Quantities:
     """Change of a static or quasi-static response, position by position."""
-    scene, system = solution.scene, solution.system
+    scene, system, response = solution.scene, solution.system, solution.response
+    there = moved(exact, system, system.motion)
+    displacement = response.displacement + _at_rest(system, exact, response)
+    changed = ElasticResponse(displacement, system.rigid_acceleration, np.zeros_like(system.rigid_acceleration))
+    return _between((scene, system, response), (exact, there, changed))
+
+
+def _at_rest(system: System, exact: Scene, response: ElasticResponse) -> Array:
+    """Change of a displacement without inertia, ``(angles, coordinates)``."""
     there = moved(exact, system, system.motion)
     rung, top = (Equation(replace(one, terms=replace(one.terms, coupled=False))) for one in (system, there))
-    q, tension = solution.response.displacement, mean_tension(system, solution.response)
-    still = np.zeros_like(q)
+    still = np.zeros_like(response.displacement)
 
     def answer(tangents: Matrices, load: Array) -> Array:
         if len(not_positive(tangents.stiffness)):
             raise SolverError("the exact equilibrium is not stable")
         return np.stack([tangents.stiffness.solve(load), still, still])
 
-    change = _answered(rung, top, np.stack([q, still, still]), tension, answer)[0]
-    changed = ElasticResponse(q + change, system.rigid_acceleration, np.zeros_like(system.rigid_acceleration))
-    return _between((scene, system, solution.response), (exact, there, changed))
+    state = np.stack([response.displacement, still, still])
+    return _answered(rung, top, state, mean_tension(system, response), answer)[0]
 
 
 def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
@@ -184,14 +194,22 @@ def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
     if over_cycle.terms.law is not None:
         raise UnresolvedError("the response is not one of a linear equation")
     there, tableau = moved(exact, over_cycle, over_cycle.motion), Tableau.of("radau", STAGES)
-    step, responses = scene.period / scene.analysis.sub_intervals, []
+    between = scene.period / scene.analysis.sub_intervals
+    steps = _steps_between(equation_in_time(scene, over_cycle, course.time[:1]), between)
+    step, responses = between / steps, []
     own = np.concatenate(
         [course.displacement[0], step * course.velocity[0]]
     )  # as states of `Flow`, whose pace is the step
     change = np.zeros_like(own)
+    if scene.analysis.start == "static":
+        at_start = equation_in_time(scene, over_cycle, course.time[:1]).system
+        change[: over_cycle.size] = _at_rest(
+            at_start, exact, ElasticResponse(course.displacement[:1], at_start.rigid_acceleration)
+        )[0]
     for part in cycles_of(course.time, scene.analysis.sub_intervals):
         time = course.time[part]
-        inside = (time[:, None] + step * tableau.points).ravel()
+        begins = (time[:, None] + step * np.arange(steps)).ravel()
+        inside = (begins[:, None] + step * tableau.points).ravel()
         rung, top = equation_in_time(scene, over_cycle, inside), equation_in_time(exact, there, inside)
         flow = Flow(rung.linear, tableau, step)
         passed = flow.march(own, flow.added)
@@ -201,7 +219,7 @@ def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
         _answered(rung, top, np.stack([orbit.displacement, orbit.velocity, orbit.acceleration]), tension, answer)
         responses.append(
             [
-                elastic_response(equation_in_time(one, of, time), *flow.parts(states[:-1]))
+                elastic_response(equation_in_time(one, of, time), *flow.parts(states[:-1:steps]))
                 for one, of, states in ((scene, over_cycle, passed), (exact, there, passed + answer.states))
             ]
         )
@@ -209,6 +227,25 @@ def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
     whole = moved(exact, there, solution.system.motion)
     base, found = (concatenated(list(parts)) for parts in zip(*responses))
     return _between((scene, solution.system, base), (exact, whole, found))
+
+
+def _steps_between(equation: Equation, between: float) -> int:
+    """Give the steps from one position to the next (s), by the slowest vibration at the start.
+
+    Raises
+    ------
+    UnresolvedError
+        When they are more than the estimate may take, or nothing vibrates.
+    """
+    mass, stiffness = equation.linear.mass.dense(0), equation.linear.stiffness.symmetric.dense(0)
+    try:
+        (square,) = eigh(mass, stiffness, eigvals_only=True, subset_by_index=[len(mass) - 1] * 2)  # 1 over omega^2
+    except np.linalg.LinAlgError as error:
+        raise UnresolvedError("axial forces let the start buckle") from error
+    steps = math.ceil(between / math.sqrt(square) / LIMITS.turn)
+    if steps > LIMITS.steps_between:
+        raise UnresolvedError("the positions are too few for the vibration. Give more sub_intervals")
+    return steps
 
 
 class _March:

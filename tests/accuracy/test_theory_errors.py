@@ -93,6 +93,22 @@ def test_motions_in_time_against_exact_strains(demo, effects, speed, cycles):
     assert told["strain"].max() == pytest.approx(1, abs=0.05)
 
 
+@pytest.mark.parametrize(("start", "count"), [("static", 120), ("rigid", 24)])
+def test_motions_in_time_from_their_own_equilibrium_and_at_few_positions(start, count):
+    """The exact motion starts from the exact equilibrium, and its steps follow vibration between the positions."""
+    analysis = {"method": "transient", "sub_intervals": count, "time_tolerance": 1e-3, "start": start}
+    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=16.0, gravity=(0, -9.81), **ALL)
+    told = shares_told(scene.changed(analysis=scene.analysis.model_copy(update=analysis)))
+    assert all((told[what] > 0.8).all() and (told[what] < 1.1).all() for what in ("strain", "deflection"))
+    assert told["joint_force"].max() < 1.3  # 86 times the truth from a start that was not in equilibrium
+
+
+def test_positions_too_few_for_the_vibration_leave_the_theory_unknown():
+    analysis = {"method": "transient", "sub_intervals": 60, "time_tolerance": 0.02}
+    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=1.0, analysis=analysis, **ALL)
+    assert "what the theory leaves out" in analyse(scene).data.attrs["not_estimated"]
+
+
 def test_impulses_against_exact_strains():
     """Own steps are taken, as a Fourier series of a motion with jumps of its velocity does not end."""
     blow = {"hit": {"at": "coupler.A", "impulse": [0.0, 0.2], "angle": 1.0}}
