@@ -25,10 +25,8 @@ ANGLES, CYCLES = 360, 16
 
 def refined(coarse: Cycle, fine: Cycle) -> Cycle:
     """Extrapolate to a vanishing step from curves of which the second has half the step of the first (Richardson)."""
-    axial, bending, deflection = (
-        (4 * getattr(fine, name) - getattr(coarse, name)) / 3 for name in ("axial", "bending", "deflection")
-    )
-    return replace(fine, axial=axial, bending=bending, deflection=deflection)
+    names = ("axial", "bending", "place")
+    return replace(fine, **{name: (4 * getattr(fine, name) - getattr(coarse, name)) / 3 for name in names})
 
 
 def between(one: Cycle, other: Cycle) -> Array:

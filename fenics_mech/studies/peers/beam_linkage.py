@@ -85,6 +85,8 @@ class BeamLinkage:
         That speed (rad/s).
     retardation
         Ratio of viscous to elastic moduli of the Kelvin-Voigt material (s).
+    joints
+        Names of the joints of the pins, then of the supports, then of the guides.
     """
 
     beams: tuple[Beam, ...]
@@ -96,6 +98,7 @@ class BeamLinkage:
     drive: End
     speed: float
     retardation: float
+    joints: tuple[str, ...]
 
     @property
     def period(self) -> float:
@@ -139,15 +142,16 @@ def beam_linkage(scene: Scene) -> BeamLinkage:
     _check(scene)
     places = _ends(scene)
     welds = [pair for ends in places.values() for pair in pairwise(ends)]
-    pins, supports, guides = list[tuple[End, End]](), list[End](), list[tuple[End, Array]]()
-    for joint in scene.joints.values():
+    pins, supports, guides = dict[tuple[End, End], str](), dict[End, str](), list[tuple[End, Array]]()
+    guided = [name for name, joint in scene.joints.items() if isinstance(joint, Slot)]
+    for name, joint in scene.joints.items():
         ends = [places[point][0] for point in joint.connect if not point.startswith("ground.")]
         if isinstance(joint, Slot):
             guides.append((ends[0], np.array([-math.sin(joint.angle), math.cos(joint.angle)])))
             continue
-        pins += pairwise(ends)
+        pins |= dict.fromkeys(pairwise(ends), name)
         if len(ends) < len(joint.connect):
-            supports.append(ends[0])
+            supports[ends[0]] = name
     return BeamLinkage(
         beams=tuple(_beams(scene)),
         welds=tuple(welds),
@@ -158,6 +162,7 @@ def beam_linkage(scene: Scene) -> BeamLinkage:
         drive=places[scene.joints[scene.drives[0].joint].connect[1]][0],
         speed=scene.cycle_rate,
         retardation=scene.damping.material,
+        joints=(*pins.values(), *supports.values(), *guided),
     )
 
 

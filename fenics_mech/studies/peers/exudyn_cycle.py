@@ -77,35 +77,50 @@ class Integration:
 
 @dataclass(frozen=True)
 class Cycle:
-    """State of the middles of the beams over one cycle, at equal drive angles from 0.
+    """State of the beams over one cycle, at equal drive angles from 0.
 
     Parameters
     ----------
     axial
-        Axial strain, ``(angles, beams)``.
+        Axial strain in the middle, ``(angles, beams)``.
     bending
-        Bending strain of the "+" and "-" fibres, ``(angles, beams, 2)``.
-    deflection
-        Distance of the middle from the chord between the ends, along its normal (m), ``(angles, beams)``.
+        Bending strain of the "+" and "-" fibres there, ``(angles, beams, 2)``.
+    place
+        Places of first end, middle and last end (m), ``(angles, beams, 3, 2)``.
     periodicity
         Largest difference of a fibre strain at the end of the cycle from that at its start, over the beam's largest.
     seconds
         Processor time of the integration (s), without building the model.
+    force
+        Force of the first end of each pin on its second (N), and then of the ground on each support and in each guide,
+        ``(angles, pins + supports + guides, 2)``; None where it was not asked for.
+    torque
+        Torque of the drive on its beam (N m), ``(angles,)``; None where it was not asked for.
     """
 
     axial: Array
     bending: Array
-    deflection: Array
+    place: Array
     periodicity: float
     seconds: float
+    force: Array | None = None
+    torque: Array | None = None
 
     @property
     def strain(self) -> Array:
         """Strain of the "+" and "-" fibres, ``(angles, beams, 2)``."""
         return self.axial[..., None] + self.bending
 
+    @property
+    def deflection(self) -> Array:
+        """Distance of the middle from the chord between the ends, along its normal (m), ``(angles, beams)``."""
+        first, middle, last = np.moveaxis(self.place, 2, 0)
+        chord, rise = last - first, middle - (first + last) / 2
+        cross = chord[..., 0] * rise[..., 1] - chord[..., 1] * rise[..., 0]
+        return np.asarray(cross / np.linalg.norm(chord, axis=-1))
 
-def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int) -> Cycle:
+
+def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int, *, forces: bool = False) -> Cycle:
     """Integrate a linkage from the motion of its rigid links, and give the last cycle.
 
     Parameters
@@ -116,6 +131,8 @@ def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int) -> Cycle:
         Elements and steps; the last number of steps is a multiple of `angles`.
     angles
         Number of drive angles in the result.
+    forces
+        Whether to read joint forces and the drive's torque too, which takes Python at every step that is stored.
 
     Raises
     ------
@@ -127,7 +144,7 @@ def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int) -> Cycle:
     if how.elements < 2 or how.elements % 2 or how.steps[-1] % angles:
         raise ValueError(f"{how.elements} elements must be even, and {how.steps[-1]} steps a multiple of {angles}")
     exu = import_exudyn()
-    model = _Model(exu, linkage, how.elements)
+    model = _Model(exu, linkage, how.elements, forces)
     start, period = time.process_time(), linkage.period
     for number, steps in enumerate(how.steps):
         settings = _settings(exu, steps, how.tolerance)
@@ -136,19 +153,20 @@ def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int) -> Cycle:
         settings.solution.sensors.writePeriod = period / angles
         _integrate(exu, model.system, settings)
     seconds = time.process_time() - start
-    axial, curvature, deflection = (
-        np.stack(parts, axis=-1) for parts in zip(*(_mid_span(model.system, each, angles) for each in model.sensors))
+    axial, curvature, place = (
+        np.stack(parts, axis=1) for parts in zip(*(_of_beam(model.system, each, angles) for each in model.sensors))
     )
     bending = -curvature[..., None] * np.stack([beam.fibres for beam in linkage.beams])
     strain = axial[..., None] + bending
     change = np.abs(strain[-1] - strain[0]).max(axis=-1) / np.abs(strain).max(axis=(0, 2))
-    return Cycle(axial[:-1], bending[:-1], deflection[:-1], float(change.max()), seconds)
+    known = model.forces(angles) if forces else (None, None)
+    return Cycle(axial[:-1], bending[:-1], place[:-1], float(change.max()), seconds, *known)
 
 
 class _Model:
     """A linkage in Exudyn."""
 
-    def __init__(self, exu: Any, linkage: BeamLinkage, elements: int) -> None:
+    def __init__(self, exu: Any, linkage: BeamLinkage, elements: int, forces: bool) -> None:
         self.items, self.linkage = exu.itemInterface, linkage
         self.container = exu.SystemContainer()
         self.system = self.container.AddSystem()
@@ -158,12 +176,29 @@ class _Model:
             self._add_sensors(exu.OutputVariableType, self._add_cables(beam, nodes), nodes, beam.length / elements)
             for beam, nodes in zip(linkage.beams, self.nodes)
         ]
-        self._add_joints()
+        self.joints = self._add_joints()
         for end, mass in linkage.masses:
             matrix = np.diag([mass, mass, 0, 0])  # of the node's place; none of its slope
             self._add(self.items.ObjectGenericODE2(nodeNumbers=[self._node(end)], massMatrix=matrix))
-        self._add_drive()
+        self.drive = self._add_drive()
+        self.multipliers = self._add_multipliers() if forces else -1
         self.system.Assemble()
+
+    def forces(self, angles: int) -> tuple[Array, Array]:
+        """Forces of the joints and torque of the drive over the cycle, as in `Cycle`.
+
+        Exudyn's multipliers pull at the first marker of a constraint, and push at its second.
+        """
+        stored = self.system.GetSensorStoredData(self.multipliers)[-angles - 1 : -1, 1:]
+
+        def of(*objects: int) -> Array:
+            rows = [row for each in objects for row in self.system.systemData.GetObjectLTGAE(each)]
+            return -stored[:, rows]
+
+        pins, supports, guides = self.joints
+        found = [*(of(pin) for pin in pins), *(of(*support) for support in supports)]
+        found += [-of(guide) * across for guide, across in guides]
+        return np.stack(found, axis=1), of(self.drive)[:, 0]
 
     def _add(self, item: Any) -> int:
         return int(self.system.AddObject(item))
@@ -222,23 +257,37 @@ class _Model:
         ]
         return {name: [self.system.AddSensor(each) for each in sensors] for name, sensors in found.items()}
 
-    def _add_joints(self) -> None:
-        for pair in self.linkage.pins:
-            markers = [self.system.AddMarker(self.items.MarkerNodePosition(nodeNumber=self._node(end))) for end in pair]
-            self._add(self.items.ObjectJointRevolute2D(markerNumbers=markers))
-        for one, other in self.linkage.welds:
-            self._clamp(self._node(one), self._node(other), [1, 1, 0, 0, 0, 1])
-        for end in self.linkage.supports:
-            for coordinate in (0, 1):
-                self._hold(self._node(end), coordinate)
-        for end, normal in self.linkage.guides:
-            across = int(abs(normal[1]) > abs(normal[0]))
-            markers = [self._coordinate(self._node(end), i) for i in (across, 1 - across)]
-            ratio = -float(normal[1 - across] / normal[across])
-            self._add(self.items.ObjectConnectorCoordinate(markerNumbers=markers, factor1=ratio))
+    def _add_multipliers(self) -> int:
+        """Add a sensor of all multipliers."""
 
-    def _add_drive(self) -> None:
-        """Add a hub that turns at the drive's speed, and clamp the slope of the driven beam's end to it."""
+        def read(system: Any, *_: Any) -> Array:
+            return np.asarray(system.systemData.GetAECoordinates())
+
+        sensor = self.items.SensorUserFunction(sensorUserFunction=read, storeInternal=True, writeToFile=False)
+        return int(self.system.AddSensor(sensor))
+
+    def _add_joints(self) -> tuple[list[int], list[tuple[int, int]], list[tuple[int, Array]]]:
+        """Add joints; give the objects of pins, supports and guides, of these as `_guide` does."""
+        linkage = self.linkage
+        for one, other in linkage.welds:
+            self._clamp(self._node(one), self._node(other), [1, 1, 0, 0, 0, 1])
+        supports = [(self._hold(self._node(end), 0), self._hold(self._node(end), 1)) for end in linkage.supports]
+        return [self._pin(pair) for pair in linkage.pins], supports, [self._guide(*each) for each in linkage.guides]
+
+    def _pin(self, pair: tuple[End, End]) -> int:
+        markers = [self.system.AddMarker(self.items.MarkerNodePosition(nodeNumber=self._node(end))) for end in pair]
+        return self._add(self.items.ObjectJointRevolute2D(markerNumbers=markers))
+
+    def _guide(self, end: End, normal: Array) -> tuple[int, Array]:
+        """Add a guide; give its object, and the force by a unit multiplier."""
+        across = int(abs(normal[1]) > abs(normal[0]))
+        markers = [self._coordinate(self._node(end), i) for i in (across, 1 - across)]
+        ratio = -float(normal[1 - across] / normal[across])
+        guide = self.items.ObjectConnectorCoordinate(markerNumbers=markers, factor1=ratio)
+        return self._add(guide), normal / normal[across]
+
+    def _add_drive(self) -> int:
+        """Add a hub that turns at the drive's speed, and clamp the driven beam's slope to it; give what turns it."""
         node, speed = self._node(self.linkage.drive), self.linkage.speed
         place, direction = np.split(np.array(self.system.GetNode(node)["referenceCoordinates"]), 2)
         angle = math.atan2(direction[1], direction[0])
@@ -248,13 +297,13 @@ class _Model:
         self._add(self.items.ObjectRigidBody2D(nodeNumber=hub, mass=1, inertia=1))
         self._hold(hub, 0)
         self._hold(hub, 1)
-        self._hold(hub, 2, velocityLevel=True, offset=speed)
         self._clamp(hub, node, [0, 0, 0, 0, 0, 1])
+        return self._hold(hub, 2, velocityLevel=True, offset=speed)
 
-    def _hold(self, node: int, coordinate: int, **motion: Any) -> None:
+    def _hold(self, node: int, coordinate: int, **motion: Any) -> int:
         """Hold a coordinate of a node, or its velocity."""
         markers = [self._coordinate(self.ground, 0), self._coordinate(node, coordinate)]
-        self._add(self.items.ObjectConnectorCoordinate(markerNumbers=markers, **motion))
+        return self._add(self.items.ObjectConnectorCoordinate(markerNumbers=markers, **motion))
 
     def _coordinate(self, node: int, coordinate: int) -> int:
         return int(self.system.AddMarker(self.items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
@@ -310,8 +359,8 @@ def _integrate(exu: Any, system: Any, settings: Any) -> None:
         )
 
 
-def _mid_span(system: Any, sensors: dict[str, list[int]], angles: int) -> Iterator[Array]:
-    """Axial strain, curvature and distance from the chord over a cycle and at its end, each ``(angles + 1,)``.
+def _of_beam(system: Any, sensors: dict[str, list[int]], angles: int) -> Iterator[Array]:
+    """Axial strain and curvature at mid-span over a cycle and at its end, ``(angles + 1,)``, and places as in `Cycle`.
 
     In an element that bends, the axial strain ``u' + w'^2 / 2 + ...`` is right in the mean only: take the mean of the
     two middle elements. The curvature is best at the Gauss points (Barlow 1976): take the even polynomial through the
@@ -326,8 +375,6 @@ def _mid_span(system: Any, sensors: dict[str, list[int]], angles: int) -> Iterat
         raise SolverError("Exudyn did not store its results at the drive angles asked for")
     axial, curvature = (stored[name][:, :, 1] for name in ("axial", "curvature"))
     inner, outer = (curvature[1] + curvature[2]) / 2, (curvature[0] + curvature[3]) / 2
-    first, middle, last = stored["places"][:, :, 1:3]
-    chord, rise = last - first, middle - (first + last) / 2
     yield axial.mean(axis=0)
     yield (FAR**2 * inner - NEAR**2 * outer) / (FAR**2 - NEAR**2)
-    yield (chord[:, 0] * rise[:, 1] - chord[:, 1] * rise[:, 0]) / np.linalg.norm(chord, axis=1)
+    yield stored["places"][:, :, 1:3].swapaxes(0, 1)
