@@ -168,9 +168,9 @@ def test_steady_stretch_of_a_spinning_bar(stiffening):
     sections = {"strip": {"area": AREA, "inertia": AREA * (0.3 * LENGTH) ** 2, "fibre": 1e-3}}
 
     def found(elements):
-        effects, analysis = ("coupling", *stiffening), {"sub_intervals": 8, "modes": 2, "allow_large": True}
+        effects, analysis = ("coupling", *stiffening), {"sub_intervals": 8, "stability": False}
         scene = spinning(speed, sections=sections, effects=effects, mesh={"elements": elements}, analysis=analysis)
-        data = analyse(scene.changed(damping__material=1e-6)).data
+        data = analyse(scene).data
         tip = np.linalg.norm(data["deflection"].sel(member="beam").isel(s=-1).to_numpy(), axis=-1)
         pull = np.linalg.norm(data["joint_force"].sel(joint="A").to_numpy(), axis=-1)
         return np.stack([tip, pull]).mean(axis=1), np.ptp(tip)
