@@ -49,15 +49,15 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     values
         At its positions, ``(angles, ...)``.
     """
-    scene, count = result.scene, len(values)
+    scene, count, theta = result.scene, len(values), result.data["theta"].to_numpy()
     smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
     if scene.analysis.method != "periodic" or not smooth or count >= FEW:
-        return result.data["theta"].to_numpy(), values
+        return theta, values
     from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import, and few results are as coarse)
 
-    theta = scene.drive_angles(count * math.ceil(CLOSE / count))
-    around = np.arange(-NEIGHBOURS, count + NEIGHBOURS)
-    return theta, Akima1DInterpolator(around, values[around % count])(np.arange(len(theta)) * count / len(theta))
+    times, around = math.ceil(CLOSE / count), np.arange(-NEIGHBOURS, count + NEIGHBOURS)
+    places = np.arange(count * times) / times
+    return theta[0] + (theta[1] - theta[0]) * places, Akima1DInterpolator(around, values[around % count])(places)
 
 
 def _over_theta(curves: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:

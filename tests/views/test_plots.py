@@ -42,8 +42,8 @@ def test_strain_curve_is_the_result_in_microstrain_over_degrees(result):
     figure = strain_figure(result, "coupler", s=0.25, fibre="-", rigid=(theta, np.sin(theta), "by hand"))
     found = curves(figure.axes[0])
     angle, strain = found["finite elements"]
-    assert angle == pytest.approx(np.arange(24) * 15.0)
-    assert strain == pytest.approx(MICRO * result.strain_at("coupler", 0.25, "-"), rel=1e-12)
+    assert angle[::30] == pytest.approx(np.arange(24) * 15.0)  # smooth between 24 positions
+    assert strain[::30] == pytest.approx(MICRO * result.strain_at("coupler", 0.25, "-"), rel=1e-12)
     assert found["by hand"][1].max() == pytest.approx(MICRO, rel=1e-2)
     assert "coupler" in figure.axes[0].get_title("left")
 
@@ -71,7 +71,7 @@ def test_a_drive_that_turns_back_is_drawn_from_0_to_360_degrees(result):
     backward = Result(result.data.assign_coords(theta=-result.data["theta"]))
     angle, strain = curves(strain_figure(backward, "coupler").axes[0])["finite elements"]
     assert (np.diff(angle) > 0).all()
-    assert strain[1:] == pytest.approx(MICRO * result.strain_at("coupler")[:0:-1])
+    assert strain[30::30] == pytest.approx(MICRO * result.strain_at("coupler")[:0:-1])  # smooth between 24 positions
 
 
 def test_measured_points_are_drawn_where_they_were_measured_and_only_there(result, tmp_path):
@@ -144,16 +144,16 @@ def test_joint_forces_and_torque(result):
     upper, lower = joint_force_figure(result).axes
     found = curves(upper)
     force = result.data["joint_force"].sel(joint="B")
-    assert found["joint B"][1] == pytest.approx(np.hypot(force.sel(component="x"), force.sel(component="y")))
+    assert found["joint B"][1][::30] == pytest.approx(np.hypot(force.sel(component="x"), force.sel(component="y")))
     assert set(found) == {"joint O", "joint A", "joint B", "joint C"}
-    assert lower.get_lines()[0].get_ydata()[1:-1] == pytest.approx(result.data["input_torque"].to_numpy())
+    assert lower.get_lines()[0].get_ydata()[1:-1][::30] == pytest.approx(result.data["input_torque"].to_numpy())
 
 
 def test_deflection_of_the_crank_is_along_its_normal(result):
     found = curves(deflection_figure(result).axes[0])
     theta = result.data["theta"].to_numpy()  # the crank's own angle
     x, y = result.data["deflection"].sel(member="crank", s=0.5).to_numpy().T
-    assert found["crank"][1] == pytest.approx(1e3 * (-np.sin(theta) * x + np.cos(theta) * y))
+    assert found["crank"][1][::30] == pytest.approx(1e3 * (-np.sin(theta) * x + np.cos(theta) * y))
     assert np.abs(found["crank"][1]).max() > 0.05
 
 
