@@ -226,12 +226,13 @@ void march(const pattern *p, long first, long last, const double *damping, const
 }
 
 void march_many(const pattern *p, long first, long last, const double *damping, const double *stiffness,
-                const double *duration, const double *inner, const double *weights, const double *square,
-                const double *points, const double *factors, const modal *modes, double pace,
-                const double *starts, double *ends, double *work)
+                const double *load, const double *gain, const double *duration, const double *inner,
+                const double *weights, const double *square, const double *points, const double *factors,
+                const modal *modes, double pace, const double *starts, double *ends, double *accelerations,
+                double *work)
 {
-    marched_many(p, first, last, damping, stiffness, 0, 0, duration, inner, weights, square, points, factors, modes, pace,
-                 (const lanes *)starts, (lanes *)ends, 0, (lanes *)work);
+    marched_many(p, first, last, damping, stiffness, load, gain, duration, inner, weights, square, points, factors, modes,
+                 pace, (const lanes *)starts, (lanes *)ends, (lanes *)accelerations, (lanes *)work);
 }
 
 /* Add to every target the products of two nonzeros, at every position. A stride of 0 belongs to numbers that are the same

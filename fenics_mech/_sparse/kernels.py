@@ -39,9 +39,10 @@ void march(const pattern *p, long first, long last, const double *damping, const
            const double *square, const double *points, const double *factors, const modal *modes, double pace,
            const double *starts, double *ends, double *accelerations, double *work);
 void march_many(const pattern *p, long first, long last, const double *damping, const double *stiffness,
-                const double *duration, const double *inner, const double *weights, const double *square,
-                const double *points, const double *factors, const modal *modes, double pace,
-                const double *starts, double *ends, double *work);
+                const double *load, const double *gain, const double *duration, const double *inner,
+                const double *weights, const double *square, const double *points, const double *factors,
+                const modal *modes, double pace, const double *starts, double *ends, double *accelerations,
+                double *work);
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work);
 void tabulate(uintptr_t kernel, long positions, long cells, long given, long made, const double *values,

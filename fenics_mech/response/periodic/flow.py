@@ -178,7 +178,7 @@ class Flow:
         ends = np.empty_like(starts)
         for first in range(0, size, LANES):
             starts[:] = np.eye(size, LANES, -first)
-            self._run_many(starts, ends)
+            self._run(0, count, starts, ends)
             found[..., first : first + LANES] = ends[..., : size - first]
         return found
 
@@ -188,7 +188,7 @@ class Flow:
         for first in range(0, starts.shape[1], LANES):
             some = starts[:, first : first + LANES]
             passed[0, :, : some.shape[1]] = some
-            self._run_many(passed, passed[1:])
+            self._run(0, len(self.duration), passed, passed[1:])
             found[:, first : first + LANES] = passed[-1, :, : some.shape[1]]
         return found
 
@@ -209,14 +209,17 @@ class Flow:
         gain: Array | None = None,
         made: Array | None = None,
     ) -> None:
-        """Call the compiled march; see there."""
+        """Call the compiled march; see there. States have `LANES` beside each other where they have a third axis."""
         module, damping, stiffness, factors, modes = self._factorised
         stages, tableau = len(self.tableau.points), self.tableau
-        work = np.empty((2 * stages + 4) * self.size + 2 * stages * (modes.count if modes else 0))
+        several = starts.ndim == 3
+        numbers = (2 * stages + 4) * self.size + 2 * stages * (modes.count if modes else 0)
+        work = np.empty(numbers * LANES if several else numbers)
         given = None if load is None else np.ascontiguousarray(load)
         more = None if gain is None else np.ascontiguousarray(gain)
         rule = tableau.inner, tableau.weights, tableau.square, tableau.points
-        module.lib.march(
+        march = module.lib.march_many if several else module.lib.march
+        march(
             damping.pattern.layout.of(module),
             first,
             last,
@@ -225,23 +228,6 @@ class Flow:
             modes.record if modes else module.ffi.NULL,
             self.pace,
             *(pointer(module, part) for part in (starts, ends, made, work)),
-        )
-
-    def _run_many(self, starts: Array, ends: Array) -> None:
-        """Call the compiled march of several states, ``(steps, 2n, LANES)``."""
-        module, damping, stiffness, factors, modes = self._factorised
-        tableau, stages = self.tableau, len(self.tableau.points)
-        work = np.empty(((2 * stages + 4) * self.size + 2 * stages * (modes.count if modes else 0)) * LANES)
-        rule = tableau.inner, tableau.weights, tableau.square, tableau.points
-        parts = damping.values, stiffness.values, self.duration, *rule, factors
-        module.lib.march_many(
-            damping.pattern.layout.of(module),
-            0,
-            len(self.duration),
-            *(pointer(module, part) for part in parts),
-            modes.record if modes else module.ffi.NULL,
-            self.pace,
-            *(pointer(module, part) for part in (starts, ends, work)),
         )
 
     @cached_property
