@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
-import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.recovery.result import Result
@@ -29,14 +27,21 @@ def between_positions(result: Result) -> Result:
     result
         The result.
     """
-    data = result.data
-    curves = data[[name for name in CURVES if name in data]]
-    finer = {name: (curve.dims, smoothed(result, curve.to_numpy())) for name, curve in _over_theta(curves)}
-    theta = next((found[0] for _, found in finer.values()), data["theta"].to_numpy())
-    if len(theta) == data.sizes["theta"]:
+    if not _coarse(result):
         return result
-    made = {name: (dims, found[1], curves[name].attrs) for name, (dims, found) in finer.items()}
-    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(made))
+    curves, finer = result.data[[name for name in CURVES if name in result.data]], {}
+    for name in curves:
+        curve = curves[name].transpose("theta", ...)
+        theta, values = smoothed(result, curve.to_numpy())
+        finer[name] = curve.dims, values, curve.attrs
+    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
+
+
+def _coarse(result: Result) -> bool:
+    """Whether the positions of a cycle are few, and nothing jumps between them."""
+    scene = result.scene
+    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
+    return scene.analysis.method == "periodic" and smooth and result.data.sizes["theta"] < FEW
 
 
 def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
@@ -49,20 +54,14 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     values
         At its positions, ``(angles, ...)``.
     """
-    scene, count, theta = result.scene, len(values), result.data["theta"].to_numpy()
-    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
-    if scene.analysis.method != "periodic" or not smooth or count >= FEW:
+    count, theta = len(values), result.data["theta"].to_numpy()
+    if not _coarse(result):
         return theta, values
     from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import, and few results are as coarse)
 
     times, around = math.ceil(CLOSE / count), np.arange(-NEIGHBOURS, count + NEIGHBOURS)
     places = np.arange(count * times) / times
     return theta[0] + (theta[1] - theta[0]) * places, Akima1DInterpolator(around, values[around % count])(places)
-
-
-def _over_theta(curves: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    for name in curves:
-        yield str(name), curves[name].transpose("theta", ...)
 
 
 def doubt(result: Result, closer: Result, name: str) -> float:
