@@ -23,16 +23,18 @@ from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices, not_positive
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import CollocationSolution, PeriodicSolution, Solution, TransientSolution
-from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_in_time
+from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
 from fenics_mech.scene import Scene
 
 (COUPLING,) = (name for name, effect in EFFECTS.items() if effect.couples and not effect.stated_by)
@@ -58,6 +60,7 @@ class TheoryLimits:
 
 LIMITS = TheoryLimits()
 STAGES = 3
+POINTS = Tableau.of("radau", STAGES)
 
 
 def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
@@ -133,14 +136,13 @@ def _about_positions(solution: Solution, exact: Scene) -> Quantities:
     """Change of a static or quasi-static response, position by position."""
     scene, system, response = solution.scene, solution.system, solution.response
     there = moved(exact, system, system.motion)
-    displacement = response.displacement + _at_rest(system, exact, response)
+    displacement = response.displacement + _at_rest(system, there, response)
     changed = ElasticResponse(displacement, system.rigid_acceleration, np.zeros_like(system.rigid_acceleration))
     return _between((scene, system, response), (exact, there, changed))
 
 
-def _at_rest(system: System, exact: Scene, response: ElasticResponse) -> Array:
-    """Change of a displacement without inertia, ``(angles, coordinates)``."""
-    there = moved(exact, system, system.motion)
+def _at_rest(system: System, there: System, response: ElasticResponse) -> Array:
+    """Change of a displacement without inertia, ``(angles, coordinates)``; `there` has the exact theory."""
     rung, top = (Equation(replace(one, terms=replace(one.terms, coupled=False))) for one in (system, there))
     still = np.zeros_like(response.displacement)
 
@@ -171,7 +173,7 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
         flow = Flow(tangents, cycle.tableau, cycle.steps.duration, scene.petsc)
         orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
         at_starts.append(np.stack([orbit.start[regular], orbit.start_velocity[regular]]))
-        return np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
+        return _state(orbit)
 
     _answered(inside, top, state, tension, answer)
     return _between(
@@ -193,40 +195,54 @@ def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
     scene, over_cycle, course = solution.scene, solution.over_cycle, solution.course
     if over_cycle.terms.law is not None:
         raise UnresolvedError("the response is not one of a linear equation")
-    there, tableau = moved(exact, over_cycle, over_cycle.motion), Tableau.of("radau", STAGES)
+    there = moved(exact, over_cycle, over_cycle.motion)
+    both = (scene, over_cycle), (exact, there)
+    at_start = [equation_along(*one, solve_motion_in_time(scene, course.time[:1])) for one in both]
     between = scene.period / scene.analysis.sub_intervals
-    steps = _steps_between(equation_in_time(scene, over_cycle, course.time[:1]), between)
+    steps = _steps_between(at_start[0], between)
     step, responses = between / steps, []
-    own = np.concatenate(
-        [course.displacement[0], step * course.velocity[0]]
-    )  # as states of `Flow`, whose pace is the step
+    own = np.concatenate([course.displacement[0], step * course.velocity[0]])  # a state of `Flow`: its pace is the step
     change = np.zeros_like(own)
     if scene.analysis.start == "static":
-        at_start = equation_in_time(scene, over_cycle, course.time[:1]).system
-        change[: over_cycle.size] = _at_rest(
-            at_start, exact, ElasticResponse(course.displacement[:1], at_start.rigid_acceleration)
-        )[0]
+        here, exactly = (equation.system for equation in at_start)
+        still = ElasticResponse(course.displacement[:1], here.rigid_acceleration)
+        change[: over_cycle.size] = _at_rest(here, exactly, still)[0]
     for part in cycles_of(course.time, scene.analysis.sub_intervals):
         time = course.time[part]
-        begins = (time[:, None] + step * np.arange(steps)).ravel()
-        inside = (begins[:, None] + step * tableau.points).ravel()
-        rung, top = equation_in_time(scene, over_cycle, inside), equation_in_time(exact, there, inside)
-        flow = Flow(rung.linear, tableau, step)
-        passed = flow.march(own, flow.added)
-        orbit = orbit_of(flow, passed[:-1], rung.linear.load)
-        tension = mean_tension(rung.system, elastic_response(rung, orbit.displacement, orbit.velocity))
-        answer = _March(tableau, step, change)
-        _answered(rung, top, np.stack([orbit.displacement, orbit.velocity, orbit.acceleration]), tension, answer)
-        responses.append(
-            [
-                elastic_response(equation_in_time(one, of, time), *flow.parts(states[:-1:steps]))
-                for one, of, states in ((scene, over_cycle, passed), (exact, there, passed + answer.states))
-            ]
-        )
-        own, change = passed[-1], answer.states[-1]
+        inside = (time[:, None, None] + step * (np.arange(steps)[:, None] + POINTS.points)).ravel()
+        motion = solve_motion_in_time(scene, inside)
+        rung, top = (equation_along(*one, motion) for one in both)
+        passed, changes = _carried(rung, top, step, own, change)
+        motion, states = solve_motion_in_time(scene, time), np.stack([passed, passed + changes])[:, :-1:steps]
+        q, rate = states[..., : over_cycle.size], states[..., over_cycle.size :] / step
+        responses.append([elastic_response(equation_along(*one, motion), q[i], rate[i]) for i, one in enumerate(both)])
+        own, change = passed[-1], changes[-1]
     whole = moved(exact, there, solution.system.motion)
     base, found = (concatenated(list(parts)) for parts in zip(*responses))
     return _between((scene, solution.system, base), (exact, whole, found))
+
+
+def _carried(rung: Equation, top: Equation, step: float, own: Array, change: Array) -> tuple[Array, Array]:
+    """Carry a state and its change through steps, whose points the equations are at: ``(steps + 1, 2 coordinates)``."""
+    flow, changes = Flow(rung.linear, POINTS, step), np.zeros(0)
+    passed = flow.march(own, flow.added)
+    orbit = orbit_of(flow, passed[:-1], rung.linear.load)
+    tension = mean_tension(rung.system, elastic_response(rung, orbit.displacement, orbit.velocity))
+
+    def answer(tangents: Matrices, load: Array) -> Array:
+        nonlocal changes
+        flow = Flow(tangents, POINTS, step)
+        first = not changes.size  # it goes on from the change before; the others add to it
+        states = flow.march(change if first else np.zeros_like(change), flow.added_by(load))
+        changes = states if first else changes + states
+        return _state(orbit_of(flow, states[:-1], load))
+
+    _answered(rung, top, _state(orbit), tension, answer)
+    return passed, changes
+
+
+def _state(orbit: Orbit) -> Array:
+    return np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
 
 
 def _steps_between(equation: Equation, between: float) -> int:
@@ -246,24 +262,6 @@ def _steps_between(equation: Equation, between: float) -> int:
     if steps > LIMITS.steps_between:
         raise UnresolvedError("the positions are too few for the vibration. Give more sub_intervals")
     return steps
-
-
-class _March:
-    """Answers of linear equations in time to loads: the first goes on from a state, the others add to it.
-
-    States are those of `Flow`, whose pace is the step.
-    """
-
-    def __init__(self, tableau: Tableau, step: float, start: Array) -> None:
-        self.tableau, self.step, self.start = tableau, step, start
-        self.states = np.zeros(0)
-
-    def __call__(self, tangents: Matrices, load: Array) -> Array:
-        flow = Flow(tangents, self.tableau, self.step)
-        states = flow.march(0 * self.start if self.states.size else self.start, flow.added_by(load))
-        self.states = self.states + states if self.states.size else states
-        orbit = orbit_of(flow, states[:-1], load)
-        return np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
 
 
 def _answered(
@@ -354,5 +352,4 @@ def _of_steps(solution: Solution) -> _Motion:
     if not isinstance(solution, CollocationSolution):
         raise UnresolvedError("the positions are too few for the harmonics of the motion. Give more sub_intervals")
     orbit, regular = solution.orbit, solution.cycle.steps.regular
-    state = np.stack([orbit.displacement, orbit.velocity, orbit.acceleration])
-    return _Motion(solution.cycle, state, np.stack([orbit.start[regular], orbit.start_velocity[regular]]))
+    return _Motion(solution.cycle, _state(orbit), np.stack([orbit.start[regular], orbit.start_velocity[regular]]))

@@ -14,6 +14,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.effects import Loads
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -164,7 +165,12 @@ def schedule_of(scene: Scene) -> Schedule:
 
 def equation_in_time(scene: Scene, system: System, time: Array) -> Equation:
     """Give the equation of motion at ascending times (s)."""
-    here = moved(scene, system, solve_motion_in_time(scene, time))
+    return equation_along(scene, system, solve_motion_in_time(scene, time))
+
+
+def equation_along(scene: Scene, system: System, motion: Motion) -> Equation:
+    """Give the equation of motion along a rigid motion."""
+    here = moved(scene, system, motion)
     return Equation(here, modal_damping(scene.damping.ratio, here))
 
 
