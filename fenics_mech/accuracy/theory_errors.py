@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import eigh
@@ -27,13 +28,20 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices, not_positive
+from fenics_mech.response.motor_response import MotorCycle
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved
-from fenics_mech.response.solution import CollocationSolution, PeriodicSolution, Solution, TransientSolution
+from fenics_mech.response.solution import (
+    CollocationSolution,
+    MotorSolution,
+    PeriodicSolution,
+    Solution,
+    TransientSolution,
+)
 from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
 from fenics_mech.scene import Scene
 
@@ -53,9 +61,10 @@ class TheoryLimits:
     turn: float = 0.8  # rad of the slowest vibration in a step in time; measured: 0.94 to 1.0 of the truth, 0.3 with 5
     steps_between: int = 8  # of these, between two positions
     fewest: int = 48  # steps
-    most_iterations: int = 4
+    most_iterations: int = 8
     accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
-    converged: float = 0.01  # change of the motion by an iteration, from which on there is none more
+    converged: float = 1e-4  # change of the motion by an iteration, from which on there is none more: forces in joints
+    # need it, as axial stiffness multiplies what is left
 
 
 LIMITS = TheoryLimits()
@@ -96,6 +105,8 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
 
 def _change(solution: Solution, exact: Scene) -> Quantities:
     match solution:
+        case MotorSolution():
+            return _under_motor(solution, exact)
         case PeriodicSolution():
             return _about_cycle(solution, exact)
         case TransientSolution():
@@ -107,12 +118,15 @@ def _change(solution: Solution, exact: Scene) -> Quantities:
 def judged_by_answer(scene: Scene) -> bool:
     """Whether the response of a scene can tell what its theory leaves out.
 
-    Motions with a motor do not, nor do motions in time with impulses. Reduced members do not have the coordinates of
-    exact strains, nor do members that cannot stretch.
+    Motions in time with impulses do not. Reduced members do not have the coordinates of exact strains, nor do members
+    that cannot stretch.
     """
     struck = scene.impulses and scene.analysis.method == "transient"
-    excluded = scene.analysis.reduction != "none" or struck or any(drive.motor for drive in scene.drives)
-    return not (excluded or any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene)))
+    return not (
+        struck
+        or scene.analysis.reduction != "none"
+        or any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene))
+    )
 
 
 def judged(scene: Scene) -> set[str]:
@@ -152,14 +166,14 @@ def _at_rest(system: System, there: System, response: ElasticResponse) -> Array:
         return np.stack([tangents.stiffness.solve(load), still, still])
 
     state = np.stack([response.displacement, still, still])
-    return _answered(rung, top, state, mean_tension(system, response), answer)[0]
+    return _answered(rung, lambda _: top, state, mean_tension(system, response), answer)[0]
 
 
 def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     """Change of a periodic response, at the points of steps of its cycle."""
     motion = (None if solution.scene.impulses else _of_harmonics(solution)) or _of_steps(solution)
     cycle, state, (q, rate), scene = motion.cycle, motion.state, motion.starts, motion.cycle.scene
-    regular, analysis = cycle.steps.regular, scene.analysis
+    analysis = scene.analysis
     inside, starts = cycle.at_points(analysis.scheme, analysis.stages), cycle.start
     if cycle.settling:
         inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
@@ -167,19 +181,45 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion))
     top, top_starts = exactly.at_points(analysis.scheme, analysis.stages), exactly.start
     tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
-    at_starts = [np.stack([q, rate])]
-
-    def answer(tangents: Matrices, load: Array) -> Array:
-        flow = Flow(tangents, cycle.tableau, cycle.steps.duration, scene.petsc)
-        orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
-        at_starts.append(np.stack([orbit.start[regular], orbit.start_velocity[regular]]))
-        return _state(orbit)
-
-    _answered(inside, top, state, tension, answer)
+    found = _closed(inside, lambda _: top, motion, tension)
     return _between(
         (scene, starts.system, elastic_response(starts, q, rate)),
-        (exact, top_starts.system, elastic_response(top_starts, *sum(at_starts))),
+        (exact, top_starts.system, elastic_response(top_starts, *found)),
     )
+
+
+def _under_motor(solution: MotorSolution, exact: Scene) -> Quantities:
+    """Change of a periodic response with a motor, of which the twist of its shaft is a part."""
+    motion, system, scene = _of_steps(solution), solution.cycle.system, solution.cycle.scene
+    both = [MotorCycle(scene, system), MotorCycle(exact, moved(exact, system, system.motion))]
+    theta = motion.cycle.steps.angles(motion.cycle.tableau.points, scene.cycle_rate)
+    rung, exactly = (partial(one.about_twist, theta) for one in both)
+    own, links = both[0].links_at(theta, *motion.state[:2], motion.state[..., -1])
+    tension = mean_tension(own.system, links)
+    found = _closed(rung(motion.state[..., -1]), lambda state: exactly(state[..., -1]), motion, tension)
+    changed = []
+    for one, (q, rate) in zip(both, (motion.starts, found)):
+        _, twist = one.accelerated(system.motion.theta, q, rate)
+        equation, response = one.links_at(system.motion.theta, q, rate, twist)
+        changed.append((one.scene, equation.system, response))
+    return _between(*changed)
+
+
+def _closed(rung: Equation, exact: Callable[[Array], Equation], motion: _Motion, tension: Array) -> Array:
+    """Give q and q' of the exact motion over a cycle at the starts of the sub-intervals, ``(2, angles, coordinates)``.
+
+    `rung` is the motion's own equation at its points, and `exact` gives the exact one about a state there.
+    """
+    cycle, at_starts = motion.cycle, [motion.starts]
+
+    def answer(tangents: Matrices, load: Array) -> Array:
+        flow = Flow(tangents, cycle.tableau, cycle.steps.duration, cycle.scene.petsc)
+        orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
+        at_starts.append(np.stack([part[cycle.steps.regular] for part in (orbit.start, orbit.start_velocity)]))
+        return _state(orbit)
+
+    _answered(rung, exact, motion.state, tension, answer)
+    return np.sum(at_starts, axis=0)
 
 
 def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
@@ -237,7 +277,7 @@ def _carried(rung: Equation, top: Equation, step: float, own: Array, change: Arr
         changes = states if first else changes + states
         return _state(orbit_of(flow, states[:-1], load))
 
-    _answered(rung, top, _state(orbit), tension, answer)
+    _answered(rung, lambda _: top, _state(orbit), tension, answer)
     return passed, changes
 
 
@@ -265,9 +305,13 @@ def _steps_between(equation: Equation, between: float) -> int:
 
 
 def _answered(
-    rung: Equation, top: Equation, state: Array, tension: Array, answer: Callable[[Matrices, Array], Array]
+    rung: Equation,
+    exact: Callable[[Array], Equation],
+    state: Array,
+    tension: Array,
+    answer: Callable[[Matrices, Array], Array],
 ) -> Array:
-    """Give the change of a state by the forces of the equation `top` that its own equation `rung` lacks.
+    """Give the change of a state by the forces of the exact equation about it that its own equation `rung` lacks.
 
     These are two steps of Newton's method or more: axial forces are right to the first order of a change only.
 
@@ -278,6 +322,7 @@ def _answered(
     """
     known, found, left = rung.residual(*state), state, np.inf
     for done in range(LIMITS.most_iterations):
+        top = exact(found)
         tangents = top.linearised(found[0], found[1], tension)
         change = answer(tangents, known - top.residual(*found))
         tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])

@@ -13,9 +13,10 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import AssemblyError, UnresolvedError
-from fenics_mech.forces.elastic_response import elastic_response
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_with_torque
 from fenics_mech.response.periodic.collocation import solve_collocation
@@ -46,7 +47,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOST_ITERATIONS):
         try:
-            equation = _equation(cycle, theta, twist)
+            equation = cycle.about_twist(theta, twist)
         except AssemblyError as error:  # so far ahead of the drive that the links' positions are not found
             raise _not_found(scene, theta, twist[0], "no position of the linkage is found there") from error
         tension = rough_tension(scene, equation.system)
@@ -77,11 +78,74 @@ class MotorCycle(Cycle):
         """The multipliers are those of the linearised equation, whatever a coordinate's mass."""
         return None
 
+    def about_twist(self, theta: Array, twist: Array) -> MotorEquation:
+        """Linearise about a twist of the shaft; tangents of the load are central differences.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad).
+        twist
+            Angle of the crank ahead of them (rad) and two time derivatives, ``(3, angles)``.
+        """
+        scene, system, motor = self.scene, self.system, self.scene.drives[0].motor
+        assert motor is not None
+        plain = scene.changed(effects=())  # effects that a scene names change no load
+        at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-STEP, 0.0, STEP)}
+        one, none = np.ones_like(theta), np.zeros_like(theta)
+        units = {ahead: at_rate(motion, scene.cycle_rate, one, none) for ahead, motion in at.items()}  # 1 rad/s
+
+        def load(by: Array) -> Array:
+            return load_with_torque(_moved(plain, system, at[by[0]], theta, twist + by[:, None]), units[by[0]])
+
+        rate = abs(scene.cycle_rate)
+        steps = np.diag([STEP, STEP * rate, STEP * rate**2])
+        tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
+        here = self.damped_equation(_moved(scene, system, at[0.0], theta, twist))
+        return MotorEquation(
+            system=here.system,
+            modal_damping=here.modal_damping,
+            motor=motor,
+            unit=units[0.0],
+            twist=twist,
+            load=load(np.zeros(3)),
+            tangents=np.stack(tangents),
+        )
+
+    def links_at(self, theta: Array, q: Array, rate: Array, twist: Array) -> tuple[Equation, ElasticResponse]:
+        """Give the equation of the links at the crank's own angle, and their response.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad).
+        q, rate
+            Coordinates with the twist as their last, and their rates, ``(angles, coordinates + 1)``.
+        twist
+            The twist (rad) and two time derivatives, ``(3, angles)``.
+        """
+        links = self.damped_equation(_turned(self.scene, self.system, theta, twist))
+        return links, elastic_response(links, q[:, :-1], rate[:, :-1])
+
+    def accelerated(self, theta: Array, q: Array, rate: Array) -> tuple[MotorEquation, Array]:
+        """Give the equation about a motion, and its twist with the acceleration that the equation demands.
+
+        Parameters
+        ----------
+        theta, q, rate
+            As of `links_at`.
+        """
+        twist = np.stack([q[:, -1], rate[:, -1], np.zeros(len(q))])
+        for _ in range(2):  # the acceleration stands in the coefficients too
+            equation = self.about_twist(theta, twist)
+            twist = np.stack([*twist[:2], equation.acceleration(q, rate)[:, -1]])
+        return equation, twist
+
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""
         if not self._starts:
             q, rate = (part[self.steps.regular] for part in motion(np.zeros(1)))
-            self._starts.append(_accelerated(self, self.system.motion.theta, q, rate))
+            self._starts.append(self.accelerated(self.system.motion.theta, q, rate))
         return self._starts[0]
 
     def _at_start(self, motion: States | None) -> Matrices:
@@ -93,7 +157,7 @@ class MotorCycle(Cycle):
         tableau = Tableau.of(scheme, stages)
         theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
         q, rate = motion(tableau.points)
-        equation, _ = _accelerated(self, theta, q, rate)
+        equation, _ = self.accelerated(theta, q, rate)
         return equation.about(q, rate)
 
 
@@ -118,13 +182,13 @@ def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, theta: Array) -> M
     scene, system, motion = cycle.scene, cycle.system, cycle.motion(orbit)
     q, rate = orbit.start[cycle.steps.regular], orbit.start_velocity[cycle.steps.regular]
     _, twist = cycle.start_about(motion)
-    crank = cycle.damped_equation(_turned(scene, system, system.motion.theta, twist))
+    crank, response = cycle.links_at(system.motion.theta, q, rate, twist)
     with_twist = replace(modes, shapes=np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1))))
     stability = cycle.stability(with_twist, motion)
     return MotorSolution(
         scene=scene,
         system=crank.system,
-        response=elastic_response(crank, q[:, :-1], rate[:, :-1]),
+        response=response,
         modes=modes,
         condition=condition_of(orbit),
         stability=stability,
@@ -138,46 +202,10 @@ def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, theta: Array) -> M
 
 def _at_points(cycle: MotorCycle, orbit: Orbit, theta: Array) -> AtPoints:
     """Give the motion at the collocation points, with the crank's own motion there."""
-    q, rate, acceleration = orbit.displacement, orbit.velocity, orbit.acceleration
-    twist = np.stack([q[:, -1], rate[:, -1], acceleration[:, -1]])
-    equation = cycle.damped_equation(_turned(cycle.scene, cycle.system, theta, twist))
-    return AtPoints(equation.system, elastic_response(equation, q[:, :-1], rate[:, :-1]), weights_of(cycle))
-
-
-def _accelerated(cycle: MotorCycle, theta: Array, q: Array, rate: Array) -> tuple[MotorEquation, Array]:
-    """Give the equation about a motion, and the twist of it with the acceleration that the equation demands."""
-    twist = np.stack([q[:, -1], rate[:, -1], np.zeros(len(q))])
-    for _ in range(2):  # the acceleration stands in the coefficients too
-        equation = _equation(cycle, theta, twist)
-        twist = np.stack([*twist[:2], equation.acceleration(q, rate)[:, -1]])
-    return equation, twist
-
-
-def _equation(cycle: MotorCycle, theta: Array, twist: Array) -> MotorEquation:
-    """Linearise about a twist, ``(3, angles)``; tangents of the load are central differences."""
-    scene, system, motor = cycle.scene, cycle.system, cycle.scene.drives[0].motor
-    assert motor is not None
-    plain = scene.changed(effects=())  # effects that a scene names change no load
-    at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-STEP, 0.0, STEP)}
-    one, none = np.ones_like(theta), np.zeros_like(theta)
-    units = {ahead: at_rate(motion, scene.cycle_rate, one, none) for ahead, motion in at.items()}  # 1 rad/s
-
-    def load(by: Array) -> Array:
-        return load_with_torque(_moved(plain, system, at[by[0]], theta, twist + by[:, None]), units[by[0]])
-
-    rate = abs(scene.cycle_rate)
-    steps = np.diag([STEP, STEP * rate, STEP * rate**2])
-    tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
-    here = cycle.damped_equation(_moved(scene, system, at[0.0], theta, twist))
-    return MotorEquation(
-        system=here.system,
-        modal_damping=here.modal_damping,
-        motor=motor,
-        unit=units[0.0],
-        twist=twist,
-        load=load(np.zeros(3)),
-        tangents=np.stack(tangents),
-    )
+    q, rate = orbit.displacement, orbit.velocity
+    twist = np.stack([q[:, -1], rate[:, -1], orbit.acceleration[:, -1]])
+    equation, response = cycle.links_at(theta, q, rate, twist)
+    return AtPoints(equation.system, response, weights_of(cycle))
 
 
 def _turned(scene: Scene, system: System, theta: Array, twist: Array) -> System:

@@ -10,7 +10,7 @@ from fenics_mech.analysis import mechanism, solve
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.modal_damping import modal_damping
-from fenics_mech.response.motor_response import MotorCycle, _equation
+from fenics_mech.response.motor_response import MotorCycle
 from fenics_mech.response.setup import moved
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
@@ -118,7 +118,7 @@ def test_equation_is_lagranges():
     )
     system, theta, h = mechanism(scene), np.linspace(0, 6, 5), 1e-3
     cycle = MotorCycle(scene.changed(damping__ratio=0.0), system)
-    near = [_equation(cycle, theta + i * h, np.zeros((3, 5))).linear for i in (-2, -1, 0, 1, 2)]
+    near = [cycle.about_twist(theta + i * h, np.zeros((3, 5))).linear for i in (-2, -1, 0, 1, 2)]
 
     def rate(values):
         return (values[0] - 8 * values[1] + 8 * values[3] - values[4]) / (12 * h) * scene.cycle_rate
