@@ -23,7 +23,7 @@ from fenics_mech.scene.meshing import with_elements
 from fenics_mech.studies.converged import at_common_angles, extrapolated
 from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage
 from fenics_mech.studies.peers.compared import scene_of
-from fenics_mech.studies.peers.exudyn_cycle import Cycle, Integration, steady_cycle
+from fenics_mech.studies.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
 from fenics_mech.studies.peers.peer_runs import EXACT
 
 DOCS = Path(__file__).parent
@@ -138,7 +138,7 @@ class Peer:
         decay = float(np.linalg.norm(multipliers, axis=-1).max())
         cycles = max(4, math.ceil(math.log(LEFT_OF_START) / math.log(decay)))
 
-        def run(elements: int, steps: int) -> Cycle:
+        def run(elements: int, steps: int) -> BeamStates:
             how = Integration(elements, (FIRST_STEPS,) * cycles + (steps,) * cycles, 1e-6)
             return steady_cycle(linkage, how, ANGLES, forces=True)
 
@@ -190,12 +190,12 @@ def of_machine(name: str, factor: float, damped: float) -> Iterator[dict[str, An
         print(*row.values(), flush=True)
 
 
-def curves(scene: fm.Scene, of: fm.Result | Cycle) -> Curves:
+def curves(scene: fm.Scene, of: fm.Result | BeamStates) -> Curves:
     """Give the quantities of a motion over its cycle, by members, joints and drives.
 
     Strains are those at mid-span; deflections are differences from places of rigid links, of ends and mid-spans.
     """
-    if isinstance(of, Cycle):
+    if isinstance(of, BeamStates):
         labels = beam_linkage(scene).joints
         forces = np.stack([of.force[:, labels.index(name)] for name in scene.joints], axis=1)
         return {"strain": of.strain, "deflection": of.place - rigid(scene), "joint_force": forces} | {

@@ -114,7 +114,7 @@ def cellwise(mesh: Any, values: Array) -> Any:
 
 
 @_quiet()
-def assemble(form: Any) -> PETSc.Mat:
+def assemble_matrix(form: Any) -> PETSc.Mat:
     """Compile a bilinear form and assemble it."""
     matrix = fem_petsc.assemble_matrix(compiled(fem.form, form))
     matrix.assemble()

@@ -22,11 +22,33 @@ from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-FENCE = re.compile(r"^( *)```(\w+)\n(.*?)^ *```$", flags=re.DOTALL | re.MULTILINE)
+FENCE = re.compile(r"^( *)```([^\n`]*)\n(.*?)^ *```$", flags=re.DOTALL | re.MULTILINE)
 WIDTH = "90"
-# Commands that take minutes: what is shown is parsed, and their own tests run them.
+# Commands that take long are parsed while a page runs. A slow test runs them, but those of `NOT_RUN`.
 LONG = ("cost", "scaling", "follow", "animate", "sweep")
 LONG_OPTIONS = ("--compare", "--tol", "--refine-peaks")
+MINUTES = "takes minutes"
+INSTALLS = "installs what the tests run on"
+TESTS = "runs these tests"
+NOT_RUN = {  # shown commands, and why no test of the documents runs them
+    "fenics-mech follow demos/four_bar.toml --over drive.speed=20:60 -o out/branch": f"{MINUTES}: see test_follow.py",
+    "fenics-mech cost demos/four_bar.toml --quick -o out/cost": f"{MINUTES}: see test_cost.py",
+    "fenics-mech scaling --quick -o out/scaling": f"{MINUTES}: see test_scaling.py",
+    'fenics-mech sweep demos/four_bar.toml --over "drive.speed=100 rpm:300 rpm:51" -o out/speeds': MINUTES,
+    'fenics-mech sweep demos/four_bar.toml --over "drive.speed=10:50:161" -o out/campbell': MINUTES,
+    'fenics-mech sweep press.toml --over "drive.speed=250 rpm:650 rpm:41" -o speeds': MINUTES,
+    'fenics-mech sweep thicker.toml --over "drive.speed=250 rpm:650 rpm:41" -o thicker': MINUTES,
+    "make run": INSTALLS,
+    "make test": TESTS,
+    "make test-all": TESTS,
+    "make docs": "CI builds the documents by itself",
+    "make bench": "reports times and asserts nothing",
+    ".venv/bin/python -m pytest tests/effects/test_gravity.py": TESTS,
+    '.venv/bin/python -m pytest -n auto --dist loadfile -m "not slow"': TESTS,
+    ".venv/bin/python -m pytest -n auto --dist loadfile": TESTS,
+    "conda install -c conda-forge fenics-dolfinx slepc4py h5py": INSTALLS,
+    "pip install .": INSTALLS,
+}
 
 
 @dataclass(frozen=True)
@@ -74,15 +96,33 @@ def folder(place: Path) -> None:
         (place / f"{name}.toml").write_text((place / "press.toml").read_text().replace(old, new))
 
 
-def printed(command: str) -> str:
-    """Run one line of shell and give what it prints; the program's own command runs in this process."""
+def is_long(command: str) -> bool:
+    """Whether a command of the program takes long."""
+    if not command.startswith("fenics-mech "):
+        return False
+    words = shlex.split(command)[1:]
+    return words[0] in LONG or words == ["check"] or not set(words).isdisjoint(LONG_OPTIONS)
+
+
+def commands(page: Path) -> list[str]:
+    """Give the commands that a page shows in blocks, without what is said beside them."""
+    shown = [block for block in blocks(page) if block.language in ("bash", "")]
+    lines = (line.partition("  #")[0].strip() for block in shown for line in block.text.splitlines())
+    return [line for line in lines if line and not line.startswith("#")]
+
+
+def printed(command: str, parse: bool = True) -> str:
+    """Run one line of shell and give what it prints; the program's own command runs in this process.
+
+    A command that takes long is only parsed, unless `parse` is false.
+    """
     own, *filters = command.split("|")
     words = shlex.split(own.replace("2>&1", ""))
     if words[:3] == ["mpirun", "-n", "4"]:
         words = words[3:]
     if words[0] != "fenics-mech":
         return subprocess.run(["bash", "-c", command], check=True, capture_output=True, text=True).stdout
-    text = _command(words[1:])
+    text = _command([*words[1:], "--help"] if parse and is_long(own) else words[1:])  # options are looked at first
     if filters:
         text = subprocess.run(
             ["bash", "-c", "|".join(filters)], check=True, capture_output=True, text=True, input=text
@@ -91,12 +131,10 @@ def printed(command: str) -> str:
 
 
 def _command(words: list[str]) -> str:
-    """Run the program; a command that takes long is only parsed."""
+    """Run the program."""
     from fenics_mech.cli import app
     from fenics_mech.errors import MechanismError
 
-    if words[0] in LONG or any(word in words for word in LONG_OPTIONS) or words == ["check"]:
-        words = [*words, "--help"]  # options are looked at first
     done = CliRunner().invoke(app, words, env={"COLUMNS": WIDTH, "TERM": "dumb"})
     if isinstance(done.exception, MechanismError):
         return f"{done.output}error: {done.exception}\n"  # its warnings come first

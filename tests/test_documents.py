@@ -55,6 +55,42 @@ def test_commands_and_snippets_run_and_print_what_is_shown(name, place):
             )
 
 
+LONG = {name: [c for c in documents.commands(page) if documents.is_long(c)] for name, page in PAGES.items()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name, long in LONG.items() if set(long) - documents.NOT_RUN.keys()])
+def test_long_commands_run(name, whole_place):
+    for command in documents.commands(PAGES[name]):
+        if command.startswith("sed") or (command in LONG[name] and command not in documents.NOT_RUN):
+            assert not re.search(r"^error: ", documents.printed(command, parse=False), flags=re.MULTILINE), command
+
+
+@pytest.fixture(scope="module")
+def whole_place(tmp_path_factory):
+    """A folder in which long commands run as they are, and share what they write."""
+    folder = tmp_path_factory.mktemp("long")
+    documents.folder(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        yield folder
+
+
+def test_commands_that_no_test_runs_are_known_with_a_reason():
+    shown = {command for page in PAGES.values() for command in documents.commands(page)}
+    others = {command for command in shown if not command.startswith(("fenics-mech", "sed"))}
+    assert others <= documents.NOT_RUN.keys()
+    assert documents.NOT_RUN.keys() <= shown
+    assert all(documents.NOT_RUN.values())
+
+
+def test_commands_within_sentences_are_parsed():
+    found = [c for page in PAGES.values() for c in re.findall(r"`(fenics-mech \w+ [^`]*)`", page.read_text())]
+    assert len(found) > 5
+    for command in found:
+        assert "Usage" in documents.printed(f"{command} --help")
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_scenes_are_scenes(name, place):
     demo = tomllib.loads((ROOT / "demos" / "four_bar.toml").read_text())

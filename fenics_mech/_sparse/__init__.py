@@ -1,6 +1,6 @@
 """Sparse matrices of one pattern, one at each position: sums, products, factors."""
 
-from fenics_mech._sparse.congruence import Congruence, Pairs
+from fenics_mech._sparse.congruence import Congruence, ProductPairs
 from fenics_mech._sparse.few_modes import FewModes
 from fenics_mech._sparse.kernels import LANES, kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
@@ -12,8 +12,8 @@ __all__ = [
     "Congruence",
     "Factors",
     "FewModes",
-    "Pairs",
     "Pattern",
+    "ProductPairs",
     "SingularError",
     "Stack",
     "kernels",

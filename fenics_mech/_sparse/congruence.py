@@ -61,19 +61,19 @@ class Congruence:
         return self.link_rows * np.int64(self.height) + self.link_columns
 
     @cached_property
-    def _first(self) -> tuple[Pairs, Index, Index]:
+    def _first(self) -> tuple[ProductPairs, Index, Index]:
         """Products of link matrices with P: their pairs, and the rows and columns of their nonzeros."""
         link, of_p = _met(self._begin, self.link_columns)
         keys, target = np.unique(self.link_rows[link] * np.int64(self.size) + self.columns[of_p], return_inverse=True)
-        return Pairs.of(link, of_p, target), keys // self.size, keys % self.size
+        return ProductPairs.of(link, of_p, target), keys // self.size, keys % self.size
 
     @cached_property
-    def _second(self) -> tuple[Pairs, Pattern]:
+    def _second(self) -> tuple[ProductPairs, Pattern]:
         """Products of P^T with those: their pairs, and the pattern of the matrices over the coordinates."""
         _, rows, columns = self._first
         product, of_p = _met(self._begin, rows)
         pattern = Pattern.of(self.size, self.columns[of_p], columns[product])
-        return Pairs.of(of_p, product, pattern.places(self.columns[of_p], columns[product])), pattern
+        return ProductPairs.of(of_p, product, pattern.places(self.columns[of_p], columns[product])), pattern
 
     @property
     def pattern(self) -> Pattern:
@@ -119,8 +119,8 @@ def _met(begin: Index, wanted: Index) -> tuple[Index, Index]:
 
 
 @dataclass(frozen=True, eq=False)
-class Pairs:
-    """Pairs of nonzeros whose products are added up.
+class ProductPairs:
+    """ProductPairs of nonzeros whose products are added up.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class Pairs:
     target: NDArray[np.int32]
 
     @classmethod
-    def of(cls, left: Index, right: Index, target: Index) -> Pairs:
+    def of(cls, left: Index, right: Index, target: Index) -> ProductPairs:
         """Put pairs in the order of their places."""
         order = np.argsort(target, kind="stable")
         return cls(*(part[order].astype(np.int32) for part in (left, right, target)))

@@ -108,9 +108,9 @@ class Pattern:
         return Pattern.of(self.size + more, *both)
 
     @cached_property
-    def layout(self) -> Layout:
+    def layout(self) -> CompiledPattern:
         """The pattern for the compiled loops."""
-        return Layout(self)
+        return CompiledPattern(self)
 
     @cached_property
     def elimination(self) -> Elimination:
@@ -142,7 +142,7 @@ class Pattern:
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class CompiledPattern:
     """A pattern as C reads it."""
 
     pattern: Pattern

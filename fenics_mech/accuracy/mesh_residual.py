@@ -31,7 +31,7 @@ from fenics_mech.forces.element_ends import element_tension, left_to_statics
 from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.forces.inertia import SHAPES, inertia_of
 from fenics_mech.forces.joint_forces import without_elastic
-from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, forces_inside, strain_of
+from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, forces_inside, straining_displacement
 from fenics_mech.mechanism import System
 from fenics_mech.response.static.quasi_static import yielding_to
 from fenics_mech.scene import Prismatic
@@ -152,7 +152,9 @@ def _by_varying(system: System, response: ElasticResponse, element: Index, xi: A
     """
     beams, terms = system.beams, system.terms
     count = len(beams.mesh.cell)
-    found = -each(stiffness_correction(beams), strain_of(system, response, response.undamped.strained(system)))
+    found = -each(
+        stiffness_correction(beams), straining_displacement(system, response, response.undamped.strained(system))
+    )
     density, shapes = _line_density(beams).ravel(), evaluate(SHAPES, xi)
     corrections = shape_corrections(beams, element, xi)
     parts = zip(inertia_of(system, response, element), corrections, (slice(0, 2), slice(2, 4)))

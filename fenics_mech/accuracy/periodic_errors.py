@@ -59,7 +59,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     cycle = solution.cycle
     motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
     starts, flow = motion(np.zeros(1)), cycle.flow("gauss", solution.scene.analysis.stages, motion)
-    finer = (part[regular] for part in refined(*starts, flow))
+    finer = (part[regular] for part in collocated_motion(*starts, flow))
     step = solution.scene.period / len(cycle.system.motion.theta)
     return {
         "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), HARMONIC_ORDER),
@@ -187,7 +187,7 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     return flow.parts(states + error)
 
 
-def refined(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
+def collocated_motion(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
     """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
 
     Parameters

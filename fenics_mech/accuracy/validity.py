@@ -102,6 +102,6 @@ def bow(scene: Scene, members: MemberState) -> np.ndarray:
     return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths
 
 
-def rotation(members: MemberState) -> np.ndarray:
+def largest_rotation(members: MemberState) -> np.ndarray:
     """Largest rotation of each member's axis from its rigid position (rad), ``(members,)``."""
     return np.abs(members.rotation).max(axis=(0, 2))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Rigidity:
+class ElementRigidity:
     """Stiffness of the sections along the elements.
 
     Parameters
@@ -96,7 +96,7 @@ class Beams:
     """
 
     layout: Layout
-    rigidity: Rigidity
+    rigidity: ElementRigidity
     inertia: Inertia
     reduction: Reduction | None = None
 
@@ -178,18 +178,18 @@ class Beams:
         form = axial(space, rigidity.axial.coefficient) + bending(space, rigidity.bending.coefficient)
         if rigidity.shear is not None:
             form += shear(space, rigidity.shear.coefficient)
-        return _fenicsx.assemble(form)
+        return _fenicsx.assemble_matrix(form)
 
     @cached_property
     def _broken_mass(self) -> PETSc.Mat:
         form = mass(self.layout.space, self.inertia.density.coefficient)
         if self.mass_moment is not None:
             form += offset_mass(self.layout.space, self.layout.coefficient(self.mass_moment))
-        return _fenicsx.assemble(form if self.inertia.rotary is None else form + self._rotary_form)
+        return _fenicsx.assemble_matrix(form if self.inertia.rotary is None else form + self._rotary_form)
 
     @cached_property
     def _broken_rotary(self) -> PETSc.Mat:
-        return _fenicsx.assemble(self._rotary_form)
+        return _fenicsx.assemble_matrix(self._rotary_form)
 
     @cached_property
     def stretching(self) -> Stretching:
@@ -208,7 +208,7 @@ class Beams:
         form = gyroscopic(self.layout.space, self.inertia.density.coefficient)
         if self.mass_moment is not None:
             form += offset_gyroscopic(self.layout.space, self.layout.coefficient(self.mass_moment))
-        return _fenicsx.assemble(form)
+        return _fenicsx.assemble_matrix(form)
 
     @property
     def _rotary_form(self) -> Any:
@@ -232,7 +232,7 @@ def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
     """
     layout = Layout.of(mesh, Offsets.of(scene, mesh))
     ea, ei, density = along_elements(scene, layout, _rigidities)
-    links = Beams(layout, Rigidity(ea, ei), Inertia(density, _bodies(scene, mesh)))
+    links = Beams(layout, ElementRigidity(ea, ei), Inertia(density, _bodies(scene, mesh)))
     if links.mass_moment is None or layout.offsets is None:
         return links
     rotary_inertia = Distribution.constant(layout, links.mass_moment * layout.offsets.mass)

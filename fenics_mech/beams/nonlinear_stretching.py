@@ -56,7 +56,7 @@ class Stretching:
         """
         rotation = member_rotation(layout.mesh)
         first, second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))))
-        broken = _fenicsx.assemble(second)
+        broken = _fenicsx.assemble_matrix(second)
         line = np.einsum("ei,eij->ej", layout.vector_of_elements(first), rotation)
         bow = np.einsum("eia,eij,ejb->eab", rotation, layout.of_elements(broken), rotation)
         broken.destroy()

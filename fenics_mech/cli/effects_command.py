@@ -28,16 +28,19 @@ def effects(
     from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
     from fenics_mech.views.tables import effects_table  # noqa: PLC0415
 
-    loaded = refined_scene(scene, 0, strict, tolerance).changed(effects="auto")
+    stated = refined_scene(scene, 0, strict, tolerance)
+    loaded = stated.changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
         (chosen, choices), *exact = rungs(loaded)
-    out.print(effects_table(choices, loaded.neglected))
+    out.print(effects_table(choices, loaded.neglected, EXACT_STRAINS if exact else ""))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
     tell(f"effects = 'auto' selects effects = [{names}]{enough}")
     if exact:
-        tell(f"{EXACT_STRAINS} is decided by the run: its result shows what linear strains leave out")
+        tell(f"A run takes {EXACT_STRAINS} too if its answer shows that linear strains leave out too much.")
+    if stated.effects != "auto":
+        tell("This scene does not state effects = 'auto': a run takes the effects that the scene states.")
     if compare:
         make_folder(folder)
         runs = added_one_by_one(loaded)

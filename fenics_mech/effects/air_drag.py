@@ -75,7 +75,7 @@ class Linearised:
 
 
 @dataclass(frozen=True)
-class Flow:
+class AirFlow:
     """Air along the elements of a mechanism in its rigid motion.
 
     Parameters
@@ -97,7 +97,7 @@ class Flow:
     omega: Array
 
     @classmethod
-    def of(cls, situation: Situation) -> Flow:
+    def of(cls, situation: Situation) -> AirFlow:
         """Give the flow of a scene that states air.
 
         Parameters
@@ -239,7 +239,7 @@ class Flow:
 
 
 def _rigid(beams: Beams, motion: Motion) -> tuple[Array, Array, Array]:
-    """Rigid velocity across the elements at both nodes, along them, and their rate; see `Flow`."""
+    """Rigid velocity across the elements at both nodes, along them, and their rate; see `AirFlow`."""
     mesh = beams.mesh
     link = mesh.member_link[mesh.cell_member]
     angle = motion.angle[:, link] + mesh.member_angle[mesh.cell_member]
@@ -262,7 +262,7 @@ def terms(situation: Situation) -> Terms:
             place="damping.air",
             hint="Leave it out, or the drive's motor; damping.external acts with both",
         )
-    flow = Flow.of(situation)
+    flow = AirFlow.of(situation)
     drag, still = flow.linearised(), np.zeros((len(flow.speed), 3 * len(mesh.node_link)))
     rotation, dofs = member_rotation(mesh), element_dofs(mesh)
     by_rate, by_v = (

@@ -23,7 +23,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
     return replace(links, rigidity=replace(links.rigidity, axial=axial))
 
 
-def stretching(scene: Scene) -> Scene:
+def with_stretching(scene: Scene) -> Scene:
     """Give the scene with members that can stretch.
 
     Parameters

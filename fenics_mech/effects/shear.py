@@ -43,7 +43,7 @@ def _angle(links: Beams, stiffness: Array) -> Array:
     from fenics_mech.beams.forms import bending  # noqa: PLC0415
 
     layout = links.layout
-    broken = _fenicsx.assemble(bending(layout.space, links.rigidity.bending.coefficient))
+    broken = _fenicsx.assemble_matrix(bending(layout.space, links.rigidity.bending.coefficient))
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
     broken.destroy()
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import Situation
-from fenics_mech.effects.air_drag import Flow, SpreadDamping
+from fenics_mech.effects.air_drag import AirFlow, SpreadDamping
 from fenics_mech.effects.terms import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
@@ -57,7 +57,7 @@ def air_loads(scene: Scene, system: System, response: ElasticResponse, rigid: bo
     return flow_of(scene, system).loads(*(_still(system) if rigid else displacement_and_velocity(system, response)))
 
 
-def flow_of(scene: Scene, system: System) -> Flow:
+def flow_of(scene: Scene, system: System) -> AirFlow:
     """Give the flow of the air about the members.
 
     Parameters
@@ -67,7 +67,7 @@ def flow_of(scene: Scene, system: System) -> Flow:
     system
         Its mechanism.
     """
-    return Flow.of(Situation(scene, system.beams, system.motion))
+    return AirFlow.of(Situation(scene, system.beams, system.motion))
 
 
 def _still(system: System) -> tuple[Array, Array]:

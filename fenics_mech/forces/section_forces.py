@@ -337,7 +337,7 @@ def between_nodes(
         return u, w
     for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
         u, w = u + np.sum(of_u * loaded[0], -1), w + np.sum(of_w * loaded[1], -1)
-    nodal = strain_of(system, response, balanced(system, response)[1] if v is None else v)[:, element]
+    nodal = straining_displacement(system, response, balanced(system, response)[1] if v is None else v)[:, element]
     more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in shape_corrections(beams, element, xi)]
     return u + more[0], w + more[1]
 
@@ -356,7 +356,7 @@ def _spread_where_varying(
         yield found, (line[:, element, :2], line[:, element, 2:])
 
 
-def strain_of(system: System, response: ElasticResponse, v: Array) -> Array:
+def straining_displacement(system: System, response: ElasticResponse, v: Array) -> Array:
     """Nodal values v of the elements in member axes, less what strains nothing along them, ``(angles, elements, 6)``.
 
     With large rotations bending shortens the axis: elements are as much longer as their axial force stretches them.

@@ -22,7 +22,7 @@ from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.effects import NOTHING, shaped
-from fenics_mech.effects.inextensible import stretching
+from fenics_mech.effects.inextensible import with_stretching
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System, build_system
 from fenics_mech.scene import Scene
@@ -62,7 +62,7 @@ class Shortening:
         if system.terms.stiffening is None:
             return None
         if system.transformation.held is not None:
-            other = stretching(scene)
+            other = with_stretching(scene)
             beams = shaped(other, assemble_beams(other, mesh_scene(other)))
             system = build_system(other, beams, system.motion, system.terms)
         return cls(system, jets)

@@ -22,7 +22,7 @@ from fenics_mech.kinematics.loops import GROUND, Loops
 
 
 @dataclass(frozen=True)
-class BranchLimits:
+class AssemblyLimits:
     """Limits of putting a linkage together, and of following its branch in coarse steps."""
 
     closed: float = 1e-13  # of the open loops, relative to the linkage's size
@@ -37,7 +37,7 @@ class BranchLimits:
     at_rest: float = 1e-9  # rate of a link's angle that counts as none: in a dwell rates are rounding
 
 
-LIMITS = BranchLimits()
+LIMITS = AssemblyLimits()
 
 
 def assemble(loops: Loops) -> Array:
@@ -91,7 +91,7 @@ def _refuse_contradicted(loops: Loops) -> None:
 
 
 @dataclass(frozen=True)
-class Branch:
+class AssemblyBranch:
     """Points of the assembly branch.
 
     Parameters
@@ -111,7 +111,7 @@ class Branch:
     side: float
 
 
-def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
+def coordinates_at(loops: Loops, theta: Array, branch: AssemblyBranch) -> Array:
     """Solve for the coordinates at drive angles by Newton's method, from between the points of a branch.
 
     Parameters
@@ -149,7 +149,7 @@ def follow(loops: Loops, theta: Array, branch: Branch) -> Array:
     return q
 
 
-def _between(branch: Branch, theta: Array) -> Array:
+def _between(branch: AssemblyBranch, theta: Array) -> Array:
     """Coordinates at drive angles by cubics between the points of a branch, ``(angles, 3 links)``."""
     i = np.clip(np.searchsorted(branch.theta, theta, side="right") - 1, 0, len(branch.theta) - 2)
     step, ahead = (branch.theta[i + 1] - branch.theta[i])[:, None], (theta - branch.theta[i])[:, None]
@@ -219,7 +219,7 @@ def newton(
     return q, (np.abs(residual) < 10 * tolerance * unit).all(axis=1)
 
 
-def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> Branch:
+def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> AssemblyBranch:
     """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
 
     Parameters
@@ -265,7 +265,7 @@ def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> Branc
                 raise _stuck(loops, here, q, rate)
     points.sort(key=lambda point: point[0])
     knots, poses, rates, curvatures = (np.array(part) for part in zip(*points))
-    return Branch(knots, poses, rates, curvatures, ours)
+    return AssemblyBranch(knots, poses, rates, curvatures, ours)
 
 
 def _stepped(loops: Loops, point: tuple[float, Array, Array, Array], ahead: float) -> tuple[Array, Array, Array] | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics.assembly import derivatives, follow
+from fenics_mech.kinematics.assembly import coordinates_at, derivatives
 from fenics_mech.kinematics.linkage import Linkage, Path
 from fenics_mech.kinematics.motion import Motion
 from fenics_mech.scene import Scene
@@ -67,7 +67,7 @@ def _missed_corner(path: Path, periodic: bool) -> Corner | None:
     highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
     first, last = max(highest - 1, 0), min(highest + 1, len(inside) - 1)
     theta = np.linspace(float(inside[first]), float(inside[last]), AROUND)
-    rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, follow(loops, theta, branch), theta))
+    rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, coordinates_at(loops, theta, branch), theta))
     place, link = np.unravel_index(int(turns.argmax()), turns.shape)
     peak, rate = float(turns[place, link]), max(float(rates[:, link].max()), 1.0)
     if peak < SHARP * rate:

@@ -40,10 +40,10 @@ def free_motions(loops: Loops, q: Array) -> Array:
     jacobian = loops.jacobian(q[None])[0] * unit / rows[:, None]
     _, values, right = np.linalg.svd(jacobian)
     null = right[int((values > NULL).sum()) :]
-    return (separated(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
+    return (row_reduced(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
 
 
-def separated(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
+def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
     """Combine vectors, one a row, until each alone has one coordinate, by Gauss and Jordan; preferred ones go first.
 
     Parameters

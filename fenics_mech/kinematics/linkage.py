@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics.assembly import Branch, assemble, derivatives, follow, follow_branch, side
+from fenics_mech.kinematics.assembly import AssemblyBranch, assemble, coordinates_at, derivatives, follow_branch, side
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Loops
@@ -37,7 +37,7 @@ class Linkage:
     def __init__(self, scene: Scene) -> None:
         self.loops = Loops.of(scene)
         self._geometry = _geometry(scene)
-        self._branch: Branch | None = None
+        self._branch: AssemblyBranch | None = None
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
     def moves_as(self, scene: Scene) -> bool:
@@ -50,7 +50,7 @@ class Linkage:
         """
         return self._geometry == _geometry(scene)
 
-    def branch(self, theta: Array) -> Branch:
+    def branch(self, theta: Array) -> AssemblyBranch:
         """Give points of the assembly branch over the range of some drive angles (rad), or over more.
 
         Parameters
@@ -76,7 +76,7 @@ class Linkage:
         key = theta.tobytes(), b"" if near is None else near.theta.tobytes()
         path = self._paths.pop(key, None)
         if path is None:
-            q = follow(self.loops, theta, self.branch(theta) if near is None else near.branch)
+            q = coordinates_at(self.loops, theta, self.branch(theta) if near is None else near.branch)
             refuse_singular(self.loops, theta, q)
             path = Path(self, theta, q, *derivatives(self.loops, q, theta))
         self._paths[key] = path
@@ -107,10 +107,10 @@ class Path:
     _made: dict[str, dict[Hashable, tuple[tuple[object, ...], Any]]] = field(init=False, default_factory=dict)
 
     @cached_property
-    def branch(self) -> Branch:
+    def branch(self) -> AssemblyBranch:
         """The positions as points of their branch."""
         order = np.argsort(self.theta)
-        return Branch(
+        return AssemblyBranch(
             theta=self.theta[order],
             q=self.q[order],
             rate=self.slope[order],

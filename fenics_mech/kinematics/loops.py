@@ -24,7 +24,7 @@ GROUND = -1
 
 
 @dataclass(frozen=True)
-class Pairs:
+class LoopEquations:
     """Equations of one kind between pairs of bodies.
 
     Parameters
@@ -45,7 +45,7 @@ class Pairs:
     angle: Array
 
     @classmethod
-    def of(cls, rows: list[Row]) -> Pairs:
+    def of(cls, rows: list[Row]) -> LoopEquations:
         """Make the arrays from a list of (joint, body a, body b, point of a, point of b, angle)."""
         names = tuple(row[0] for row in rows)
         body = np.array([row[1:3] for row in rows], dtype=np.int64).reshape(-1, 2)
@@ -73,11 +73,11 @@ class Loops:
     """
 
     scene: Scene
-    points: Pairs
-    lines: Pairs
-    angles: Pairs
-    driven_angles: Pairs
-    driven_strokes: Pairs
+    points: LoopEquations
+    lines: LoopEquations
+    angles: LoopEquations
+    driven_angles: LoopEquations
+    driven_strokes: LoopEquations
     drive_order: tuple[int, ...]
 
     @classmethod
@@ -117,8 +117,8 @@ class Loops:
             else:
                 turning.append((drive.joint, first, second, at, pin, 0.0))
                 order.insert(len(turning) - 1, i)
-        joined = Pairs.of(points), Pairs.of(lines), Pairs.of(angles)
-        return cls(scene, *joined, Pairs.of(turning), Pairs.of(sliding), tuple(order))
+        joined = LoopEquations.of(points), LoopEquations.of(lines), LoopEquations.of(angles)
+        return cls(scene, *joined, LoopEquations.of(turning), LoopEquations.of(sliding), tuple(order))
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -279,7 +279,7 @@ class Loops:
             parts.append(self._turning(poses, rates, strokes, -_relative(poses, strokes, squared), 0))
         return np.concatenate(parts, axis=1)
 
-    def _turning(self, poses: Array, rates: Array, pairs: Pairs, centripetal: Array, which: int) -> Array:
+    def _turning(self, poses: Array, rates: Array, pairs: LoopEquations, centripetal: Array, which: int) -> Array:
         """Convective part of the gap along a turning direction e of body a: e.c + 2 e'.gap' - omega^2 e.gap."""
         directions = _direction(poses, pairs)
         across = (directions[1], -directions[0])[which]  # derivative of the direction by a's angle
@@ -292,12 +292,12 @@ class Loops:
             - omega**2 * _dot(directions[which], gap)
         )
 
-    def places(self, q: Array, pairs: Pairs) -> Array:
+    def places(self, q: Array, pairs: LoopEquations) -> Array:
         """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``."""
         poses = _with_ground(q)
         return poses[:, pairs.body, :2] + _arms(poses, pairs)
 
-    def tangents(self, q: Array, pairs: Pairs) -> Array:
+    def tangents(self, q: Array, pairs: LoopEquations) -> Array:
         """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``."""
         return _direction(_with_ground(q), pairs)[0]
 
@@ -321,7 +321,7 @@ def _columns(body: Index, links: int) -> Index:
     return 3 * np.where(body == GROUND, links, body)
 
 
-def _arms(poses: Array, pairs: Pairs) -> Array:
+def _arms(poses: Array, pairs: LoopEquations) -> Array:
     """Points of the pairs seen from their bodies' origins, in the fixed frame, ``(positions, pairs, 2, 2)``."""
     angle = poses[:, pairs.body, 2]
     c, s = np.cos(angle), np.sin(angle)
@@ -332,19 +332,19 @@ def _arms(poses: Array, pairs: Pairs) -> Array:
     return arms
 
 
-def _relative(poses: Array, pairs: Pairs, factor: Array) -> Array:
+def _relative(poses: Array, pairs: LoopEquations, factor: Array) -> Array:
     """Arm of b times b's factor less that of a; factor is ``(positions, links + 1)``."""
     weighted = _arms(poses, pairs) * factor[:, pairs.body, None]
     return weighted[:, :, 1] - weighted[:, :, 0]
 
 
-def _gap(poses: Array, pairs: Pairs) -> Array:
+def _gap(poses: Array, pairs: LoopEquations) -> Array:
     """From the point of a to that of b, ``(positions, pairs, 2)``."""
     places = poses[:, pairs.body, :2] + _arms(poses, pairs)
     return places[:, :, 1] - places[:, :, 0]
 
 
-def _direction(poses: Array, pairs: Pairs) -> tuple[Array, Array]:
+def _direction(poses: Array, pairs: LoopEquations) -> tuple[Array, Array]:
     """Tangent and normal of the pairs' lines, which turn with a, each ``(positions, pairs, 2)``."""
     angle = poses[:, pairs.body[:, 0], 2] + pairs.angle
     tangent = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -360,7 +360,9 @@ def _dot(a: Array, b: Array) -> Array:
     return np.sum(a * b, axis=-1)
 
 
-def _add_projection(jacobian: Array, start: int, poses: Array, pairs: Pairs, along: Array, slope: Array) -> None:
+def _add_projection(
+    jacobian: Array, start: int, poses: Array, pairs: LoopEquations, along: Array, slope: Array
+) -> None:
     """Add the derivative of ``along . gap``; slope is the derivative of `along` by a's angle."""
     rows, links = start + np.arange(len(pairs)), poses.shape[1] - 1
     turning = _turned(_arms(poses, pairs))

@@ -12,7 +12,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics.assembly import Branch, derivatives, follow, follow_branch
+from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at, derivatives, follow_branch
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.linkage import solve_motion
 from fenics_mech.kinematics.loops import Loops
@@ -61,7 +61,7 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     parts = []
     for start in range(0, len(time), size):
         angles = inside[start : start + size]
-        q = follow(loops, angles, branch)
+        q = coordinates_at(loops, angles, branch)
         refuse_singular(loops, angles, q)
         parts.append((q, *derivatives(loops, q, angles)))
     q, slope, curvature = (np.concatenate(part) for part in zip(*parts))
@@ -79,7 +79,7 @@ def _check(time: Array) -> None:
         raise SceneError("the times must ascend", place="time")
 
 
-def _over_cycle(loops: Loops, theta: Array) -> tuple[Branch, Array, Array]:
+def _over_cycle(loops: Loops, theta: Array) -> tuple[AssemblyBranch, Array, Array]:
     """Find the branch over as much of theta as is needed, the whole cycles to take off each angle, and what one adds.
 
     A linkage whose links come back only after several cycles, or never, is followed all the way.
@@ -88,7 +88,7 @@ def _over_cycle(loops: Loops, theta: Array) -> tuple[Branch, Array, Array]:
     if np.ptp(np.append(theta, 0.0)) > CYCLE:
         ends = np.array([0.0, CYCLE])
         branch = follow_branch(loops, ends)
-        first, last = follow(loops, ends, branch)
+        first, last = coordinates_at(loops, ends, branch)
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
         whole[:, 2] = CYCLE * np.round(step[:, 2] / CYCLE)

@@ -12,7 +12,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech.kinematics.assembly import Branch, assemble, follow, follow_branch
+from fenics_mech.kinematics.assembly import AssemblyBranch, assemble, coordinates_at, follow_branch
 from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
@@ -112,7 +112,7 @@ def reachable_range(scene: Scene) -> Range:
     return Range(low, high, turns, tuple(sorted(found, key=lambda critical: critical.theta)), transmission=pairs)
 
 
-def _limit(loops: Loops, branch: Branch, end: float) -> Critical:
+def _limit(loops: Loops, branch: AssemblyBranch, end: float) -> Critical:
     """Where the branch ends: at a dead centre the loops close, and the Jacobian has a null vector of length 1."""
     last = int(np.argmin(np.abs(branch.theta - end)))
     q = branch.q[last]
@@ -135,12 +135,12 @@ def _limit(loops: Loops, branch: Branch, end: float) -> Critical:
     return Critical(theta, "dead centre", 0.0, links_moved(loops, vector))
 
 
-def _minima(loops: Loops, branch: Branch, low: float, high: float, closed: bool) -> list[Critical]:
+def _minima(loops: Loops, branch: AssemblyBranch, low: float, high: float, closed: bool) -> list[Critical]:
     """Minima of the smallest singular value inside the range, which is a closed cycle or ends at dead centres."""
     inside = 0.0 if closed else 1e-9 * (high - low)
 
     def smallest(theta: Array) -> Array:
-        return singular_values(loops, follow(loops, theta, branch))[0][:, -1]
+        return singular_values(loops, coordinates_at(loops, theta, branch))[0][:, -1]
 
     thetas = np.linspace(low + inside, high - inside, SAMPLES)
     values = smallest(thetas)
@@ -153,7 +153,7 @@ def _minima(loops: Loops, branch: Branch, low: float, high: float, closed: bool)
     for i in np.flatnonzero(lowest) if closed else np.flatnonzero(lowest[1:-1]) + 1:
         theta, value = minimum(smallest, thetas[i] - step, thetas[i] + step, 1e-9)
         theta = theta % (2 * np.pi) if closed else theta
-        _, right = singular_values(loops, follow(loops, np.array([theta]), branch))
+        _, right = singular_values(loops, coordinates_at(loops, np.array([theta]), branch))
         kind = "change point" if value < SINGULAR else "worst transmission"
         found.append(Critical(theta, kind, value, links_moved(loops, right[0, -1])))
     return found

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics.assembly import Branch, follow
+from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at
 from fenics_mech.kinematics.loops import GROUND, Loops
 from fenics_mech.kinematics.minimum import minimum
 
@@ -52,7 +52,7 @@ class _Joint:
     along: Array  # of the guide, (positions, 2); of a pin nothing, (positions, 0, 2)
 
 
-def worst_transmission(loops: Loops, branch: Branch) -> tuple[Transmission, ...]:
+def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmission, ...]:
     """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not known.
 
     Parameters
@@ -64,7 +64,7 @@ def worst_transmission(loops: Loops, branch: Branch) -> tuple[Transmission, ...]
     """
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
-        return transmission_angles(loops, follow(loops, theta, branch)) or {}
+        return transmission_angles(loops, coordinates_at(loops, theta, branch)) or {}
 
     def angle(pair: tuple[str, tuple[str, ...]]) -> Callable[[Array], Array]:
         return lambda theta: angles(theta)[pair]

@@ -18,14 +18,14 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.contact import Contact, travelled
-from fenics_mech.mechanism.jets import Jets, constant, product, rotation
+from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
 from fenics_mech.scene import Prismatic, Scene, Slot
 
 Term = tuple[Index, Jets]  # columns ``(angles or 1, k)``, and jets ``(angles, rows, k)``
 
 
 @dataclass(frozen=True)
-class Equation:
+class ConstraintEquation:
     """Rows of G: the point of a body is where its joint wants it (two rows), or its rotation is (one row).
 
     Parameters
@@ -99,7 +99,7 @@ class Constraints:
         Dofs of the rigid links' centres.
     """
 
-    equations: tuple[Equation, ...]
+    equations: tuple[ConstraintEquation, ...]
     names: tuple[str, ...]
     contacts: dict[str, Contact]
     bodies: Index
@@ -116,7 +116,7 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
         The mesh of its members.
     """
     driven = {drive.joint for drive in scene.drives}
-    equations: list[Equation] = []
+    equations: list[ConstraintEquation] = []
     own: dict[str, int] = {}
     contacts: dict[str, Contact] = {}
 
@@ -142,19 +142,19 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
     return Constraints(tuple(equations), tuple(own), contacts, bodies)
 
 
-def _pinned(joint: str, point: Attachment, pin: Index | None) -> Equation:
+def _pinned(joint: str, point: Attachment, pin: Index | None) -> ConstraintEquation:
     """A body's point moves as its pin, (4.41): ``shift u - R^T (X, Y) = 0`` in the axes of the link."""
     terms: list[Callable[[Motion, int], Term]] = [_fixed(point.dofs, point.shift)]
     if pin is not None:
         terms.append(lambda motion, orders: (pin[None], [-r for r in _into(motion, point.link, GROUND, orders)]))
-    return Equation(joint, point.body, point.link, 2, tuple(terms))
+    return ConstraintEquation(joint, point.body, point.link, 2, tuple(terms))
 
 
-def _tied(joint: str, first: Attachment, second: Attachment) -> Equation:
+def _tied(joint: str, first: Attachment, second: Attachment) -> ConstraintEquation:
     """Two bodies have one rotation, by a weld or a drive: ``phi_2 - phi_1 = 0``."""
     terms = [_fixed(p.dofs[2:], sign * np.ones((1, 1))) for p, sign in ((second, 1.0), (first, -1.0)) if p.dofs.size]
     held = second if second.dofs.size else first
-    return Equation(joint, held.body, held.link, 1, tuple(terms))
+    return ConstraintEquation(joint, held.body, held.link, 1, tuple(terms))
 
 
 def _slot(
@@ -165,7 +165,7 @@ def _slot(
     pin: Attachment,
     slide: int | None,
     contact: Contact | None,
-) -> list[Equation]:
+) -> list[ConstraintEquation]:
     """A pin moves as its guide does where it is, and along it."""
     frame = pin.link if pin.link != GROUND else guide.link
     angle = scene.guide_angle(joint)
@@ -200,14 +200,14 @@ def _slot(
         terms.append(slid)
     held = pin if pin.link != GROUND else guide
     body = held.body if held is pin else "ground"
-    equations = [Equation(name, body, frame, 2, tuple(terms), contact)]
+    equations = [ConstraintEquation(name, body, frame, 2, tuple(terms), contact)]
     if isinstance(joint, Prismatic):
         turning = [_fixed(pin.dofs[2:], np.ones((1, 1)))] if pin.dofs.size else []
         if contact is not None:
             turning.append(contact.turn)
         elif guide.dofs.size:
             turning.append(_fixed(guide.dofs[2:], -np.ones((1, 1))))
-        equations.append(Equation(name, body, frame, 1, tuple(turning), contact))
+        equations.append(ConstraintEquation(name, body, frame, 1, tuple(turning), contact))
     return equations
 
 
@@ -223,4 +223,4 @@ def _into(motion: Motion, link: int, other: int, orders: int) -> Jets:
         (array[:, other] if other != GROUND else zero) - (array[:, link] if link != GROUND else zero)
         for array in (motion.angle, motion.omega, motion.alpha)
     )
-    return rotation(angle, omega, alpha, orders)
+    return rotation_matrices(angle, omega, alpha, orders)

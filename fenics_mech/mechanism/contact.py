@@ -15,7 +15,7 @@ from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
-from fenics_mech.mechanism.jets import Jets, constant, product, rotation
+from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
 from fenics_mech.scene import Scene
 
 PAST_END = 1e-9  # of a member's length, by which a pin may leave it
@@ -183,7 +183,7 @@ def travelled(
     zero = np.zeros(len(motion.theta))
     link = GROUND if guide == "ground" else motion.links.index(guide)
     turn = [a[:, link] if link != GROUND else zero for a in (motion.angle, motion.omega, motion.alpha)]
-    tangent = [r[:, :, 0] for r in rotation(turn[0] + angle, turn[1], turn[2], orders)]
+    tangent = [r[:, :, 0] for r in rotation_matrices(turn[0] + angle, turn[1], turn[2], orders)]
     return [
         value[:, 0, 0] for value in product([t[:, None, :] for t in tangent], [g[:, :, None] for g in gap[:orders]])
     ]

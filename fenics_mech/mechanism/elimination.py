@@ -20,7 +20,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
-from fenics_mech.mechanism.constraints import Constraints, Equation
+from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints
 from fenics_mech.mechanism.contact import Contact
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Jets
@@ -58,7 +58,7 @@ class Group:
         Gives the nodal dofs where the unknowns are relative displacements.
     """
 
-    equations: tuple[Equation, ...]
+    equations: tuple[ConstraintEquation, ...]
     columns: Index
     dependent: Index
     independent: Index
@@ -269,7 +269,9 @@ def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[
     return chosen, 0
 
 
-def _gathered(constraints: Constraints, columns: list[Index], members: Index) -> tuple[tuple[Equation, ...], Index]:
+def _gathered(
+    constraints: Constraints, columns: list[Index], members: Index
+) -> tuple[tuple[ConstraintEquation, ...], Index]:
     """Equations of a group, and their columns."""
     equations = tuple(constraints.equations[i] for i in members)
     return equations, np.unique(np.concatenate([columns[i] for i in members]))
@@ -286,7 +288,9 @@ def _connected(columns: list[Index]) -> list[Index]:
     return [np.flatnonzero(label == i) for i in range(count)]
 
 
-def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, first_own: int, bodies: Index) -> Group:
+def _pivoted(
+    equations: tuple[ConstraintEquation, ...], unknowns: Index, motion: Motion, first_own: int, bodies: Index
+) -> Group:
     """Choose pivots by elimination at one angle, and try another one where they are bad somewhere.
 
     Solved for are, as far as they go: translations of beams' ends, then rotations, the joints' own coordinates, and
@@ -325,7 +329,7 @@ def _pivoted(equations: tuple[Equation, ...], unknowns: Index, motion: Motion, f
 
 
 def _pivoted_relative(
-    equations: tuple[Equation, ...], columns: Index, motion: Motion, first_own: int, base: csr_matrix
+    equations: tuple[ConstraintEquation, ...], columns: Index, motion: Motion, first_own: int, base: csr_matrix
 ) -> Group:
     """Choose, one after the other, the relative unknown of which most is left at its worst angle.
 

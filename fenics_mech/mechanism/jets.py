@@ -40,7 +40,7 @@ def product(a: Jets, b: Jets) -> Jets:
     return [a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2 * a[1] @ b[1] + a[0] @ b[2]]
 
 
-def rotation(angle: Array, omega: Array, alpha: Array, orders: int) -> Jets:
+def rotation_matrices(angle: Array, omega: Array, alpha: Array, orders: int) -> Jets:
     """Rotation matrices (7.3) and their derivatives (7.4), (7.5), ``(angles, 2, 2)`` each.
 
     Parameters

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech._sparse import Pairs, Stack
+from fenics_mech._sparse import ProductPairs, Stack
 from fenics_mech.effects.terms import Law
 from fenics_mech.mechanism.transformation import Transformation
 
@@ -148,7 +148,7 @@ class NonlinearModalForces:
         return forces, tension, forces.forces(bending) + self._on_coordinates(tension[..., None] * gradient)
 
     @cached_property
-    def _carrying(self) -> tuple[Index, Index, Index, Pairs]:
+    def _carrying(self) -> tuple[Index, Index, Index, ProductPairs]:
         """Forces on elements and nonzeros of P that meet, the place of their product, and the places that N meets."""
         rows, columns, size = self.transformation.rows, self.transformation.columns, self.linear.outward.shape[2]
         force, nonzero = np.nonzero(self.law.dofs.ravel()[:, None] == rows)
@@ -156,7 +156,7 @@ class NonlinearModalForces:
         places, place = np.unique(element * size + columns[nonzero], return_inverse=True)
         mode = np.arange(self.axial.shape[1])[:, None]
         met = mode * len(self.law.dofs) + places // size, np.arange(len(places)), mode * size + places % size
-        return force, nonzero, place, Pairs.of(*(part.ravel() for part in np.broadcast_arrays(*met)))
+        return force, nonzero, place, ProductPairs.of(*(part.ravel() for part in np.broadcast_arrays(*met)))
 
     def _by_mode(self, *parts: tuple[Array, Array]) -> Array:
         """Sum N times forces on the elements that P or P' carries to the coordinates, ``(angles, modes, coordinates)``.

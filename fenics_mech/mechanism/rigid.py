@@ -16,7 +16,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import Entries
-from fenics_mech.kinematics.freedom import separated
+from fenics_mech.kinematics.freedom import row_reduced
 from fenics_mech.mechanism.system import System
 
 
@@ -121,7 +121,7 @@ class RigidModes:
         unheld = _not_held(candidates, holding, links)
         found = unheld @ candidates
         shapes = np.linalg.solve(np.linalg.cholesky(found @ (mass @ found.T)), found) if len(unheld) else found
-        freedoms = separated(unheld, np.zeros(len(free), dtype=bool))
+        freedoms = row_reduced(unheld, np.zeros(len(free), dtype=bool))
         motions = np.concatenate([_without(candidates, unheld), found])
         separate = Separate.of(motions, mass, links, added)
         return cls(shapes, freedoms, freedoms @ candidates, mass, (links + added).tocsr(), separate)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.validity import bow, euler_ratio, rotation
+from fenics_mech.accuracy.validity import bow, euler_ratio, largest_rotation
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.dampers import damper_forces
 from fenics_mech.effects.springs import spring_forces
@@ -136,7 +136,7 @@ def _of_members(scene: Scene, members: MemberState, elastic: MemberState) -> Var
         "deflection": ((*along, "component"), members.deflection),
         "euler_ratio": (("member",), euler_ratio(scene, members)),
         "bow": (("member",), bow(scene, members)),
-        "rotation": (("member",), rotation(members)),
+        "rotation": (("member",), largest_rotation(members)),
     }
 
 

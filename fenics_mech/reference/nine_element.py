@@ -140,7 +140,7 @@ class LinkMotion:
 
 
 @dataclass(frozen=True)
-class Transformation:
+class LinkTransformation:
     """``u_link = P q`` of one link and its derivatives in time (4.41)-(4.43).
 
     Parameters
@@ -283,7 +283,7 @@ class NineElementModel:
             links.append((constant, joints))
         return links
 
-    def transformations(self, theta: ArrayLike) -> list[Transformation]:
+    def transformations(self, theta: ArrayLike) -> list[LinkTransformation]:
         """P, P' and P'' of crank, coupler and follower at crank angles `theta` (rad), (4.40)-(4.43)."""
         answer = []
         for (constant, joints), motion in zip(self._links, self.motion(theta), strict=True):
@@ -297,7 +297,7 @@ class NineElementModel:
                 value[:, u : u + 2, x : x + 2] = turn
                 rate[:, u : u + 2, x : x + 2] = omega * slope  # (7.4)
                 second[:, u : u + 2, x : x + 2] = alpha * slope - omega**2 * turn  # (7.5)
-            answer.append(Transformation(value, rate, second))
+            answer.append(LinkTransformation(value, rate, second))
         return answer
 
     def mass_stiffness(self, theta: ArrayLike) -> tuple[Array, Array]:

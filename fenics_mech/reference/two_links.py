@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .nine_element import Coupling, LinkMotion, Transformation, as_angles
+from .nine_element import Coupling, LinkMotion, LinkTransformation, as_angles
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -164,7 +164,7 @@ class TwoLinkModel(ABC):
             matrices.append((whole[0], whole[1], whole[2]))
         return matrices
 
-    def transformations(self, theta: ArrayLike) -> list[Transformation]:
+    def transformations(self, theta: ArrayLike) -> list[LinkTransformation]:
         """P, P' and P'' of both links, (4.40)-(4.43)."""
         names, rows, endings = self.layout()
         answer = []
@@ -182,7 +182,7 @@ class TwoLinkModel(ABC):
                     for column, direction in zip(ending.columns, ending.directions.T, strict=True):
                         turned = jet * complex(*direction)
                         part[:, ending.row, column], part[:, ending.row + 1, column] = turned.real, turned.imag
-            answer.append(Transformation(*parts))
+            answer.append(LinkTransformation(*parts))
         return answer
 
     def mass_stiffness(self, theta: ArrayLike) -> tuple[Array, Array]:

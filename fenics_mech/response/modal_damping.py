@@ -124,7 +124,7 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
     return system.once("modal damping", lambda: _of_slowest(ratio, mass, stiffness, modes), key)
 
 
-def between_positions(damping: Array, unit: Array, places: Array) -> Array | None:
+def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | None:
     """Interpolate the factor F of modes' damping between equal steps of a closed cycle; None where it is not smooth.
 
     F is known but for a rotation of its rows. Each position's is turned to be like that of the one before it, as in the

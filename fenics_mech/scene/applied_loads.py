@@ -17,7 +17,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
+from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
 SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
@@ -221,11 +221,11 @@ def _equally(factor: Factor, count: int) -> Array:
 
 
 @lru_cache(maxsize=8)
-def _over_a_cycle(factor: Factor) -> Cycle:
+def _over_a_cycle(factor: Factor) -> SampledFunction:
     """Values of a factor over a cycle, which several checks look at."""
     if isinstance(factor, FactorHarmonics):
-        return Cycle.equally(factor.equally(SAMPLES))
-    return Cycle.between(np.union1d(np.linspace(0, CYCLE, PIECES + 1), factor_pieces(factor)), factor.at)
+        return SampledFunction.equally(factor.equally(SAMPLES))
+    return SampledFunction.between(np.union1d(np.linspace(0, CYCLE, PIECES + 1), factor_pieces(factor)), factor.at)
 
 
 def factor_pieces(factor: Factor) -> Array:

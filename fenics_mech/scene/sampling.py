@@ -36,7 +36,7 @@ LIMITS = SamplingLimits()
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class SampledFunction:
     """A function of the drive angle at the points of a quadrature over a cycle.
 
     Parameters
@@ -61,13 +61,13 @@ class Cycle:
         return self.mean((self.values - self.mean(self.values)) ** 2)
 
     @classmethod
-    def equally(cls, values: Array) -> Cycle:
+    def equally(cls, values: Array) -> SampledFunction:
         """Take values at equal steps of a cycle from 0 on."""
         step = CYCLE / len(values)
         return cls(step * np.arange(len(values)), np.full(len(values), step), values)
 
     @classmethod
-    def between(cls, edges: Array, function: Callable[[Array], Array]) -> Cycle:
+    def between(cls, edges: Array, function: Callable[[Array], Array]) -> SampledFunction:
         """Take Gauss points of the pieces between ascending angles from 0 to 2 pi.
 
         Six points integrate the square of a polynomial of degree 5 exactly.
@@ -88,7 +88,7 @@ def gauss_points(edges: Array) -> tuple[Array, Array]:
     return (edges[:-1, None] + width * POINTS).ravel(), (width * WEIGHTS).ravel()
 
 
-def enough_angles(values_at: Callable[[int], Array], whole: Cycle, least: int, jumps: bool = False) -> int:
+def enough_angles(values_at: Callable[[int], Array], whole: SampledFunction, least: int, jumps: bool = False) -> int:
     """Number of equal parts of a cycle, at least so many, at whose ends a function shows what it does inside them.
 
     They show it where they, and those in the middle between them, have its variance: a pulse is between neither. What

@@ -24,7 +24,15 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, converged_quasi_static, strains
-from fenics_mech.studies.cost_grid import QUASI_STATIC, SETTINGS, TRUNCATED, Trial, equations_of, grid, reference_meshes
+from fenics_mech.studies.cost_grid import (
+    QUASI_STATIC,
+    SETTINGS,
+    TRUNCATED,
+    GridRun,
+    equations_of,
+    grid,
+    reference_meshes,
+)
 from fenics_mech.studies.run_table import RunTable, labelled
 from fenics_mech.studies.timing import bare_seconds, machine, timed
 
@@ -53,7 +61,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Line:
+class RunOutcome:
     """What one run of the grid gave.
 
     Parameters
@@ -116,20 +124,20 @@ def measure_costs(scene: Scene, *, quick: bool = False, progress: Progress = lam
     """
     imports = time.process_time()
     equations = equations_of(scene)
-    trials, meshes = grid(equations, quick), reference_meshes(scene, quick)
-    compiling = _compiling(trials)
+    runs, meshes = grid(equations, quick), reference_meshes(scene, quick)
+    compiling = _compiling(runs)
     references = _references(equations, meshes, quick, progress)
     known = {name: found for name, found in references.items() if isinstance(found, Converged)}
     whole = list(equations)[-1]
     if whole not in known:
         raise SolverError(f"there is no converged solution to measure errors by: {references[whole]}")
-    lines: list[Line] = []
+    outcomes: list[RunOutcome] = []
     slow: set[tuple[str, str]] = set()
-    for number, each in enumerate(trials):
-        progress(f"{number + 1} of {len(trials)}: {each.method}, {each.equation}")
-        line = _run(each, known.get(each.equation), known[whole], (each.method, each.equation) in slow)
-        lines.append(line)
-        if line.numbers.get("seconds", 0.0) > LONGEST:
+    for number, each in enumerate(runs):
+        progress(f"{number + 1} of {len(runs)}: {each.method}, {each.equation}")
+        outcome = _run(each, known.get(each.equation), known[whole], (each.method, each.equation) in slow)
+        outcomes.append(outcome)
+        if outcome.numbers.get("seconds", 0.0) > LONGEST:
             slow.add((each.method, each.equation))
     progress("overhead")
     described = {
@@ -138,7 +146,7 @@ def measure_costs(scene: Scene, *, quick: bool = False, progress: Progress = lam
     }
     attributes: dict[str, Any] = stamp(scene) | machine() | {"import_seconds": imports, "compile_seconds": compiling}
     attributes |= {"references": json.dumps(described), "equation": whole, "meshes": list(meshes)}
-    return Cost(dataset(lines).assign_attrs(attributes | overhead(equations[whole])))
+    return Cost(dataset(outcomes).assign_attrs(attributes | overhead(equations[whole])))
 
 
 def steps_of(scene: Scene, quick: bool = False) -> int:
@@ -155,10 +163,10 @@ def overhead(scene: Scene) -> dict[str, float]:
     return {"analyse_seconds": timing.seconds, "bare_seconds": bare}
 
 
-def _compiling(trials: Sequence[Trial]) -> float:
+def _compiling(runs: Sequence[GridRun]) -> float:
     """Time by which the first run of each equation is longer than the second: it compiles, or reads forms."""
     found = 0.0
-    for scene in {each.equation: each.scene for each in reversed(trials)}.values():
+    for scene in {each.equation: each.scene for each in reversed(runs)}.values():
         times = [time.process_time()]
         for _ in range(2):
             with suppress(MechanismError):  # what fails is reported when it is measured
@@ -185,19 +193,19 @@ def _references(
     return found
 
 
-def _run(trial: Trial, own: Converged | None, whole: Converged, slow: bool) -> Line:
+def _run(run: GridRun, own: Converged | None, whole: Converged, slow: bool) -> RunOutcome:
     """Make one run, whatever it ends with."""
-    identity = (trial.method, trial.equation, trial.settings)
+    identity = (run.method, run.equation, run.settings)
     if slow:
-        return Line(*identity, {}, "not run", f"a coarser run took more than {LONGEST:g} s")
+        return RunOutcome(*identity, {}, "not run", f"a coarser run took more than {LONGEST:g} s")
     try:
-        result, timing = timed(lambda: analyse(trial.scene))
+        result, timing = timed(lambda: analyse(run.scene))
     except MechanismError as error:
-        return Line(*identity, {}, type(error).__name__, str(error))
-    return Line(*identity, timing.numbers | measured(result, own, whole))
+        return RunOutcome(*identity, {}, type(error).__name__, str(error))
+    return RunOutcome(*identity, timing.numbers | errors_of(result, own, whole))
 
 
-def measured(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
+def errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
     """Give the errors of a result, and what the program itself estimates."""
     found = strains(result)
     numbers: dict[str, float] = {}
@@ -216,11 +224,11 @@ def measured(result: Result, own: Converged | None, whole: Converged) -> dict[st
     return numbers
 
 
-def dataset(lines: Sequence[Line]) -> xr.Dataset:
+def dataset(outcomes: Sequence[RunOutcome]) -> xr.Dataset:
     """Label the numbers of some runs."""
     rows = []
-    for line in lines:
+    for outcome in outcomes:
         settings: dict[str, Any] = dict.fromkeys(SETTINGS, np.nan) | dict.fromkeys(TEXT_SETTINGS, "")
-        settings |= {name: 0 if value == "all" else value for name, value in line.settings.items()}
-        rows.append({name: getattr(line, name) for name in TEXTS} | settings | line.numbers)
+        settings |= {name: 0 if value == "all" else value for name, value in outcome.settings.items()}
+        rows.append({name: getattr(outcome, name) for name in TEXTS} | settings | outcome.numbers)
     return labelled(rows, TEXTS | SETTINGS, NUMBERS)

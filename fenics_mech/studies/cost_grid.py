@@ -33,7 +33,7 @@ MOST_ELEMENTS = 28  # of all members together, in a reference: the time grows wi
 
 
 @dataclass(frozen=True)
-class Trial:
+class GridRun:
     """One run of the grid.
 
     Parameters
@@ -99,7 +99,7 @@ def reference_meshes(scene: Scene, quick: bool = False) -> tuple[int, int, int]:
     return next((mesh for mesh in MESHES if mesh[0] * members <= MOST_ELEMENTS), MESHES[-1])
 
 
-def grid(equations: dict[str, Scene], quick: bool = False) -> list[Trial]:
+def grid(equations: dict[str, Scene], quick: bool = False) -> list[GridRun]:
     """Give all runs, each method from coarse to fine.
 
     Parameters
@@ -109,30 +109,30 @@ def grid(equations: dict[str, Scene], quick: bool = False) -> list[Trial]:
     quick
         Few and coarse ones.
     """
-    trials = list(_quasi_static(equations[TRUNCATED], quick))
-    trials += _sub_intervals(equations[TRUNCATED], quick)
+    runs = list(_quasi_static(equations[TRUNCATED], quick))
+    runs += _sub_intervals(equations[TRUNCATED], quick)
     for name, scene in equations.items():
         if name != TRUNCATED or len(equations) == 1:
-            trials += _whole_equation(name, scene, quick)
-    return trials
+            runs += _whole_equation(name, scene, quick)
+    return runs
 
 
-def trial(method: str, equation: str, scene: Scene, /, **settings: Any) -> Trial:
+def grid_run(method: str, equation: str, scene: Scene, /, **settings: Any) -> GridRun:
     """Make a run from its settings; other keywords are of the analysis, and not of the table."""
     named = {name: settings[name] for name in settings if name in SETTINGS}
     analysis = {f"analysis__{name}": value for name, value in settings.items() if name != "elements"}
-    return Trial(method, equation, meshed(scene.changed(**analysis), settings["elements"]), named)
+    return GridRun(method, equation, meshed(scene.changed(**analysis), settings["elements"]), named)
 
 
-def _quasi_static(scene: Scene, quick: bool) -> Iterator[Trial]:
+def _quasi_static(scene: Scene, quick: bool) -> Iterator[GridRun]:
     for count in (24,) if quick else (60, 240):
         for elements in (1, 3):
-            yield trial(
+            yield grid_run(
                 QUASI_STATIC, QUASI_STATIC, scene, method="quasi-static", elements=elements, sub_intervals=count
             )
 
 
-def _sub_intervals(scene: Scene, quick: bool) -> Iterator[Trial]:
+def _sub_intervals(scene: Scene, quick: bool) -> Iterator[GridRun]:
     """Chapter 5: joins, modes and sub-intervals, and two meshes."""
     settings: list[tuple[str, tuple[int | str, ...], tuple[int, ...], tuple[int, ...]]] = [
         ("physical", (3, 5, 8), (60, 120, 240, 480), (3,)),
@@ -146,13 +146,13 @@ def _sub_intervals(scene: Scene, quick: bool) -> Iterator[Trial]:
         for elements in meshes:
             for kept in modes:
                 for count in counts:
-                    yield trial(
+                    yield grid_run(
                         f"sub-intervals, {join}", TRUNCATED, scene, solver="sub-intervals", elements=elements,
                         sub_intervals=count, modes=kept, join=join,
                     )  # fmt: skip
 
 
-def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
+def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
     """Collocation with its schemes and stages, with members reduced, and harmonic balance."""
     steps: dict[int, tuple[tuple[int, int], ...]] = {
         1: ((720, 3),),
@@ -165,19 +165,19 @@ def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[Trial]:
     for scheme in ("radau", "gauss"):
         for stages, settings in steps.items():
             for count, elements in settings:
-                yield trial(
+                yield grid_run(
                     f"collocation, {scheme}", name, scene, solver="collocation", scheme=scheme, elements=elements,
                     sub_intervals=count, stages=stages,
                 )  # fmt: skip
     yield from _reduced(name, scene, quick)
     for harmonics, elements in series:
         count = 60 * (4 * harmonics // 60 + 1)  # more than four times as many are needed
-        yield trial("harmonic balance", name, scene, solver="harmonic-balance", elements=elements,
+        yield grid_run("harmonic balance", name, scene, solver="harmonic-balance", elements=elements,
                     sub_intervals=count, harmonics=harmonics)  # fmt: skip
 
 
-def _reduced(equation: str, scene: Scene, quick: bool) -> Iterator[Trial]:
+def _reduced(equation: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
     """Collocation with reduced members."""
     for count, stages, elements, cutoff in REDUCED[:1] if quick else REDUCED:
-        yield trial("collocation, reduced", equation, scene, solver="collocation", sub_intervals=count,
+        yield grid_run("collocation, reduced", equation, scene, solver="collocation", sub_intervals=count,
                     elements=elements, reduction="craig-bampton", cutoff=cutoff, stages=stages)  # fmt: skip

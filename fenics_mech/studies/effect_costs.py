@@ -88,12 +88,12 @@ def added_one_by_one(scene: Scene) -> list[Run]:
     for name in ADDED:
         acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "large-rotations")), name)
         scenes[name] = scene.changed(effects=acting)
-    runs = {name: run(changed) for name, changed in scenes.items()}
+    runs = {name: counted_run(changed) for name, changed in scenes.items()}
     last = runs[ADDED[-1]][0]
-    return [Run(name, result, count, difference(result, last)) for name, (result, count) in runs.items()]
+    return [Run(name, result, count, largest_difference(result, last)) for name, (result, count) in runs.items()]
 
 
-def run(scene: Scene) -> tuple[Result, Count]:
+def counted_run(scene: Scene) -> tuple[Result, Count]:
     """Analyse a scene twice, and count what the second run makes (the first one fills the caches)."""
     analyse(scene)
     with counted() as count:
@@ -101,7 +101,7 @@ def run(scene: Scene) -> tuple[Result, Count]:
     return result, count
 
 
-def difference(result: Result, other: Result) -> float:
+def largest_difference(result: Result, other: Result) -> float:
     """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same."""
     mine, theirs = (r.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy() for r in (result, other))
     largest = np.abs(theirs).max(axis=(0, 2, 3))
@@ -122,7 +122,7 @@ def counted() -> Iterator[Count]:
 
     before = _matrices_created()
     with (
-        mock.patch.object(_fenicsx, "assemble", counting(_fenicsx.assemble)),
+        mock.patch.object(_fenicsx, "assemble_matrix", counting(_fenicsx.assemble_matrix)),
         mock.patch.object(_fenicsx, "assemble_vector", counting(_fenicsx.assemble_vector)),
     ):
         start = time.perf_counter()

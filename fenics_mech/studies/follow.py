@@ -23,7 +23,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Saved, stored_scene
 from fenics_mech.response.continuation.arc_length import Point, continued
-from fenics_mech.response.continuation.branch import check, family_of, first_motion, solution_at
+from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
@@ -184,7 +184,7 @@ def follow(
     if not (1 <= points < math.inf and most_points >= 2):
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
-    check(scene)
+    refuse_unfollowable(scene)
     refuse_too_stiff(scene)
     common = CommonParts()
     first, choices = choose(build(placed(scene_data(scene), {path: range_si[0]})), common)

@@ -174,7 +174,7 @@ def run_sweep(
         raise SceneError(message, place=", ".join(axis.path for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
-    run = _Run(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
+    run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
     run.at_root(run.claim_folder)
     values = [axis.values for axis in axes]
     run.compute(values)
@@ -214,7 +214,7 @@ def unresolved(places: Array, peaks: Array) -> list[float]:
 
 
 @dataclass(frozen=True)
-class _Run:
+class _SweepRun:
     """A sweep being made by the processes of a communicator, or by several of this machine."""
 
     scene: Record
@@ -336,7 +336,7 @@ def refuse_other(before: Record, plan: Record, folder: Path) -> None:
         swept = ", ".join(before["values"])
         raise SceneError(f"the folder {folder} holds a sweep over {swept}", place="sweep", hint=hint)
     for part in ("scene", "gauge"):
-        if where := difference(before[part], plan[part]):
+        if where := first_difference(before[part], plan[part]):
             raise SceneError(f"the folder {folder} holds a sweep of another {part}", place=where, hint=hint)
     for path, values in before["values"].items():
         if not set(values) <= set(plan["values"][path]):
@@ -346,7 +346,7 @@ def refuse_other(before: Record, plan: Record, folder: Path) -> None:
             raise SceneError(f"the folder {folder} holds a sweep {range_before}", place=path, hint=hint)
 
 
-def difference(one: Any, other: Any, place: str = "") -> str:
+def first_difference(one: Any, other: Any, place: str = "") -> str:
     """Give the dotted place of the first difference of two trees of plain data, or an empty text."""
     if isinstance(one, dict) and isinstance(other, dict):
         pairs = {key: (one.get(key), other.get(key)) for key in sorted(one.keys() | other.keys())}
@@ -354,5 +354,5 @@ def difference(one: Any, other: Any, place: str = "") -> str:
         pairs = {str(index): pair for index, pair in enumerate(zip(one, other))}
     else:
         return "" if one == other else place or "scene"
-    found = (difference(*pair, f"{place}.{key}".lstrip(".")) for key, pair in pairs.items())
+    found = (first_difference(*pair, f"{place}.{key}".lstrip(".")) for key, pair in pairs.items())
     return next((where for where in found if where), "")

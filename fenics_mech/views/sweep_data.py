@@ -23,7 +23,7 @@ def edges(x: Array) -> Array:
     return np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
 
 
-def unit_of(data: xr.Dataset, path: str) -> str:
+def written_unit(data: xr.Dataset, path: str) -> str:
     """Give the unit in which the range of a swept field was written; nothing where it has none."""
     unit = str(data[path].attrs["written_units"])
     return "" if unit == "1" else unit
@@ -31,7 +31,7 @@ def unit_of(data: xr.Dataset, path: str) -> str:
 
 def named(data: xr.Dataset, path: str) -> str:
     """Name a swept field with its unit, if it has one, as a heading."""
-    unit = unit_of(data, path)
+    unit = written_unit(data, path)
     return f"{path} ({unit})" if unit else path
 
 
@@ -39,7 +39,7 @@ def range_of(data: xr.Dataset, path: str, first: int, last: int) -> str:
     """Say from which of its values to which a swept field goes, with the unit."""
     values = written(data, path)
     text = number(values[first]) if first == last else f"{number(values[first])} to {number(values[last])}"
-    return f"{text} {unit_of(data, path)}".strip()
+    return f"{text} {written_unit(data, path)}".strip()
 
 
 def beyond_theory(data: xr.Dataset) -> xr.DataArray:

@@ -25,8 +25,18 @@ if TYPE_CHECKING:
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
-def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
-    """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of."""
+def effects_table(choices: Sequence[Choice], tolerance: float, left_to_run: str = "") -> Group:
+    """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of.
+
+    Parameters
+    ----------
+    choices
+        What was decided about every effect.
+    tolerance
+        Share of the strains that the scene may neglect; effects above half of it are selected.
+    left_to_run
+        Name of the effect that the run decides by its answer, if there is one.
+    """
     below = (
         "Influences are shares of the strains, estimated from above: near a resonance they may be ten times those that "
         "--compare measures."
@@ -48,7 +58,7 @@ def effects_table(choices: Sequence[Choice], tolerance: float) -> Group:
         if choice.missing:
             acts = Text("lacks data", style="bold red")
             lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.missing}", style="bold red"))
-        if choice.effect.nonlinear and not choice.acts and (choice.size or 0.0) > tolerance / 2:
+        if choice.effect.name == left_to_run:
             acts = Text("the run decides")
         if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
             acts = Text(f"included in {holder}")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
@@ -183,6 +184,17 @@ def test_effects_of_a_tolerance(call):
     code, _, err = call("effects", DEMO, "--tol", "tight")
     assert code == 1
     assert "tolerance: cannot read 'tight'" in err
+
+
+def test_effects_says_what_it_leaves_to_the_run(call):
+    code, out, _ = call("effects", DEMOS / "manipulator.toml")
+    assert code == 0
+    assert re.search(r"large-rotations .* the run decides", out)
+    assert "A run takes large-rotations too if its answer shows that linear strains leave out too much." in out
+    assert "a run takes the effects that the scene states" in out
+    _, out, _ = call("effects", DEMO)  # where the survey alone is certain, and the scene states "auto"
+    assert "run takes" not in out
+    assert "the run decides" not in out
 
 
 @pytest.mark.parametrize("words", ["", "Unable to allocate 313. MiB"])

@@ -16,20 +16,20 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.peers.beam_linkage import beam_linkage
-from fenics_mech.studies.peers.exudyn_cycle import Cycle, Integration, import_exudyn, steady_cycle
+from fenics_mech.studies.peers.exudyn_cycle import BeamStates, Integration, import_exudyn, steady_cycle
 
 SEED_RETARDATION = 1.339e-4  # s: a damping ratio of 0.02 at 298.8 rad/s, the seed's coupler on two pins
 MEMBERS = {"coupler": 1, "follower": 2}  # and their numbers among the members
 ANGLES, CYCLES = 360, 16
 
 
-def refined(coarse: Cycle, fine: Cycle) -> Cycle:
+def refined(coarse: BeamStates, fine: BeamStates) -> BeamStates:
     """Extrapolate to a vanishing step from curves of which the second has half the step of the first (Richardson)."""
     names = ("axial", "bending", "place")
     return replace(fine, **{name: (4 * getattr(fine, name) - getattr(coarse, name)) / 3 for name in names})
 
 
-def between(one: Cycle, other: Cycle) -> Array:
+def between(one: BeamStates, other: BeamStates) -> Array:
     """Largest differences of fibre strains of two cycles, over the other's largest strain, ``(beams,)``."""
     return np.abs(one.strain - other.strain).max(axis=(0, 2)) / np.abs(other.strain).max(axis=(0, 2))
 
@@ -39,7 +39,7 @@ def exact_seed() -> Scene:
     return seed_four_bar(damping={"material": SEED_RETARDATION})
 
 
-def converged_seed(elements: int = 32, steps: int = 5760) -> tuple[Cycle, list[str]]:
+def converged_seed(elements: int = 32, steps: int = 5760) -> tuple[BeamStates, list[str]]:
     """Curves of the seed four-bar, extrapolated to a vanishing time step, and what their accuracy was measured to be.
 
     Returns
@@ -49,7 +49,7 @@ def converged_seed(elements: int = 32, steps: int = 5760) -> tuple[Cycle, list[s
     """
     linkage = beam_linkage(exact_seed())
 
-    def run(elements: int, steps: int) -> Cycle:
+    def run(elements: int, steps: int) -> BeamStates:
         return steady_cycle(linkage, Integration(elements, (steps,) * CYCLES, 1e-6), ANGLES)
 
     runs = [run(elements, steps // n) for n in (4, 2, 1)]
@@ -74,7 +74,7 @@ def converged_seed(elements: int = 32, steps: int = 5760) -> tuple[Cycle, list[s
     return found, [*lines, f"  the end of a cycle from its start: {found.periodicity:.1e} at most"]
 
 
-def write_curves(path: Path, curves: Cycle, comment: list[str]) -> None:
+def write_curves(path: Path, curves: BeamStates, comment: list[str]) -> None:
     """Write curves of coupler and follower as CSV, angles in degrees, below a comment."""
     columns = {"theta_deg": 360 * np.arange(len(curves.axial)) / len(curves.axial)}
     for name, i in MEMBERS.items():

@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.effects import Situation
-from fenics_mech.effects.air_drag import Flow
+from fenics_mech.effects.air_drag import AirFlow
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism
@@ -137,7 +137,7 @@ def test_drag_changes_its_side_inside_an_element():
     # int |V| V dxi = (|b|^3 - |a|^3) / (3 (b - a)) of V linear from a to b
     scene = four_bar(mesh={"elements": 1})
     system = mechanism(scene, lambda step: None)
-    flow = Flow.of(Situation(scene, system.beams, system.motion))
+    flow = AirFlow.of(Situation(scene, system.beams, system.motion))
     a, b = np.moveaxis(flow.speed, -1, 0)
     assert (a * b < -1e-3).any()
     force = DRAG * system.beams.mesh.cell_length * (np.abs(b) ** 3 - np.abs(a) ** 3) / (3 * (b - a))

@@ -9,7 +9,7 @@ from rich.console import Console
 from fenics_mech import analyse, load
 from fenics_mech.effects import EFFECTS
 from fenics_mech.planning.effect_choice import choose, decided, examine
-from fenics_mech.studies.effect_costs import difference
+from fenics_mech.studies.effect_costs import largest_difference
 from fenics_mech.views.tables import effects_table
 from tests.common import response_of, with_all_effects
 
@@ -52,7 +52,7 @@ def scenes():
 @pytest.mark.parametrize(("name", "scene"), list(scenes()), ids=lambda value: value if isinstance(value, str) else "")
 def test_what_is_left_out_is_below_the_tolerance(name, scene):
     chosen, whole = analyse(scene.changed(effects="auto")), response_of(with_all_effects(scene))
-    assert difference(chosen, whole) < scene.neglected
+    assert largest_difference(chosen, whole) < scene.neglected
 
 
 def test_slow_machines_are_quasi_static_and_fast_ones_are_not(seed):

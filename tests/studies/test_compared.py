@@ -9,7 +9,7 @@ from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.reference import NineElementModel, gauss_legendre_periodic, link_strain
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.cost import Line, dataset
+from fenics_mech.studies.cost import RunOutcome, dataset
 from fenics_mech.studies.peers import compared
 from fenics_mech.studies.peers.by_hand import by_exponentials, by_solve_ivp
 from fenics_mech.studies.peers.compared import compare_peers, entries_of, require_ready, steps_of
@@ -131,13 +131,13 @@ def test_a_quick_comparison_with_exudyn_says_how_long_each_takes(monkeypatch):
 def test_the_fastest_runs_that_are_good_enough_are_compared():
     def line(program, seconds, solver, error):
         numbers = {"seconds": seconds, "solver_seconds": solver, "error_mid_span": error}
-        return Line(program, EXACT, {}, numbers)
+        return RunOutcome(program, EXACT, {}, numbers)
 
     runs = [
         line(EXUDYN, 0.2, 0.1, 0.05),
         line(EXUDYN, 3.0, 2.0, 0.005),
         line("fenics_mech, collocation", 1, 0.5, 0.002),
     ]
-    (said,) = beside_exudyn(dataset([*runs, Line("by hand", "(5.1)", {}, {"error_mid_span": 1e-9})]), {})
+    (said,) = beside_exudyn(dataset([*runs, RunOutcome("by hand", "(5.1)", {}, {"error_mid_span": 1e-9})]), {})
     assert "Exudyn takes 3000 ms, 3 times as long" in said
     assert "integration takes 4 times as long" in said

@@ -14,7 +14,7 @@ from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies import cost as study
 from fenics_mech.studies import timing
 from fenics_mech.studies.converged import Converged, Difference, at_common_angles, difference, extrapolated
-from fenics_mech.studies.cost import Cost, Line, dataset, measure_costs, steps_of
+from fenics_mech.studies.cost import Cost, RunOutcome, dataset, measure_costs, steps_of
 from fenics_mech.studies.cost_grid import equations_of, grid, meshed, reference_meshes
 from fenics_mech.studies.timing import bare_seconds, timed
 from fenics_mech.views.cost_plots import advice, cost_figure, cost_summary, front, front_table, write_cost
@@ -216,9 +216,9 @@ def test_front_has_what_nothing_is_faster_and_better_than():
 
 def test_advice_names_the_fastest_run_of_each_level():
     lines = [
-        Line("a", "e", {"elements": 2}, {"seconds": 1.0, "error_all": 0.05}),
-        Line("b", "e", {"elements": 3}, {"seconds": 0.04, "error_all": 0.008}),
-        Line("a", "e", {"elements": 4}, {"seconds": 2.0, "error_all": 0.002}),
+        RunOutcome("a", "e", {"elements": 2}, {"seconds": 1.0, "error_all": 0.05}),
+        RunOutcome("b", "e", {"elements": 3}, {"seconds": 0.04, "error_all": 0.008}),
+        RunOutcome("a", "e", {"elements": 4}, {"seconds": 2.0, "error_all": 0.002}),
     ]
     assert advice(dataset(lines), "error_all") == [
         "Error of 10 %: 40 ms with b, e, 3 elements",
@@ -230,9 +230,9 @@ def test_advice_names_the_fastest_run_of_each_level():
 def test_no_error_counts_as_less_than_the_converged_answer_is_known():
     """Beyond it the fastest run is the best, and what it says of itself is a bound."""
     lines = [
-        Line("a", "e", {}, {"seconds": 1.0, "error_all": 0.002}),
-        Line("b", "e", {}, {"seconds": 2.0, "error_all": 0.0001}),
-        Line("c", "e", {}, {"seconds": 3.0, "error_all": 0.00001}),
+        RunOutcome("a", "e", {}, {"seconds": 1.0, "error_all": 0.002}),
+        RunOutcome("b", "e", {}, {"seconds": 2.0, "error_all": 0.0001}),
+        RunOutcome("c", "e", {}, {"seconds": 3.0, "error_all": 0.00001}),
     ]
     assert advice(dataset(lines), "error_all", 0.0015)[-1] == (
         "Error of 0.1 %: not reached; the best is < 0.15 % in 2000 ms with b, e"

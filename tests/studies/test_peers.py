@@ -13,7 +13,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar, slider_crank
 from fenics_mech.studies.peers.beam_linkage import beam_linkage, with_material_damping
-from fenics_mech.studies.peers.exudyn_cycle import Cycle, Integration, steady_cycle
+from fenics_mech.studies.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
 from tests.common import DEMOS
 from tests.data.seed_exact import SEED_RETARDATION, exact_seed, refined, write_curves
 
@@ -198,7 +198,7 @@ def cycle(axial, bending):
     """A cycle of these strains, with the axial ones as deflections of beams of unit length."""
     along = np.broadcast_to([0, 0.5, 1], (*axial.shape, 3))
     place = np.stack([along, axial[..., None] * np.array([0, 1, 0])], axis=-1)
-    return Cycle(axial, bending, place, 0.0, 0.0)
+    return BeamStates(axial, bending, place, 0.0, 0.0)
 
 
 def test_curves_are_written_and_read_back(tmp_path):

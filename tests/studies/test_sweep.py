@@ -13,7 +13,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
 from fenics_mech.recovery.peaks import between_positions, doubt
 from fenics_mech.studies import sweep_points
-from fenics_mech.studies.sweep import Sweep, difference, run_sweep, unresolved
+from fenics_mech.studies.sweep import Sweep, first_difference, run_sweep, unresolved
 from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
 from fenics_mech.studies.sweep_points import Gauge, stacked
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
@@ -433,9 +433,9 @@ def test_arrays_of_several_sizes_are_stacked_with_gaps():
 
 
 def test_the_first_difference_of_two_scenes_is_named():
-    assert difference({"a": [1, {"b": 2}]}, {"a": [1, {"b": 3}]}) == "a.1.b"
-    assert difference({"a": 1}, {"a": 1}) == ""
-    assert difference({"a": 1}, {}) == "a"
+    assert first_difference({"a": [1, {"b": 2}]}, {"a": [1, {"b": 3}]}) == "a.1.b"
+    assert first_difference({"a": 1}, {"a": 1}) == ""
+    assert first_difference({"a": 1}, {}) == "a"
 
 
 def test_a_text_is_not_taken_for_several_values(seed):

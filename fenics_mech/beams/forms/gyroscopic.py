@@ -4,7 +4,7 @@ from typing import Any
 
 import ufl
 
-from fenics_mech.beams.forms.rotary import rotation
+from fenics_mech.beams.forms.rotary import section_rotation
 
 
 def gyroscopic(space: Any, line_density: Any) -> Any:
@@ -38,4 +38,4 @@ def offset_gyroscopic(space: Any, moment: Any) -> Any:
         rho A e as UFL coefficient (kg).
     """
     (u, w, *others), (v, z, *virtual) = ufl.TrialFunctions(space), ufl.TestFunctions(space)
-    return moment * (w * rotation(v, z, *virtual) - rotation(u, w, *others) * z) * ufl.dx
+    return moment * (w * section_rotation(v, z, *virtual) - section_rotation(u, w, *others) * z) * ufl.dx

@@ -4,7 +4,7 @@ from typing import Any
 
 import ufl
 
-from fenics_mech.beams.forms.rotary import rotation
+from fenics_mech.beams.forms.rotary import section_rotation
 
 
 def mass(space: Any, line_density: Any) -> Any:
@@ -37,4 +37,4 @@ def offset_mass(space: Any, moment: Any) -> Any:
         rho A e as UFL coefficient (kg).
     """
     (u, *others), (v, *virtual) = ufl.TrialFunctions(space), ufl.TestFunctions(space)
-    return -moment * (u * rotation(v, *virtual) + rotation(u, *others) * v) * ufl.dx
+    return -moment * (u * section_rotation(v, *virtual) + section_rotation(u, *others) * v) * ufl.dx

@@ -17,10 +17,10 @@ def rotary(space: Any, inertia: Any) -> Any:
     inertia
         rho I as UFL coefficient (kg m).
     """
-    phi, psi = (rotation(*functions(space)) for functions in (ufl.TrialFunctions, ufl.TestFunctions))
+    phi, psi = (section_rotation(*functions(space)) for functions in (ufl.TrialFunctions, ufl.TestFunctions))
     return inertia * phi * psi * ufl.dx
 
 
-def rotation(u: Any, w: Any, angle: Any = 0) -> Any:
+def section_rotation(u: Any, w: Any, angle: Any = 0) -> Any:
     """Rotation of the sections: the slope of the axis less the angle of shear."""
     return w.dx(0) - angle

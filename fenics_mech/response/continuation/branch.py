@@ -30,7 +30,7 @@ AtValue = Callable[[float], Scene]
 NEGLIGIBLE = 1e-12  # of a matrix: rounding of a power of the rate that it does not have
 
 
-def check(scene: Scene) -> None:
+def refuse_unfollowable(scene: Scene) -> None:
     """Raise a `SceneError` unless collocation finds the steady state of a scene by its own equation alone."""
     analysis = scene.analysis
     settling, motor = analysis.tension == "settled", any(drive.motor for drive in scene.drives)

@@ -42,7 +42,7 @@ TERMS = 4.0  # of the size of a number, that add up to it in a step
 GROWTH = 1e3  # of a state since the last cut, at which the march is cut
 
 
-class Steps(Protocol):
+class LinearSteps(Protocol):
     """Linear steps of a cycle."""
 
     @property
@@ -73,7 +73,7 @@ class Closing:
         PETSc options with the prefix "periodic_".
     """
 
-    steps: Steps
+    steps: LinearSteps
     options: Mapping[str, Any]
 
     @cached_property

@@ -19,7 +19,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_tension
-from fenics_mech.response.modal_damping import DampedModes, between_positions, damped_modes, modal_damping
+from fenics_mech.response.modal_damping import DampedModes, damped_modes, interpolated_damping, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.harmonic_balance import Series
@@ -107,7 +107,7 @@ class Cycle:
             return None
         unit = np.sqrt(self.start.links_stiffness.diagonal.mean(axis=0))
         key = str(self.scene.damping.ratio), self.damped
-        return there.once("damping between", lambda: between_positions(known, unit, tableau.points), key)
+        return there.once("damping between", lambda: interpolated_damping(known, unit, tableau.points), key)
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none)."""

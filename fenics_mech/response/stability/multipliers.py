@@ -23,7 +23,7 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.krylov import products
 
 Complex = NDArray[np.complex128]
-Pairs = tuple[Complex, Complex]  # eigenvalues, and with each its state at the start of the cycle, (pairs, states)
+Eigenpairs = tuple[Complex, Complex]  # eigenvalues, and with each its state at the start of the cycle, (pairs, states)
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class MultiplierLimits:
 SEARCH = MultiplierLimits()
 
 
-def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Pairs, bool]]:
+def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Eigenpairs, bool]]:
     """Give multipliers, more with each try, and whether they are all.
 
     Parameters
@@ -72,7 +72,7 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
     yield (values, found / unit), True
 
 
-def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> Pairs:
+def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> Eigenpairs:
     """Give the multipliers in the space of the disturbances that Radau points damp least."""
     unit = np.tile(flow.unit, 2)
 
@@ -92,7 +92,7 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
     return values.astype(complex), (space @ parts).T.astype(complex) / unit
 
 
-def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Pairs:
+def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Eigenpairs:
     """Solve for eigenvalues of largest magnitude; the matrix is destroyed."""
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)

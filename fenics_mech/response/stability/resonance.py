@@ -31,7 +31,7 @@ class SingularityLimits:
 SINGULARITY = SingularityLimits()
 
 
-class Cycle(Protocol):
+class CyclicSystem(Protocol):
     """A system that closes a cycle."""
 
     def solve(self, right: Array) -> Array:
@@ -41,7 +41,7 @@ class Cycle(Protocol):
         """Give the size of what adds up to the states at the ends of the steps, from those at their starts."""
 
 
-def magnification(cycle: Cycle, states: Array, unit: Array | float = 1.0) -> float:
+def magnification(cycle: CyclicSystem, states: Array, unit: Array | float = 1.0) -> float:
     """How many times a relative error of each step comes out in the states of a cycle, by estimate.
 
     The load is an error of each number, in proportion to what adds up to it, with signs by chance. Source: Skeel,

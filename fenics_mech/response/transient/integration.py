@@ -111,7 +111,7 @@ def integrate(
     z, z_rate = start.displacement * weight, start.velocity * weight
     record = _Record(schedule, time, z, z_rate)
     impulses = impulses or VelocityJumps(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(z))))
-    run = _Run(coefficients, schedule, options, record.keep, z, np.vstack([z_rate, weight * impulses.jump]))
+    run = _Integrator(coefficients, schedule, options, record.keep, z, np.vstack([z_rate, weight * impulses.jump]))
     for stop in _stops(coefficients, impulses, time, record.times[-1], rounding):
         if stop > time:
             coefficients.look(time, stop)
@@ -151,7 +151,7 @@ def _stops(
         cycle += 1
 
 
-class _Run:
+class _Integrator:
     """TS with one of its types, from stop to stop."""
 
     def __init__(

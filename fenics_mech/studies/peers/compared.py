@@ -23,7 +23,7 @@ from fenics_mech.errors import MechanismError
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, difference, extrapolated
-from fenics_mech.studies.cost import Cost, Line, Progress, dataset
+from fenics_mech.studies.cost import Cost, Progress, RunOutcome, dataset
 from fenics_mech.studies.cost_grid import REDUCED, TRUNCATED, meshed
 from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage, with_material_damping
 from fenics_mech.studies.peers.exudyn_cycle import Integration, import_exudyn, steady_cycle
@@ -85,10 +85,10 @@ def compare_peers(scene: Scene, *, quick: bool = False, progress: Progress = lam
     for ours, equation in _references(entries):
         progress(f"converged solution: {equation}, {OURS if ours else 'peers'}")
         known[ours, equation] = _converged(scene, ours, equation, quick)
-    lines = []
+    outcomes = []
     for number, entry in enumerate(entries):
         progress(f"{number + 1} of {len(entries)}: {entry.program}, {entry.equation}")
-        lines.append(_run(entry, known))
+        outcomes.append(_run(entry, known))
     references = {
         f"{equation}, {OURS if ours else 'peers'}": {"how": found.how, **vars(found.uncertainty)}
         for (ours, equation), found in known.items()
@@ -99,7 +99,7 @@ def compare_peers(scene: Scene, *, quick: bool = False, progress: Progress = lam
         if ours
     }
     attributes = stamp(scene) | machine() | {"references": json.dumps(references), "between": json.dumps(between)}
-    return Cost(dataset(lines).assign_attrs(attributes | {"equation": "the other program's"}))
+    return Cost(dataset(outcomes).assign_attrs(attributes | {"equation": "the other program's"}))
 
 
 def require_ready(scene: Scene, quick: bool = False) -> None:
@@ -147,13 +147,13 @@ def _references(entries: Sequence[Entry]) -> list[tuple[bool, str]]:
     return sorted({(ours, each.equation) for each in entries for ours in (each.program.startswith(OURS), False)})
 
 
-def _run(entry: Entry, known: dict[tuple[bool, str], Converged]) -> Line:
+def _run(entry: Entry, known: dict[tuple[bool, str], Converged]) -> RunOutcome:
     """Make one run, whatever it ends with."""
     solving: list[float] = []
     try:
         strain, timing = timed(lambda: entry.work(solving.append))
     except (MechanismError, ArithmeticError) as error:
-        return Line(entry.program, entry.equation, entry.settings, {}, type(error).__name__, str(error))
+        return RunOutcome(entry.program, entry.equation, entry.settings, {}, type(error).__name__, str(error))
     numbers = timing.numbers
     if solving:
         numbers["solver_seconds"] = float(np.median(solving[-timing.repeats :]))
@@ -161,7 +161,7 @@ def _run(entry: Entry, known: dict[tuple[bool, str], Converged]) -> Line:
     for name, reference in {"error_mid_span": own, "error_all_mid_span": other}.items():
         if reference is not None:
             numbers[name] = reference.error(strain).mid_span
-    return Line(entry.program, entry.equation, entry.settings, numbers)
+    return RunOutcome(entry.program, entry.equation, entry.settings, numbers)
 
 
 def _converged(scene: Scene, ours: bool, equation: str, quick: bool) -> Converged:

@@ -76,7 +76,7 @@ class Integration:
 
 
 @dataclass(frozen=True)
-class Cycle:
+class BeamStates:
     """State of the beams over one cycle, at equal drive angles from 0.
 
     Parameters
@@ -120,7 +120,7 @@ class Cycle:
         return np.asarray(cross / np.linalg.norm(chord, axis=-1))
 
 
-def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int, *, forces: bool = False) -> Cycle:
+def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int, *, forces: bool = False) -> BeamStates:
     """Integrate a linkage from the motion of its rigid links, and give the last cycle.
 
     Parameters
@@ -160,7 +160,7 @@ def steady_cycle(linkage: BeamLinkage, how: Integration, angles: int, *, forces:
     strain = axial[..., None] + bending
     change = np.abs(strain[-1] - strain[0]).max(axis=-1) / np.abs(strain).max(axis=(0, 2))
     known = model.forces(angles) if forces else (None, None)
-    return Cycle(axial[:-1], bending[:-1], place[:-1], float(change.max()), seconds, *known)
+    return BeamStates(axial[:-1], bending[:-1], place[:-1], float(change.max()), seconds, *known)
 
 
 class _Model:
@@ -185,7 +185,7 @@ class _Model:
         self.system.Assemble()
 
     def forces(self, angles: int) -> tuple[Array, Array]:
-        """Forces of the joints and torque of the drive over the cycle, as in `Cycle`.
+        """Forces of the joints and torque of the drive over the cycle, as in `BeamStates`.
 
         Exudyn's multipliers pull at the first marker of a constraint, and push at its second.
         """
@@ -360,7 +360,7 @@ def _integrate(exu: Any, system: Any, settings: Any) -> None:
 
 
 def _of_beam(system: Any, sensors: dict[str, list[int]], angles: int) -> Iterator[Array]:
-    """Axial strain and curvature at mid-span over a cycle and at its end, ``(angles + 1,)``, and places as in `Cycle`.
+    """Axial strain and curvature at mid-span over a cycle and at its end, ``(angles + 1,)``; places as in `BeamStates`.
 
     In an element that bends, the axial strain ``u' + w'^2 / 2 + ...`` is right in the mean only: take the mean of the
     two middle elements. The curvature is best at the Gauss points (Barlow 1976): take the even polynomial through the
