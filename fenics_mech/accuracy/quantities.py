@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.effects import UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
@@ -21,7 +22,6 @@ STATIONS = 5  # of each member at which quantities are compared
 SMALL_MEMBER = 0.1  # of the mechanism's largest value that a member's own must have to be the measure of its error
 SMALL_EFFORT = 0.01  # of the largest joint force, at the link's size, that an effort must have for the same
 SMALL_FORCE = 0.01  # of the force that bends members as they are bent, that joints must carry for the same
-TINY = float(np.finfo(float).tiny)
 ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative errors (strains have none), its dimension
     "strain": ("strain", "", "member"),
     "deflection": ("deflection", "deflection_", "member"),

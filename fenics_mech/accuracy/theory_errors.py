@@ -17,7 +17,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES, TINY, Quantities, stations_of
+from fenics_mech._constants import TINY
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities, stations_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
 from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
@@ -21,7 +22,6 @@ from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
 
-TURN = 2 * np.pi
 STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a torsional spring: measured
 
 

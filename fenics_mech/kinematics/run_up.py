@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import Branch, derivatives, follow, follow_branch
 from fenics_mech.kinematics.conditioning import refuse_singular
@@ -19,7 +20,6 @@ from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
 from fenics_mech.scene import Scene
 
-CYCLE = 2 * np.pi
 BLOCK = 2_000_000  # entries of the loop Jacobians that are held at a time
 SAME = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two positions that are the same
 
@@ -56,7 +56,7 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     loops = Loops.of(scene)
     theta = scene.coordinate(time)
     branch, turns, step = _over_cycle(loops, theta.value)
-    inside = theta.value - CYCLE * turns
+    inside = theta.value - TURN * turns
     size = max(1, BLOCK // (3 * len(loops.links)) ** 2)
     parts = []
     for start in range(0, len(time), size):
@@ -85,13 +85,13 @@ def _over_cycle(loops: Loops, theta: Array) -> tuple[Branch, Array, Array]:
     A linkage whose links come back only after several cycles, or never, is followed all the way.
     """
     none = np.zeros_like(theta), np.zeros(3 * len(loops.links))
-    if np.ptp(np.append(theta, 0.0)) > CYCLE:
-        ends = np.array([0.0, CYCLE])
+    if np.ptp(np.append(theta, 0.0)) > TURN:
+        ends = np.array([0.0, TURN])
         branch = follow_branch(loops, ends)
         first, last = follow(loops, ends, branch)
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
-        whole[:, 2] = CYCLE * np.round(step[:, 2] / CYCLE)
+        whole[:, 2] = TURN * np.round(step[:, 2] / TURN)
         if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < SAME:
-            return branch, np.floor(theta / CYCLE), whole.reshape(-1)
+            return branch, np.floor(theta / TURN), whole.reshape(-1)
     return follow_branch(loops, theta), *none

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
@@ -14,7 +15,6 @@ from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
 
 SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses
-TINY = float(np.finfo(float).tiny)
 
 
 def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:

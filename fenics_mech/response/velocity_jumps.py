@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.impulses import nodal_impulses
 from fenics_mech.kinematics import solve_motion
@@ -18,7 +19,6 @@ from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.transient.course import VelocityJumps
 from fenics_mech.scene import Scene
 
-CYCLE = 2 * math.pi
 SAME = 1e-9  # of a cycle, between times that count as one
 PLACES = 200  # of a cycle, between which a run-up turns in one sense
 
@@ -76,7 +76,7 @@ def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
     sense = math.copysign(1, scene.cycle_rate)
 
     def turns(time: Array) -> Array:
-        return sense * (scene.coordinate(time).value - angle) / CYCLE
+        return sense * (scene.coordinate(time).value - angle) / TURN
 
     done = float(turns(np.array([run_up]))[0])
     first = run_up + period * (math.ceil(done - 1e-12) - done)

@@ -14,10 +14,11 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
+from fenics_mech.scene.sampling import PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
 SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
@@ -89,7 +90,7 @@ class FactorTable(Part):
             raise ValueError(
                 f"{len(self.angles)} angles and {len(self.values)} values: a table needs the same number of both"
             )
-        if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > CYCLE * (1 + 1e-12):
+        if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
             raise ValueError(f"the angles must increase, over at most one cycle, {found}; without a unit they are rad")
         return self
@@ -97,7 +98,7 @@ class FactorTable(Part):
     @property
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps."""
-        points = [*zip(self.angles, self.values), (self.angles[0] + CYCLE, self.values[0])]
+        points = [*zip(self.angles, self.values), (self.angles[0] + TURN, self.values[0])]
         return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAME and value != other)
 
     @property
@@ -107,8 +108,8 @@ class FactorTable(Part):
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
-        turned = self.angles[0] + np.mod(theta - self.angles[0], CYCLE)
-        return np.interp(turned, [*self.angles, self.angles[0] + CYCLE], [*self.values, self.values[0]])
+        turned = self.angles[0] + np.mod(theta - self.angles[0], TURN)
+        return np.interp(turned, [*self.angles, self.angles[0] + TURN], [*self.values, self.values[0]])
 
 
 class FactorExpression(Part):
@@ -137,7 +138,7 @@ class FactorExpression(Part):
     @property
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
-        begin, end = _evaluated(self.formula, np.array([0.0, CYCLE]))
+        begin, end = _evaluated(self.formula, np.array([0.0, TURN]))
         return () if math.isclose(begin, end, rel_tol=SAME, abs_tol=SAME) else (0.0,)
 
     @property
@@ -147,7 +148,7 @@ class FactorExpression(Part):
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
-        return _evaluated(self.formula, np.mod(theta, CYCLE))
+        return _evaluated(self.formula, np.mod(theta, TURN))
 
 
 def _evaluated(formula: str, theta: Array) -> Array:
@@ -179,7 +180,7 @@ class Pulse(Part):
     def _has_room(self) -> Self:
         if self.start == self.end:
             raise ValueError("the pulse starts and ends at the same angle")
-        if self.ramp > min(self.width, CYCLE - self.width) * (1 + 1e-9):
+        if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
             found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
             raise ValueError(
                 f"the ramp is wider than the pulse, or than the pause between two of them, found {found}; angles "
@@ -190,7 +191,7 @@ class Pulse(Part):
     @property
     def width(self) -> float:
         """Part of the cycle in which the pulse acts (rad)."""
-        return (self.end - self.start) % CYCLE or CYCLE
+        return (self.end - self.start) % TURN or TURN
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -204,7 +205,7 @@ class Pulse(Part):
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
-        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, CYCLE) - math.pi
+        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, TURN) - math.pi
         inside = self.width / 2 - np.abs(from_middle)
         if self.ramp == 0:
             return np.where(inside >= 0, 1.0, 0.0)
@@ -225,7 +226,7 @@ def _over_a_cycle(factor: Factor) -> Cycle:
     """Values of a factor over a cycle, which several checks look at."""
     if isinstance(factor, FactorHarmonics):
         return Cycle.equally(factor.equally(SAMPLES))
-    return Cycle.between(np.union1d(np.linspace(0, CYCLE, PIECES + 1), factor_pieces(factor)), factor.at)
+    return Cycle.between(np.union1d(np.linspace(0, TURN, PIECES + 1), factor_pieces(factor)), factor.at)
 
 
 def factor_pieces(factor: Factor) -> Array:
@@ -243,7 +244,7 @@ def factor_pieces(factor: Factor) -> Array:
     """
     if isinstance(factor, FactorExpression):
         return pieces_of(factor.formula)
-    return np.union1d([0.0, CYCLE], np.mod([*factor.corners, *factor.jumps], CYCLE))
+    return np.union1d([0.0, TURN], np.mod([*factor.corners, *factor.jumps], TURN))
 
 
 class Varying(Part):

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fenics_mech._constants import TURN
 from fenics_mech.scene.applied_loads import FactorTable, LineLoad, Pulse
 from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.models import Scene
-from fenics_mech.scene.plausible_limits import LIMITS, TURN
+from fenics_mech.scene.plausible_limits import LIMITS
 from fenics_mech.scene.sections import CustomSection, Rigidity, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.scene.formulas.expression import Formula
 from fenics_mech.scene.formulas.interval import bounds_over
 
-CYCLE = 2 * math.pi
 SAMPLES = 2**17  # of a function in a cycle: one for each 48 microrad
 PIECES = 4096  # equal parts of a cycle that are looked at, at least
 
@@ -53,7 +52,7 @@ class Cycle:
 
     def mean(self, values: Array) -> float:
         """Mean of other values at the points over the cycle."""
-        return float(self.weights @ values) / CYCLE
+        return float(self.weights @ values) / TURN
 
     @property
     def variance(self) -> float:
@@ -63,7 +62,7 @@ class Cycle:
     @classmethod
     def equally(cls, values: Array) -> Cycle:
         """Take values at equal steps of a cycle from 0 on."""
-        step = CYCLE / len(values)
+        step = TURN / len(values)
         return cls(step * np.arange(len(values)), np.full(len(values), step), values)
 
     @classmethod
@@ -129,12 +128,12 @@ def equal_steps(count: int) -> Array:
     numpy.ndarray
         Shape ``(count,)``.
     """
-    return CYCLE / count * np.arange(count)
+    return TURN / count * np.arange(count)
 
 
 def _lines(seen: Array, angles: Array) -> Array:
     """Values at angles (rad) on straight lines between equally spaced ones."""
-    return np.interp(angles * (len(seen) / CYCLE), np.arange(len(seen) + 1), [*seen, seen[0]])
+    return np.interp(angles * (len(seen) / TURN), np.arange(len(seen) + 1), [*seen, seen[0]])
 
 
 @lru_cache(maxsize=32)
@@ -152,7 +151,7 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
     of_second
         Whether its second derivative is looked at instead.
     """
-    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, CYCLE, PIECES + 1)
+    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, TURN, PIECES + 1)
     while len(edges) < SAMPLES:
         low, high = bounds_over(formula, edges[:-1], edges[1:], of_second=of_second)
         width = np.diff(edges)

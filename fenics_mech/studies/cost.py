@@ -16,6 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from fenics_mech._constants import TINY
 from fenics_mech.accuracy.estimate import NUMERICAL
 from fenics_mech.accuracy.quantities import SMALL_MEMBER
 from fenics_mech.analysis import analyse
@@ -48,7 +49,6 @@ TEXTS = {
     "message": "what it said",
 }
 TEXT_SETTINGS = ("join",)
-TINY = float(np.finfo(float).tiny)
 Progress = Callable[[str], None]
 
 

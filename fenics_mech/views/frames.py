@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.views.geometry import at_angles, member_ends
@@ -15,7 +16,6 @@ from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angl
 SHARE = 0.08  # of the linkage's size, for the largest deflection as drawn
 COVERED = 0.98
 ROUND = np.array([1, 2, 2.5, 5, 10])
-MICRO = 1e6
 CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
 
 

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from fenics_mech._arrays import Array
 from fenics_mech._console import text_of
+from fenics_mech._constants import MEGA, MICRO, MILLI
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
@@ -29,7 +30,6 @@ from fenics_mech.scene.models import DEFAULT_NEGLECTED
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.tables import drive_of, number, table_of
 
-MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SOURCES = {  # of errors, in words
     "time": "time steps",
     "harmonics": "harmonics left out",

@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Index
+from fenics_mech._constants import MICRO
 from fenics_mech.recovery.peaks import DOUBTFUL
-from fenics_mech.views.figures import MICRO
 from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
 from fenics_mech.views.tables import number, table_of
 

@@ -19,6 +19,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech._petsc import name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cyclic import BlockCyclic
@@ -35,7 +36,6 @@ TOLERANCE = 1e-13  # of the system, relative to what is added in the steps
 OF_CHANGE = 1e-11  # the same where a small change of a known motion is sought
 LEAST_REDUCTION = 1e-2  # of the residual, however good the guess is
 LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
-TINY = float(np.finfo(float).tiny)
 ROUNDING = 100.0  # times the limit of a residual, as a share of the states: what very fine meshes round by is less
 MOST_DIRECT = 5e7  # numbers of the matrices of a cycle, up to which they are made
 TERMS = 4.0  # of the size of a number, that add up to it in a step
