@@ -11,7 +11,7 @@ from fenics_mech.kinematics.assembly import derivatives, follow
 from fenics_mech.kinematics.linkage import Linkage, Path
 from fenics_mech.kinematics.motion import Motion
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import MOST_SUB_INTERVALS
+from fenics_mech.scene.base import SCENE
 
 LARGEST_BETWEEN = 3.0  # acceleration between the angles of a cycle over that at them
 SHARP = 10.0  # acceleration over velocity, by the drive coordinate (rad), above which a velocity has a corner
@@ -79,7 +79,7 @@ def _missed_corner(path: Path, periodic: bool) -> Corner | None:
     return Corner(loops.links[link], float(theta[place]), peak, enough) if missed else None
 
 
-def positions_for_corners(scene: Scene, linkage: Linkage, count: int, most: int = MOST_SUB_INTERVALS) -> int:
+def positions_for_corners(scene: Scene, linkage: Linkage, count: int, most: int = SCENE.most_sub_intervals) -> int:
     """Give a number of equal steps of a cycle that miss no corner of the motion; see `missed_corner`.
 
     Parameters

@@ -10,7 +10,7 @@ from typing import Any
 from fenics_mech._guard import memory
 from fenics_mech.mechanism.equation import MEMORY_NEED
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import MOST_STATIONS
+from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.meshing import with_elements
 
@@ -90,7 +90,7 @@ class Trial:
 
     def too_large(self, discretisation: Discretisation, periodic: bool, damped: bool) -> str:
         """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none."""
-        if discretisation.stations > MOST_STATIONS:
+        if discretisation.stations > SCENE.most_stations:
             return "stations"
         if discretisation.elements > MESH.most_unreduced:
             return "elements"

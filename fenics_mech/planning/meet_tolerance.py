@@ -22,7 +22,7 @@ from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import MOST_STATIONS
+from fenics_mech.scene.base import SCENE
 
 LARGEST_STEP, MARGIN = 4.0, 1.2  # by which a number grows in a round, and by how much more than it should
 FEWEST_STEPS, FEWEST_STATIONS = 48, 11
@@ -273,7 +273,7 @@ def _fewest_stations(scene: Scene) -> int:
     At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
     """
     hidden = SHARE * min(scene.tolerances.values())
-    return max(FEWEST_STATIONS, min(MOST_STATIONS, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
+    return max(FEWEST_STATIONS, min(SCENE.most_stations, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
 
 def _jumping(scene: Scene) -> bool:

@@ -18,10 +18,9 @@ from fenics_mech._constants import TURN
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.sampling import PIECES, SAMPLES, Cycle, enough_angles, equal_steps, pieces_of
+from fenics_mech.scene.sampling import SAMPLING, Cycle, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
-SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
 Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
@@ -99,7 +98,7 @@ class FactorTable(Part):
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps."""
         points = [*zip(self.angles, self.values), (self.angles[0] + TURN, self.values[0])]
-        return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAME and value != other)
+        return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAMPLING.same and value != other)
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -139,7 +138,7 @@ class FactorExpression(Part):
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
         begin, end = _evaluated(self.formula, np.array([0.0, TURN]))
-        return () if math.isclose(begin, end, rel_tol=SAME, abs_tol=SAME) else (0.0,)
+        return () if math.isclose(begin, end, rel_tol=SAMPLING.same, abs_tol=SAMPLING.same) else (0.0,)
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -225,8 +224,8 @@ def _equally(factor: Factor, count: int) -> Array:
 def _over_a_cycle(factor: Factor) -> Cycle:
     """Values of a factor over a cycle, which several checks look at."""
     if isinstance(factor, FactorHarmonics):
-        return Cycle.equally(factor.equally(SAMPLES))
-    return Cycle.between(np.union1d(np.linspace(0, TURN, PIECES + 1), factor_pieces(factor)), factor.at)
+        return Cycle.equally(factor.equally(SAMPLING.samples))
+    return Cycle.between(np.union1d(np.linspace(0, TURN, SAMPLING.pieces + 1), factor_pieces(factor)), factor.at)
 
 
 def factor_pieces(factor: Factor) -> Array:

@@ -44,4 +44,4 @@ class Plausible:
     longest_spring: float = 10.0  # free length over the size of the linkage
 
 
-LIMITS = Plausible()
+USUAL = Plausible()

@@ -13,10 +13,6 @@ from fenics_mech._constants import TURN
 from fenics_mech.scene.formulas.expression import Formula
 from fenics_mech.scene.formulas.interval import bounds_over
 
-SAMPLES = 2**17  # of a function in a cycle: one for each 48 microrad
-PIECES = 4096  # equal parts of a cycle that are looked at, at least
-
-
 POINTS, WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
 
 
@@ -29,9 +25,12 @@ class SamplingLimits:
     largest_cell: float = 1e-6  # of a formula's integral over the cycle that one of its pieces may hide
     nothing_known: float = 1e-3  # of the largest hidden integral: counts as the whole one where that is not known
     narrowest: float = 1e-14  # rad, of pieces: rounding of angles is 1e-15
+    samples: int = 2**17  # of a function in a cycle: one for each 48 microrad
+    pieces: int = 4096  # equal parts of a cycle that are looked at, at least
+    same: float = 1e-9  # rad between drive angles, or difference of values, that counts as none
 
 
-LIMITS = SamplingLimits()
+SAMPLING = SamplingLimits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +104,8 @@ def enough_angles(values_at: Callable[[int], Array], whole: Cycle, least: int, j
         Whether the function jumps.
     """
     variance, count = whole.variance, least
-    allowed = LIMITS.missed * max(variance, LIMITS.rounding * whole.mean(whole.values**2))
-    while count < SAMPLES:
+    allowed = SAMPLING.missed * max(variance, SAMPLING.rounding * whole.mean(whole.values**2))
+    while count < SAMPLING.samples:
         seen = values_at(2 * count)
         same = np.abs(seen.reshape(count, 2).var(axis=0) - variance) <= allowed
         if np.all(same) and (jumps or whole.mean((whole.values - _lines(seen, whole.angles)) ** 2) <= allowed):
@@ -142,7 +141,7 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
 
     Or its second derivative, where that is asked for. Interval arithmetic gives bounds in every piece. Pieces are
     halved until bounds and width leave open no more than `largest_cell` of the integral, or until there are as many as
-    `SAMPLES`.
+    `SAMPLING.samples`.
 
     Parameters
     ----------
@@ -151,14 +150,15 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
     of_second
         Whether its second derivative is looked at instead.
     """
-    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, TURN, PIECES + 1)
-    while len(edges) < SAMPLES:
+    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, TURN, SAMPLING.pieces + 1)
+    while len(edges) < SAMPLING.samples:
         low, high = bounds_over(formula, edges[:-1], edges[1:], of_second=of_second)
         width = np.diff(edges)
         hidden = (high - low) * width
         least = float(np.abs(np.clip(0.0, low, high)) @ width)  # that the integral of the magnitude is
         largest = float(hidden[np.isfinite(hidden)].max(initial=0.0))
-        wide = (hidden > LIMITS.largest_cell * max(least, LIMITS.nothing_known * largest)) & (width > LIMITS.narrowest)
+        most_hidden = SAMPLING.largest_cell * max(least, SAMPLING.nothing_known * largest)
+        wide = (hidden > most_hidden) & (width > SAMPLING.narrowest)
         if not wide.any():
             break
         edges = np.sort(np.concatenate([edges, (edges[:-1] + edges[1:])[wide] / 2]))

@@ -25,8 +25,8 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
+from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.scene.models import DEFAULT_NEGLECTED
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.tables import drive_of, number, table_of
 
@@ -127,7 +127,7 @@ def _validity(result: Result) -> Text:
             float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
         )
         share = f"{percent(of_strain)} of the strain and {percent(of_deflection)} of the deflection"
-        if of_strain <= DEFAULT_NEGLECTED and of_deflection <= DEFLECTION:
+        if of_strain <= SCENE.neglected and of_deflection <= DEFLECTION:
             return Text(f"Inside the linear theory, which leaves out {share}: {worst}; {bent}.")
         text = f"OUTSIDE THE LINEAR THEORY, which leaves out {share} by estimate: {worst}; {bent}. {ADVICE}"
         return Text(text, style="bold red")

@@ -30,12 +30,12 @@ from fenics_mech.response.transient.course import LONGEST_STEP, Course, Schedule
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import impulses_between, passages
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import FINEST_STEPS
+from fenics_mech.scene.base import SCENE
 
 Joined = TypeVar("Joined", ElasticResponse, Loads)
 MOST_POSITIONS = 100_000  # at which a result is held
 STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
-FINEST = FINEST_STEPS  # error of interpolated matrices
+FINEST = SCENE.finest_steps  # error of interpolated matrices
 INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
 LARGEST_TOLERANCE = 0.02  # beyond it steps are as long as they may be
 SHOWN = math.ceil(STAGES / LONGEST_STEP)  # points of a cycle that show what is not cut at hidden corners
