@@ -15,12 +15,12 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.scene.sections.rigidity import SECTION
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
     from fenics_mech.scene import Scene
 
-PLACES = 64  # in an element, at which its section is looked at
 POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # of integrals from 0 to 1
 
 
@@ -152,7 +152,7 @@ def misfit(scene: Scene, beams: Beams) -> Array:
     rigidity, density = beams.rigidity, beams.inertia.density
     if not (rigidity.varies and density.varies):
         return np.zeros(len(mesh.members))
-    places = (np.arange(PLACES) + 0.5) / PLACES
+    places = (np.arange(SECTION.places) + 0.5) / SECTION.places
     powers = np.stack([rigidity.bending.powers, density.powers])
     fitted = powers @ np.vander(places, powers.shape[-1], increasing=True).T  # EI, rho A: (2, elements, places)
     fitted[0] = 1 / fitted[0]

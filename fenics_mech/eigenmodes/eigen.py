@@ -42,9 +42,10 @@ class EigenLimits:
     most_rounding: float = 0.1  # share of an eigenvalue that is allowed for rounding at most
     zero: float = 1e-6  # of the shift, up to which an eigenvalue counts as 0
     counted: int = 8  # positions at which eigenvalues are counted, at most: each costs a factorisation
+    spare_sines: int = 20  # beside the frequencies wanted, of a member on two pins
 
 
-LIMITS = EigenLimits()
+EIGENVALUES = EigenLimits()
 
 
 def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = None) -> Modes:
@@ -101,14 +102,14 @@ def _misses_one(positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]], s
     By Sylvester's law of inertia as many eigenvalues are below a number as ``K - number M`` has negative pivots. Looked
     at are the first position, and those at which two modes are next to each other.
     """
-    close = (np.diff(squares, axis=1) < LIMITS.equal * squares[:, 1:]).any(axis=1)
-    looked_at = {0, *np.flatnonzero(close)[: LIMITS.counted].tolist()}
+    close = (np.diff(squares, axis=1) < EIGENVALUES.equal * squares[:, 1:]).any(axis=1)
+    looked_at = {0, *np.flatnonzero(close)[: EIGENVALUES.counted].tolist()}
     for k, mass, stiffness in positions:
         if k in looked_at:
             heavy = mass.diagonal() > 0
             fastest = (stiffness.diagonal()[heavy] / mass.diagonal()[heavy]).max(initial=0.0)
-            rounding = LIMITS.rounding * np.finfo(float).eps * fastest / squares[k, -1]
-            bound = squares[k, -1] * (1 - min(max(LIMITS.equal, rounding), LIMITS.most_rounding))
+            rounding = EIGENVALUES.rounding * np.finfo(float).eps * fastest / squares[k, -1]
+            bound = squares[k, -1] * (1 - min(max(EIGENVALUES.equal, rounding), EIGENVALUES.most_rounding))
             shifted = (stiffness - bound * mass).tocsc()
             factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             if (factors.U.diagonal() < 0).sum() > (squares[k] < bound).sum():
@@ -166,7 +167,7 @@ def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mappin
         values, shapes = _solve_position(eps, start, system, 0, count + dense * first)
         if dense and _positive(stiffness + shift * mass):
             _refine_lowest(eps, matrices, values, shapes)
-        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, LIMITS.zero * shift)
+        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, EIGENVALUES.zero * shift)
     return values[len(values) - count :] - shift, (basis @ shapes[len(shapes) - count :].T).T
 
 

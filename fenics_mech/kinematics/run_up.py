@@ -6,7 +6,7 @@ The chain rule gives the time derivatives from those by theta and those of the d
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +20,18 @@ from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
 from fenics_mech.scene import Scene
 
-BLOCK = 2_000_000  # entries of the loop Jacobians that are held at a time
-SAME = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two positions that are the same
+
+@dataclass(frozen=True)
+class RunUpLimits:
+    """Limits of the motion while drives run up, and of the times of events in it."""
+
+    block: int = 2_000_000  # entries of the loop Jacobians that are held at a time
+    same: float = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two positions that are the same
+    same_time: float = 1e-9  # of a cycle, between times that count as one
+    places: int = 200  # of a cycle, between which a run-up turns in one sense
+
+
+RUN_UP = RunUpLimits()
 
 
 def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
@@ -57,7 +67,7 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     theta = scene.coordinate(time)
     branch, turns, step = _over_cycle(loops, theta.value)
     inside = theta.value - TURN * turns
-    size = max(1, BLOCK // (3 * len(loops.links)) ** 2)
+    size = max(1, RUN_UP.block // (3 * len(loops.links)) ** 2)
     parts = []
     for start in range(0, len(time), size):
         angles = inside[start : start + size]
@@ -92,6 +102,6 @@ def _over_cycle(loops: Loops, theta: Array) -> tuple[Branch, Array, Array]:
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
         whole[:, 2] = TURN * np.round(step[:, 2] / TURN)
-        if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < SAME:
+        if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < RUN_UP.same:
             return branch, np.floor(theta / TURN), whole.reshape(-1)
     return follow_branch(loops, theta), *none

@@ -9,9 +9,9 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import pin_loads
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
+from fenics_mech.scene.sections.rigidity import SECTION
 
 ON_THE_WAY = 17  # places of a pin that travels
-FINE = 4001  # places along a member, at least, at which its section is looked at
 
 
 def places_between_stations(scene: Scene, system: System, response: ElasticResponse) -> Array:
@@ -44,7 +44,7 @@ def _weakest(scene: Scene, label: str) -> list[float]:
     if scene.sections[member.section].constant:
         return []
     gaps = scene.analysis.stations - 1
-    steps = -(-FINE // gaps)
+    steps = -(-SECTION.fine // gaps)
     s = np.linspace(0, 1, gaps * steps + 1)
     found = scene.rigidity(label, s)
     places: list[float] = []

@@ -13,7 +13,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.mechanism.matrices import not_positive
-from fenics_mech.mechanism.modal_forces import FEW
+from fenics_mech.mechanism.modal_forces import MATRICES
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.scene import Scene
 from fenics_mech.scene.springs_dampers import HingeSpring
@@ -86,7 +86,7 @@ def _up_to(mass: Stack, stiffness: Stack, enough: float, resolved: float) -> Dam
     fastest = lowest * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
     slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
     count = int(np.sum(slower, axis=1).max())
-    return DampedModes(count, fastest) if count < FEW * mass.size else None
+    return DampedModes(count, fastest) if count < MATRICES.few_modes * mass.size else None
 
 
 def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | None:

@@ -27,6 +27,9 @@ class SectionLimits:
     same_line: float = 1e-9  # of a section's height, up to which two lines in it are one
     elements: int = 20  # in a polygon, about: its properties are exact on any triangles
     touching: float = 1e-9  # share of the smaller area that two polygons may have in common
+    places: int = 64  # in an element, at which its section is looked at
+    gauss_points: int = 120  # of Gauss' rule along a member whose section varies
+    fine: int = 4001  # places along a member, at least, at which its section is looked at for peaks
 
 
 SECTION = SectionLimits()
