@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.closing import OF_CHANGE
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 
 LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
@@ -54,7 +54,7 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
     inside = load[:, None] + flow.tableau.points[:, None] * rise[:, None]
     added = flow.added_by(inside.reshape(-1, load.shape[1]))
     right = np.roll(motion, -1, axis=0) - flow.carried(motion)  # with it the answer is the motion itself
-    return flow.parts((flow.cycle.solve(right + added, motion[0], OF_CHANGE) - motion)[regular])
+    return flow.parts((flow.cycle.solve(right + added, motion[0], CYCLIC.tolerance_of_change) - motion)[regular])
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:

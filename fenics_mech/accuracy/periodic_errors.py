@@ -16,7 +16,7 @@ from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.periodic.closing import OF_CHANGE
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
@@ -174,7 +174,7 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     load = np.roll(states, -1, axis=0) - carrier.carried(states)  # with it the answer is the orbit's own
 
     def carried(defect: Array) -> Array:
-        error = carrier.cycle.solve(load + defect, states[0], OF_CHANGE) - states
+        error = carrier.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change) - states
         return error if carrier is finer else np.roll(carrier.carried(error), 1, axis=0)
 
     error = carried(finer.ends(states) - flow.ends(states))

@@ -17,7 +17,7 @@ from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import TransientSolution
-from fenics_mech.response.transient.course import LONGEST_STEP, Course
+from fenics_mech.response.transient.course import TRANSIENT, Course
 from fenics_mech.response.transient.in_time import (
     concatenated,
     course_from,
@@ -82,7 +82,9 @@ def _rough_course(solution: TransientSolution) -> Course:
     cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
     tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
     rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)
-    return course_from(rough, solution.over_cycle, solution.start, solution.coefficients, LONGER * LONGEST_STEP)
+    return course_from(
+        rough, solution.over_cycle, solution.start, solution.coefficients, LONGER * TRANSIENT.longest_step
+    )
 
 
 def _without_mesh(

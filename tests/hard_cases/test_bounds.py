@@ -15,7 +15,7 @@ from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion
 from fenics_mech.response.static import quasi_static
-from fenics_mech.response.static.quasi_static import SMALLER
+from fenics_mech.response.static.equilibrium import STATIC
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 from tests.common import DEMOS
@@ -107,7 +107,7 @@ def test_a_tension_is_lowered_to_the_first_power_below_buckling(pressure):
     lowered = quasi_static._lowered(Pressed(stiffness, geometric), np.full((1, 2), -pressure * critical))
     share = 1.0
     while share * pressure >= 1:
-        share *= SMALLER
+        share *= STATIC.smaller
     assert lowered == pytest.approx(np.full((1, 2), -share * pressure * critical), rel=1e-9)
 
 

@@ -14,9 +14,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying, factor_pieces
-from fenics_mech.scene.sampling import gauss_points
-
-SAME = 1e-9  # rad, between drive angles that count as one
+from fenics_mech.scene.sampling import SAMPLING, gauss_points
 
 
 @dataclass(frozen=True)
@@ -75,9 +73,9 @@ class Steps:
         jumps = np.mod(sense * np.array([angle for load in scene.loads.values() for angle in load.jumps]), TURN)
         turned = equal
         for angle in (*blows, *jumps, *np.mod(sense * corners, TURN)):
-            if _apart(np.array([angle]), turned).min() > SAME:
+            if _apart(np.array([angle]), turned).min() > SAMPLING.same:
                 turned = np.sort(np.append(turned, angle))
-        jumping = _apart(turned, jumps).min(axis=1, initial=TURN) < SAME
+        jumping = _apart(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
         return cls(
             start=sense * turned,
             duration=np.diff(turned, append=TURN) / abs(rate),
@@ -97,7 +95,7 @@ class Steps:
         The end of a step at which a load jumps is taken just before the jump.
         """
         angles = self.start[:, None] + rate * self.duration[:, None] * places
-        before = math.copysign(2 * SAME, rate) * (self.jumps[:, None] & (places > 1 - SAME))
+        before = math.copysign(2 * SAMPLING.same, rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
         return (angles - before).ravel()
 
 
