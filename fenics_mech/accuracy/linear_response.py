@@ -13,8 +13,6 @@ from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 
-LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
-
 
 @dataclass(frozen=True)
 class LagLimits:
@@ -27,6 +25,7 @@ class LagLimits:
     left: float = (
         0.8  # of what is much too fast for the steps, after each: where all is left, matrices that change feed it
     )
+    looked_at: int = 8  # positions of a cycle at which vibration is looked for
 
 
 LAG = LagLimits()
@@ -110,7 +109,7 @@ def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, durat
         The step, and for how long the whole motion lasts (s).
     """
     found, largest = [], 0.0
-    for k in range(0, len(motion[0]), max(1, len(motion[0]) // LOOKED_AT)):
+    for k in range(0, len(motion[0]), max(1, len(motion[0]) // LAG.looked_at)):
         mass, stiffness = matrices.mass.symmetric.dense(k), matrices.stiffness.symmetric.dense(k)
         try:
             square, shapes = eigh(mass, stiffness)  # 1 over w^2

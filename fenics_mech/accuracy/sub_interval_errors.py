@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
 from fenics_mech.effects import Loads
@@ -27,7 +27,6 @@ from fenics_mech.response.static.quasi_static import displacement_under
 from fenics_mech.scene import Scene
 
 ORDERS = {"time": 1, "modes": 2}  # measured
-SAFETY = 2  # of both
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedRes
     """Give a response by sub-intervals without the errors of their number ("time"), of modes left out, of the mesh."""
     answer = AnswerOfModes(solution)
     return {
-        "time": CorrectedResponse(solution.response.changed(*answer.halved()), ORDERS["time"], SAFETY),
-        "modes": CorrectedResponse(answer.with_modes(), ORDERS["modes"], SAFETY),
+        "time": CorrectedResponse(solution.response.changed(*answer.halved()), ORDERS["time"], ESTIMATES.safety),
+        "modes": CorrectedResponse(answer.with_modes(), ORDERS["modes"], ESTIMATES.safety),
         "mesh": corrected_for_mesh(answer.system, *without_mesh(answer, solution.response.undamped)),
     }
 

@@ -13,7 +13,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.scene.formulas.expression import Formula
 from fenics_mech.scene.formulas.interval import bounds_over
 
-POINTS, WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
+CELL_POINTS, CELL_WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ class SamplingLimits:
     samples: int = 2**17  # of a function in a cycle: one for each 48 microrad
     pieces: int = 4096  # equal parts of a cycle that are looked at, at least
     same: float = 1e-9  # rad between drive angles, or difference of values, that counts as none
+    unresolved: float = 0.1  # of the largest value of a factor, that points of a cycle may miss before that is remarked
 
 
 SAMPLING = SamplingLimits()
@@ -83,7 +84,7 @@ def gauss_points(edges: Array) -> tuple[Array, Array]:
         Ascending edges, ``(pieces + 1,)``.
     """
     width = np.diff(edges)[:, None]
-    return (edges[:-1, None] + width * POINTS).ravel(), (width * WEIGHTS).ravel()
+    return (edges[:-1, None] + width * CELL_POINTS).ravel(), (width * CELL_WEIGHTS).ravel()
 
 
 def enough_angles(values_at: Callable[[int], Array], whole: Cycle, least: int, jumps: bool = False) -> int:

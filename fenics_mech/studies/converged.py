@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.quantities import SMALL_MEMBER
+from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import harmonics
@@ -73,7 +73,7 @@ def difference(strain: Array, other: Array) -> Difference:
     of the other is evaluated at the angles of the first.
     """
     largest = np.abs(other).max(axis=(0, 2, 3))
-    measure = np.maximum(largest, SMALL_MEMBER * largest.max())
+    measure = np.maximum(largest, MEASURE.small_member * largest.max())
     one, two = at_common_angles(strain, other)
     relative = np.abs(one - two).max(axis=(0, 3)) / measure[:, None]
     return Difference(float(relative.max()), float(relative[:, relative.shape[1] // 2].max()))

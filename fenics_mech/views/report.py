@@ -20,9 +20,9 @@ from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.errors import percent
 from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.planning.effect_choice import DEFLECTION
+from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
+from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
@@ -127,7 +127,7 @@ def _validity(result: Result) -> Text:
             float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
         )
         share = f"{percent(of_strain)} of the strain and {percent(of_deflection)} of the deflection"
-        if of_strain <= SCENE.neglected and of_deflection <= DEFLECTION:
+        if of_strain <= SCENE.neglected and of_deflection <= CHOICE.deflection:
             return Text(f"Inside the linear theory, which leaves out {share}: {worst}; {bent}.")
         text = f"OUTSIDE THE LINEAR THEORY, which leaves out {share} by estimate: {worst}; {bent}. {ADVICE}"
         return Text(text, style="bold red")
@@ -267,7 +267,7 @@ def _effects(result: Result) -> str:
 def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
     """Say by how much peaks are uncertain where they lie between few positions."""
     by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
-    if max(by_strain, by_force) < DOUBTFUL:
+    if max(by_strain, by_force) < PEAK.doubtful:
         return []
     text = (
         f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "

@@ -87,8 +87,8 @@ def refuse_in_time(scene: Scene, system: System) -> None:
         )
     if analysis.time_tolerance > TRANSIENT.largest_tolerance:
         raise SceneError(
-            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the steps "
-            "in time",
+            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the "
+            "steps in time",
             place="analysis.time_tolerance",
             hint="Take a smaller one: the error of the steps is not known with this one",
         )

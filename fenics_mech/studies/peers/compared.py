@@ -24,7 +24,7 @@ from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, difference, extrapolated
 from fenics_mech.studies.cost import Cost, Line, Progress, dataset
-from fenics_mech.studies.cost_grid import REDUCED, TRUNCATED, meshed
+from fenics_mech.studies.cost_grid import REDUCED_RUNS, TRUNCATED, meshed
 from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage, with_material_damping
 from fenics_mech.studies.peers.exudyn_cycle import Integration, import_exudyn, steady_cycle
 from fenics_mech.studies.peers.peer_runs import COUPLED, EXACT, EXUDYN, OURS, Entry, Note
@@ -215,7 +215,7 @@ def _ours(scene: Scene, seed: bool, quick: bool) -> Iterator[Entry]:
         for count, stages, elements in COLLOCATION[3:4] if quick else COLLOCATION:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages}
             yield _analysis(scene, "collocation", equation, settings)
-        for count, stages, elements, cutoff in () if quick else REDUCED:
+        for count, stages, elements, cutoff in () if quick else REDUCED_RUNS:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
             yield _analysis(scene, "collocation", equation, settings, reduction="craig-bampton")
         for harmonics, elements in () if quick else SERIES:
