@@ -52,7 +52,7 @@ class ReportLimits:
     rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding
 
 
-LIMITS = ReportLimits()
+REPORT = ReportLimits()
 
 
 class Summary(Group):
@@ -151,7 +151,7 @@ def _energy(result: Result) -> Text:
     if not any(effect.couples for effect in _acting(result)):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
-    if abs(residual) > bound and error > LIMITS.rounding:
+    if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(MILLI * bound)} mW that the estimated errors of the drives explain"
     return Text(f"{text}.")
 
@@ -304,7 +304,7 @@ def _members(result: Result) -> Table:
 def _between_stations(result: Result) -> list[Text]:
     """Say where the strain between stations is larger than at all of them."""
     largest = result.data["largest_strain"]
-    larger = largest[largest > (1 + LIMITS.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
+    larger = largest[largest > (1 + REPORT.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
     peaks = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
     return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
@@ -345,8 +345,8 @@ def _signal(result: Result) -> list[RenderableType]:
     )
     amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
-        heard = np.flatnonzero(amplitude[i] > LIMITS.rounding * amplitude[i].max())
-        largest = heard[np.argsort(-amplitude[i, heard])][: LIMITS.harmonics]
+        heard = np.flatnonzero(amplitude[i] > REPORT.rounding * amplitude[i].max())
+        largest = heard[np.argsort(-amplitude[i, heard])][: REPORT.harmonics]
         cells = [", ".join(f"{n + 1}: {amplitude[i, n]:.3g}" for n in largest)]
         if vibrates:
             size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))

@@ -28,7 +28,7 @@ from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.krylov import krylov
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
-KRYLOV = {
+SERIES_KRYLOV = {
     "ksp_type": "gmres",
     "pc_type": "python",
     "ksp_pc_side": "right",
@@ -168,7 +168,7 @@ def _balanced(
     apply: Callable[[Array], Array], right: Array, differences: _Differences, options: Mapping[str, Any]
 ) -> Array:
     """Solve the balance of the harmonics."""
-    answer, reason = krylov(apply, right, KRYLOV, options, differences)
+    answer, reason = krylov(apply, right, SERIES_KRYLOV, options, differences)
     residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
     if reason <= 0 or not residual < CYCLIC.largest_residual:
         raise SolverError(

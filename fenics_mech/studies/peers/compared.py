@@ -52,7 +52,7 @@ COLLOCATION = (  # sub-intervals, Radau points in each, elements a member
     (24, 2, 2), (24, 3, 2), (40, 2, 2), (40, 3, 2), (60, 3, 3), (50, 4, 4), (60, 4, 4), (80, 3, 4), (80, 4, 6),
     (120, 3, 6), (80, 4, 7), (100, 4, 8), (240, 3, 8),
 )  # fmt: skip
-SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
+SERIES_RUNS = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
 
 
 def compare_peers(scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None) -> Cost:
@@ -218,7 +218,7 @@ def _ours(scene: Scene, seed: bool, quick: bool) -> Iterator[Entry]:
         for count, stages, elements, cutoff in () if quick else REDUCED_RUNS:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
             yield _analysis(scene, "collocation", equation, settings, reduction="craig-bampton")
-        for harmonics, elements in () if quick else SERIES:
+        for harmonics, elements in () if quick else SERIES_RUNS:
             settings = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
             yield _analysis(scene, "harmonic-balance", equation, settings)
 
