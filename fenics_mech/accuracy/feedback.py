@@ -27,9 +27,7 @@ class FeedbackLimits:
 
     near: float = 0.3  # of T's eigenvalues, from where it may
     little: float = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
-    felt: float = (
-        1e-3  # of a motion, from which a part of it is followed: less would have to be amplified 100 times to count
-    )
+    felt: float = 1e-3  # of a motion, from which a part of it is followed: less would have to grow 100 times to count
     hardly_damped: float = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
     least_loss: float = 1e-3  # loss factor that is taken where there is less
     few: int = 4  # times that T is applied

@@ -18,13 +18,9 @@ from fenics_mech.response.periodic.flow import Flow
 class LagLimits:
     """When steps in time lag behind a vibration."""
 
-    vibrates: float = (
-        0.03  # square root of a mode's kinetic energy, over that of the largest energy, from which it counts
-    )
+    vibrates: float = 0.03  # square root of a mode's kinetic energy, over that of the largest, from which it counts
     behind: float = 3.0  # phase (rad) by which steps in time may lag behind a vibration while that lasts
-    left: float = (
-        0.8  # of what is much too fast for the steps, after each: where all is left, matrices that change feed it
-    )
+    left: float = 0.8  # of what is much too fast for the steps, after each: if all is left, matrices feed it
     looked_at: int = 8  # positions of a cycle at which vibration is looked for
 
 

@@ -32,7 +32,7 @@ class EliminationLimits:
     pivot: float = 1e-6  # smallest pivot, relative to its column
     nodal_pivot: float = 0.1  # of a relative nodal dof, below which a joint's own coordinate is solved for instead
     positions: int = 96  # at which unknowns are chosen where members cannot stretch
-    independent: float = 1e-9  # of the others in its link, by which an equation of a member that cannot stretch counts
+    independent: float = 1e-9  # independence of a member's equation from those of the others in its link
 
 
 ELIMINATION = EliminationLimits()

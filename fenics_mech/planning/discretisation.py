@@ -24,9 +24,9 @@ class DiscretisationLimits:
     most_damped: float = 4e5  # the same with damping of modes: 350 microseconds each
     grew: float = 1.2  # ratio of two numbers, below which their errors show no convergence order
     least_order: float = 0.25  # measured, below which an observed order is none
-    fewest_steps: int = 48  # to start with
-    fewest_stations: int = 11  # the same
-    fewest_elements: int = 2  # the same
+    fewest_steps: int = 48  # of a cycle, to start with
+    fewest_stations: int = 11  # of a member, to start with
+    fewest_elements: int = 2  # in a member, to start with
 
 
 REFINE = DiscretisationLimits()

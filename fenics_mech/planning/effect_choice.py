@@ -33,8 +33,8 @@ class ChoiceLimits:
     deflection: float = 0.05  # share that linear strains may leave out: they leave out all shortening
     share: float = 0.2  # of a tolerance, that each source of errors is sent below
     positions: int = 48  # of the survey
-    most_positions: int = 240  # the same
-    modes: int = 8  # the same
+    most_positions: int = 240  # of the survey, where modes or loads need more
+    modes: int = 8  # of the survey
     most_at_corners: int = 2400  # positions of it, where a tolerance chooses those of the run
 
 

@@ -37,7 +37,7 @@ Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
 class SearchLimits:
     """Limits of the search for a discretisation."""
 
-    most_rounds: int = 12
+    most_rounds: int = 12  # before a tolerance counts as not met
     enough: float = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
     largest_judged: float = 0.1  # error of a motion that may be called unstable
     most_without_answer: int = 200  # sub-intervals, or the scene's own, after which no answer is an answer

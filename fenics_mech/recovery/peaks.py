@@ -17,7 +17,7 @@ class PeakLimits:
 
     neighbours: int = 4  # positions beyond the ends of a cycle, to which a curve goes on
     few: int = 180  # positions of a cycle: between fewer peaks are sought
-    close: int = 720  # positions at which they are sought
+    close: int = 720  # positions at which they are sought then
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     on_the_way: int = 17  # places of a pin that travels
 

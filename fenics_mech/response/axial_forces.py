@@ -19,7 +19,7 @@ from fenics_mech.mechanism import System
 class TensionLimits:
     """When axial forces have settled."""
 
-    most_updates: int = 60
+    most_updates: int = 60  # before they count as not settling
     settled: float = 1e-7  # change of the axial forces, of the largest
 
 

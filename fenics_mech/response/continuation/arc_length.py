@@ -42,7 +42,7 @@ class BranchLimits:
     most_trials: int = 30  # for a fold
     iterations: int = 5  # that a step of the right length takes
     turn: float = 0.5  # angle (rad) by which the tangent turns in a step of the right length
-    most_iterations: int = 10  # for a point
+    most_iterations: int = 10  # before a point of the branch counts as not found
     parts: int = 4  # of the range: one counts as much as the size of the motion
     negligible: float = 1e-12  # of a matrix: rounding of a power of the rate that it does not have
 

@@ -21,14 +21,10 @@ from fenics_mech.scene.sampling import SAMPLING, gauss_points
 class CutLimits:
     """When a step of a cycle is cut."""
 
-    hidden: float = (
-        1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
-    )
-    most_corners: int = 5000
+    hidden: float = 1e-4  # of the largest mean of a step, by which another's may lie outside the values at its points
+    most_corners: int = 5000  # of the loads in a cycle, at which steps are cut
     short: float = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
-    missed: float = (
-        1e-2  # of the largest mean of a step, that points of a step may miss of it where corners show where to cut
-    )
+    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
 
 
 CUTS = CutLimits()

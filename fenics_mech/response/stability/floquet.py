@@ -39,9 +39,7 @@ class StabilityLimits:
 
     beside: float = 0.1  # distance of a multiplier from 1, beyond which it shows no resonance
     longest_step: float = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
-    tolerance: float = (
-        1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
-    )
+    tolerance: float = 1e-4  # of the magnitude: what steps may make of an undamped motion (7e-6 for 360 on the seed)
     kept: int = 6  # multipliers that are kept
 
 

@@ -34,12 +34,8 @@ class IntegrationLimits:
     """Limits of the time steps."""
 
     most_steps: int = 1_000_000  # of a motion: an hour or so
-    largest_rise: float = (
-        1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
-    )
-    small_rise: float = (
-        0.1  # the same with PETSc's own steps: they are of order 2, and do not see what is small beside the rest
-    )
+    largest_rise: float = 1.0  # in a step, of the logarithm of what grows without vibrating: a longer one would damp it
+    small_rise: float = 0.1  # the same with PETSc's steps, of order 2: they do not see what is small beside the rest
     largest_motion: float = 1e6  # over the static deflection or the start: such a motion grows without bound
     same: float = 2 * TABLE.narrowest  # of a cycle, between times that count as one
 
