@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fenics_mech as fm
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES, SMALL_MEMBER
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES, MEASURE
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene.meshing import with_elements
 from fenics_mech.studies.converged import at_common_angles, extrapolated
@@ -237,7 +237,7 @@ def measures(known: Curves) -> Curves:
     """Give what errors are relative to: the largest of a member, or of all joint forces, see `accuracy.quantities`."""
     largest = {name: size(curve, name) for name, curve in known.items()}
     of_members = {
-        name: np.maximum(largest[name], SMALL_MEMBER * largest[name].max()) for name in ("strain", "deflection")
+        name: np.maximum(largest[name], MEASURE.small_member * largest[name].max()) for name in ("strain", "deflection")
     }
     return largest | of_members | {"joint_force": largest["joint_force"].max(keepdims=True)}
 

@@ -8,7 +8,8 @@ import sys
 from types import FrameType
 from typing import Any
 
-INTERRUPTED = 130  # exit code, as a shell gives it
+from fenics_mech._constants import INTERRUPTED
+
 SOON = 0.001  # seconds
 
 

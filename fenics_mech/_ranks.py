@@ -15,10 +15,10 @@ import numpy as np
 from mpi4py import MPI
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import INTERRUPTED
 from fenics_mech.errors import MechanismError
 
 Found = TypeVar("Found")
-INTERRUPTED = 130  # exit code
 _sharing: ContextVar[Any] = ContextVar("processes that share positions", default=MPI.COMM_SELF)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 
-LONGEST, LONGEST_VALUE = 1000, 160  # characters of a message, and of a value that is shown in one
+LONGEST_MESSAGE, LONGEST_VALUE = 1000, 160  # characters of a message, and of a value that is shown in one
 
 
 class MechanismError(Exception):
@@ -26,7 +26,7 @@ class MechanismError(Exception):
 
     def __init__(self, message: str) -> None:
         line = printable(message)
-        super().__init__(line if len(line) <= LONGEST else f"{line[:LONGEST]} ...")
+        super().__init__(line if len(line) <= LONGEST_MESSAGE else f"{line[:LONGEST_MESSAGE]} ...")
 
 
 def printable(text: str) -> str:

@@ -13,6 +13,25 @@ from fenics_mech.mechanism import System
 
 
 @dataclass(frozen=True)
+class EstimateLimits:
+    """Convergence orders of the estimates of errors, and factors on them."""
+
+    of_steps: int = 2  # factor: differences of steps are 0.3 to 1 of the true error in what was tried
+    safety: int = 2  # factor on the errors by sub-intervals and by modes
+    little: float = 1e-4  # of a motion, that a vibration which is taken as linear is
+    harmonic_order: int = 8  # the series falls faster than any power; this asks for harmonics enough
+    mode_order: float = 2.0  # in the cutoff, of the answer of the modes left out
+    rougher: float = 10.0  # tolerance of the steps that estimate the error of others, over that of those
+    rough_share: float = 0.5  # factor on the difference by them
+    longer: float = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
+    largest_change: float = 0.3  # share of an answer at one position
+    least: float = 1e-3  # share of the largest answer over the cycle, that such an answer must be to count
+
+
+ESTIMATES = EstimateLimits()
+
+
+@dataclass(frozen=True)
 class MeshSafety:
     """Factors by which differences by the mesh are raised, where their first order is less than the error."""
 

@@ -20,11 +20,6 @@ from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 
-FEW, MOST = 4, 8  # times that T is applied: most where a resonance may be near
-FEW_IN_TIME = 2  # the same where T is known: the error by the steps of the demos is within 5 % of that with 4
-OPEN = (-0.2, 0.7)  # by which share T may be wrong where an eigenvalue may be 1; 0.4 with two elements, mode 3
-TRIED = 31  # shares of T, and those at which it has the eigenvalue 1
-
 
 @dataclass(frozen=True)
 class FeedbackLimits:
@@ -32,11 +27,14 @@ class FeedbackLimits:
 
     near: float = 0.3  # of T's eigenvalues, from where it may
     little: float = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
-    felt: float = (
-        1e-3  # of a motion, from which a part of it is followed: less would have to be amplified 100 times to count
-    )
+    felt: float = 1e-3  # of a motion, from which a part of it is followed: less would have to grow 100 times to count
     hardly_damped: float = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
     least_loss: float = 1e-3  # loss factor that is taken where there is less
+    few: int = 4  # times that T is applied
+    most: int = 8  # the same where a resonance may be near
+    few_in_time: int = 2  # where T is known: errors by the steps of the demos are within 5 % of those with 4
+    open: tuple[float, float] = (-0.2, 0.7)  # by which share T may be wrong at an eigenvalue of 1: 0.4 in mode 3
+    tried: int = 31  # shares of T, and those at which it has the eigenvalue 1
 
 
 FEEDBACK = FeedbackLimits()
@@ -47,9 +45,9 @@ def fed_back(
     again: Callable[[Array], Array],
     unit: Array,
     loss: float,
-    left_open: tuple[float, float] = OPEN,
+    left_open: tuple[float, float] = FEEDBACK.open,
     within: float = np.inf,
-    few: int = FEW,
+    few: int = FEEDBACK.few,
 ) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
 
@@ -82,8 +80,8 @@ def fed_back(
     if not size:
         return first, False
     tried = min(size, within) or size
-    basis, projected, parts, held = [first / size], np.zeros((MOST + 1, MOST)), np.ones(1), True
-    for count in range(1, MOST + 1):
+    basis, projected, parts, held = [first / size], np.zeros((FEEDBACK.most + 1, FEEDBACK.most)), np.ones(1), True
+    for count in range(1, FEEDBACK.most + 1):
         found = again(tried * basis[-1]) / tried
         reach = _reach(basis[-1] * unit, found * unit)
         for i, vector in enumerate(basis):
@@ -192,6 +190,6 @@ def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> t
     poles = values.real / np.abs(values) ** 2
     inside = (poles >= least) & (poles <= most)
     held, poles = bool((np.abs(values.imag) > FEEDBACK.hardly_damped * values.real)[inside].all()), poles[inside]
-    shares = np.concatenate([np.linspace(least, most, TRIED), poles * (1 + loss)])
+    shares = np.concatenate([np.linspace(least, most, FEEDBACK.tried), poles * (1 + loss)])
     found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
     return found[np.linalg.norm(found, axis=1).argmax()], nearest, held

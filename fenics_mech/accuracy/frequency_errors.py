@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +11,16 @@ from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.mechanism import System
 
-LARGEST_KNOWN = 0.2  # of a natural frequency: beyond it the first order says no more
-POSITIONS = 8  # of the cycle, at which modes are looked at
+
+@dataclass(frozen=True)
+class FrequencyLimits:
+    """How the errors of natural frequencies are estimated."""
+
+    largest_known: float = 0.2  # of a natural frequency: beyond it the first order says no more
+    positions: int = 8  # of the cycle, at which modes are looked at
+
+
+FREQUENCY = FrequencyLimits()
 
 
 def highest_felt(load: Array, static: Array, loss: float, enough: float) -> int:
@@ -34,7 +42,7 @@ def highest_felt(load: Array, static: Array, loss: float, enough: float) -> int:
 
 
 def frequency_error(system: System, modes: Modes) -> Array:
-    """Give by which share about elements have natural frequencies wrong, ``(modes,)``, up to `LARGEST_KNOWN`.
+    """Give the share by which elements have natural frequencies wrong, ``(modes,)``, to `FREQUENCY.largest_known`.
 
     In bending that is ``omega^2 rho A h^4 / (1440 EI)``, along the axis ``omega^2 rho A h^2 / (24 EA)`` and in shear
     ``omega^2 rho A h^2 / (24 G A_s)``, weighted with the elements' kinetic energy. What lumps of mass add is given by
@@ -52,7 +60,7 @@ def frequency_error(system: System, modes: Modes) -> Array:
     if (reduction := system.beams.reduction) is not None:
         per_square *= reduction.fineness**-4.0
     share = np.zeros(count)
-    at = np.unique(np.linspace(0, len(modes.theta), POSITIONS, endpoint=False).astype(int))
+    at = np.unique(np.linspace(0, len(modes.theta), FREQUENCY.positions, endpoint=False).astype(int))
     for k in at:
         values = np.repeat(system.values[k : k + 1], count, axis=0)
         v = in_member_axes(beams.mesh, system.on_nodes(system.transformation.forward(values, modes.shapes[k])))
@@ -62,4 +70,4 @@ def frequency_error(system: System, modes: Modes) -> Array:
         along = replace(system, beams=beams)
         of_both = np.einsum("kmi,kmi->km", modes.shapes, along.mass_times(modes.shapes))
         share += np.abs(np.sqrt(of_both) - 1).mean(axis=0)
-    return np.minimum(share, LARGEST_KNOWN)
+    return np.minimum(share, FREQUENCY.largest_known)

@@ -10,23 +10,18 @@ from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.closing import OF_CHANGE
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
-
-LOOKED_AT = 8  # positions of a cycle at which vibration is looked for
 
 
 @dataclass(frozen=True)
 class LagLimits:
     """When steps in time lag behind a vibration."""
 
-    vibrates: float = (
-        0.03  # square root of a mode's kinetic energy, over that of the largest energy, from which it counts
-    )
+    vibrates: float = 0.03  # square root of a mode's kinetic energy, over that of the largest, from which it counts
     behind: float = 3.0  # phase (rad) by which steps in time may lag behind a vibration while that lasts
-    left: float = (
-        0.8  # of what is much too fast for the steps, after each: where all is left, matrices that change feed it
-    )
+    left: float = 0.8  # of what is much too fast for the steps, after each: if all is left, matrices feed it
+    looked_at: int = 8  # positions of a cycle at which vibration is looked for
 
 
 LAG = LagLimits()
@@ -54,7 +49,7 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
     inside = load[:, None] + flow.tableau.points[:, None] * rise[:, None]
     added = flow.added_by(inside.reshape(-1, load.shape[1]))
     right = np.roll(motion, -1, axis=0) - flow.carried(motion)  # with it the answer is the motion itself
-    return flow.parts((flow.cycle.solve(right + added, motion[0], OF_CHANGE) - motion)[regular])
+    return flow.parts((flow.cycle.solve(right + added, motion[0], CYCLIC.tolerance_of_change) - motion)[regular])
 
 
 def change_in_time(load: Array, matrices: Matrices, step: float, before: Array) -> Array:
@@ -110,7 +105,7 @@ def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, durat
         The step, and for how long the whole motion lasts (s).
     """
     found, largest = [], 0.0
-    for k in range(0, len(motion[0]), max(1, len(motion[0]) // LOOKED_AT)):
+    for k in range(0, len(motion[0]), max(1, len(motion[0]) // LAG.looked_at)):
         mass, stiffness = matrices.mass.symmetric.dense(k), matrices.stiffness.symmetric.dense(k)
         try:
             square, shapes = eigh(mass, stiffness)  # 1 over w^2

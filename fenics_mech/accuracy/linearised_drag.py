@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.forces.air import displacement_and_velocity, flow_of
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import Solution
 from fenics_mech.response.static.quasi_static import yielding_to
-
-TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ Complex = NDArray[np.complex128]
 Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 OF_WORK_ALONG, OF_WORK_ACROSS = np.linalg.inv(ALONG).T, np.linalg.inv(ACROSS[[1, 3]]).T  # linear loads of their work
-PLACES, WEIGHTS = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
+GAUSS, GAUSS_WEIGHT = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
 ORDER, OF_PINS, OF_LUMPS, OF_PULLED, OF_SLIDERS = 4, 3, 2, 2, 1  # in the length of the elements
 
 
@@ -133,16 +133,16 @@ def _by_lumps(system: System, along: System, response: ElasticResponse) -> Loads
     """
     element, xi = _everywhere(along.beams)
     along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, response, element))
-    force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(PLACES))
+    force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(GAUSS))
     line = _line(force)
     lumps, beams = (without_elastic(replace(one, terms=NOTHING), response) for one in (system, along))
     return Loads(line=line, force=lumps - beams - along.applied_by(Loads(line=line)))
 
 
 def _everywhere(beams: Beams) -> tuple[Index, Array]:
-    """`PLACES` in all elements: their elements, and places 0..1."""
+    """`GAUSS` in all elements: their elements, and places 0..1."""
     count = len(beams.mesh.cell)
-    return np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
+    return np.repeat(np.arange(count), len(GAUSS)), np.tile(GAUSS, count)
 
 
 def _by_varying(system: System, response: ElasticResponse, element: Index, xi: Array) -> Array:
@@ -162,7 +162,7 @@ def _by_varying(system: System, response: ElasticResponse, element: Index, xi: A
         load = -density * np.sum(acceleration * shapes, axis=-1)
         if terms.loads.line is not None:
             load += np.sum(terms.loads.line[:, element, of_line] * evaluate(LINEAR, xi), axis=-1)
-        per_place = load * np.tile(WEIGHTS, count) * beams.mesh.cell_length[element]
+        per_place = load * np.tile(GAUSS_WEIGHT, count) * beams.mesh.cell_length[element]
         found += (per_place[..., None] * missing).reshape(len(load), count, -1, 6).sum(axis=2)
     return found
 
@@ -181,7 +181,7 @@ def _by_pins(
     ends = -each(beams.element_stiffness, in_member_axes(beams.mesh, v))
     force = -sum((entries.times(v) for entries in system.added_stiffness), np.zeros_like(v))
     if tension is not None:
-        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * WEIGHTS))
+        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * GAUSS_WEIGHT))
     if step is None:
         return ends, force
     inertia, turning = _of_nodes(system, v, step, closed)
@@ -248,7 +248,7 @@ def _by_statics(system: System, v: Array, tension: Array | None, step: float | N
     if step is not None:
         force += _by_inertia(system, *_of_nodes(system, v, step, closed))
     if tension is not None:
-        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * WEIGHTS))
+        force += system.assembled_from_members(_pulled(system, v, tension[..., None] * GAUSS_WEIGHT))
     return force
 
 
@@ -268,9 +268,9 @@ def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Arra
 
 
 def _line(force: Complex) -> Array:
-    """Give the loads linear along each element that are to it what forces at `PLACES` are (N/m)."""
-    along = (force.real * WEIGHTS) @ evaluate(LINEAR, PLACES) @ OF_WORK_ALONG
-    across = (force.imag * WEIGHTS) @ evaluate(ROTATIONS, PLACES) @ OF_WORK_ACROSS
+    """Give the loads linear along each element that are to it what forces at `GAUSS` are (N/m)."""
+    along = (force.real * GAUSS_WEIGHT) @ evaluate(LINEAR, GAUSS) @ OF_WORK_ALONG
+    across = (force.imag * GAUSS_WEIGHT) @ evaluate(ROTATIONS, GAUSS) @ OF_WORK_ACROSS
     return np.concatenate([along, across], axis=-1)
 
 
@@ -286,34 +286,34 @@ def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
 
 
 def _by_tension(system: System, tension: Array, w: Array) -> Array:
-    """Give the forces on nodal dofs by the axial force on deflections w at `PLACES`, ``int T w N'' dx``."""
+    """Give the forces on nodal dofs by the axial force on deflections w at `GAUSS`, ``int T w N'' dx``."""
     mesh = system.beams.mesh
-    bent = (w * WEIGHTS) @ evaluate(tuple(f.deriv(2) for f in CUBIC), PLACES)
+    bent = (w * GAUSS_WEIGHT) @ evaluate(tuple(f.deriv(2) for f in CUBIC), GAUSS)
     ends = np.zeros((*tension.shape, 6))
     ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
     return system.assembled_from_members(ends)
 
 
 def _by_tension_inside(system: System, response: ElasticResponse, axial: Array) -> tuple[Array, Array]:
-    """Give the loads by what the axial force N at `PLACES` differs from its mean, ``-int (N - mean) w' N' dx``.
+    """Give the loads by what the axial force N at `GAUSS` differs from its mean, ``-int (N - mean) w' N' dx``.
 
     Its part that bends an element is linear along it, with the same moments at clamped ends; the rest is on the nodes.
     """
     mesh = system.beams.mesh
     h, line = mesh.cell_length[:, None], np.zeros((*axial.shape[:2], 4))
-    more = (axial - axial @ WEIGHTS[:, None]) * WEIGHTS
+    more = (axial - axial @ GAUSS_WEIGHT[:, None]) * GAUSS_WEIGHT
     ends = _pulled(system, system.to_links(response.displacement), more)
     line[..., 2:] = ends[..., [2, 5]] / h**2 @ OF_WORK_ACROSS
     return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
 
 
 def _pulled(system: System, v: Array, axial: Array) -> Array:
-    """Forces on the elements' ends by axial forces times `WEIGHTS` on nodal displacements, ``-int N w' N' dx``."""
+    """Forces on the elements' ends by axial forces times `GAUSS_WEIGHT` on nodal displacements, ``-int N w' N' dx``."""
     mesh = system.beams.mesh
     h = mesh.cell_length[:, None]
     nodal = in_member_axes(mesh, v)[..., NORMAL]
     nodal[..., 1::2] *= h
-    slopes = evaluate(tuple(f.deriv() for f in CUBIC), PLACES)
+    slopes = evaluate(tuple(f.deriv() for f in CUBIC), GAUSS)
     ends = np.zeros((*axial.shape[:2], 6))
     ends[..., NORMAL] = -((axial * (nodal @ slopes.T)) @ slopes) / h
     ends[..., [2, 5]] *= h
@@ -352,6 +352,6 @@ def _second(values: Values, step: float, closed: bool) -> Values:
 
 
 def _line_density(beams: Beams) -> Array:
-    """Mass per length at `PLACES` of every element (kg/m), ``(elements, places)``."""
+    """Mass per length at `GAUSS` of every element (kg/m), ``(elements, places)``."""
     powers = beams.inertia.density.powers
-    return powers @ PLACES ** np.arange(powers.shape[-1])[:, None]
+    return powers @ GAUSS ** np.arange(powers.shape[-1])[:, None]

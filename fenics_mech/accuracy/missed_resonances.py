@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.feedback import FEEDBACK
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
-from fenics_mech.accuracy.periodic_errors import LITTLE, more_accurate
+from fenics_mech.accuracy.periodic_errors import more_accurate
 from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
@@ -47,11 +48,11 @@ class ResonanceLimits:
     undamped: float = 1e-6  # loss factor, below which `FEEDBACK.least_loss` is taken
     lasts: float = 4.0  # logarithm of what a cycle leaves of a vibration, up to which it lasts
     even: float = 1e-6  # difference of steps of a phase, relative to them, that counts as none
+    looked_at: int = 360  # positions of the cycle, for the harmonic with the largest vibration
+    at_a_time: int = 4_000_000  # numbers: positions times harmonics
 
 
-LIMITS = ResonanceLimits()
-LOOKED_AT = 360  # positions of the cycle, for the harmonic with the largest vibration
-AT_A_TIME = 4_000_000  # numbers: positions times harmonics
+RESONANCES = ResonanceLimits()
 
 
 def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse, float]]:
@@ -111,7 +112,7 @@ def _beside(
 def share_beside(q: Array, vibration: Array) -> float:
     """Give how much of a vibration stands beside a motion q for the equation to be linear in it."""
     moves, vibrates = (float(np.abs(part).max(initial=0.0)) for part in (q, vibration))
-    return LITTLE * moves / vibrates if vibrates > LITTLE * moves > 0 else 1.0
+    return ESTIMATES.little * moves / vibrates if vibrates > ESTIMATES.little * moves > 0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -154,19 +155,19 @@ class Resonances:
     @cached_property
     def least_loss(self) -> Array:
         """Loss factors; of modes that the mesh is too coarse for the least, as they stand for others above them."""
-        return np.where(self.off > LIMITS.coarse, np.minimum.accumulate(self.loss[::-1])[::-1], self.loss)
+        return np.where(self.off > RESONANCES.coarse, np.minimum.accumulate(self.loss[::-1])[::-1], self.loss)
 
     @cached_property
     def remember(self) -> Mask:
         """Which modes' vibration lasts much of the cycle, so that it goes by their mean frequency, ``(modes,)``."""
-        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.least_loss < LIMITS.lasts
+        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.least_loss < RESONANCES.lasts
 
     @cached_property
     def width(self) -> Array:
         """Loss factor, and of other modes the share by which the frequency varies over the cycle, ``(modes,)``."""
         omega = self.modes.omega
         varies = np.where(self.remember, 0.0, np.ptp(omega, axis=0) / omega.mean(axis=0))
-        return np.where(self.least_loss > LIMITS.undamped, self.least_loss, FEEDBACK.least_loss) + varies
+        return np.where(self.least_loss > RESONANCES.undamped, self.least_loss, FEEDBACK.least_loss) + varies
 
     @cached_property
     def met(self) -> Mask:
@@ -174,26 +175,26 @@ class Resonances:
 
         Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
         """
-        omega, beside = self.modes.omega, LIMITS.near + LIMITS.mesh_safety * self.off
+        omega, beside = self.modes.omega, RESONANCES.near + RESONANCES.mesh_safety * self.off
         lowest, highest = (np.where(self.remember, omega.mean(axis=0), edge) for edge in (omega.min(0), omega.max(0)))
         least, most = (1 - beside) * lowest, (1 + beside) * highest
-        most = np.where(self.off > LIMITS.coarse, np.maximum(most, np.append(least[1:], np.inf)), most)
+        most = np.where(self.off > RESONANCES.coarse, np.maximum(most, np.append(least[1:], np.inf)), most)
         return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
 
     @property
     def shifted(self) -> Mask:
         """Which modes the mesh shifts by a share of their width, or more, ``(modes,)``."""
-        return self.off > LIMITS.finer * self.width / 2
+        return self.off > RESONANCES.finer * self.width / 2
 
     @property
     def by_mesh(self) -> Mask:
         """Those that the mesh may miss."""
-        return self.met & (self.off > LIMITS.coarse)
+        return self.met & (self.off > RESONANCES.coarse)
 
     def by_steps(self, tableau: Tableau, finer: Tableau, step: float) -> Mask:
         """Those that steps of such a duration (s) may miss, or more accurate ones that estimate their error."""
         change, beside = (points.change(self.harmonics * step)[:, None] for points in (tableau, finer))
-        return self.met & ((change > LIMITS.steps * self.width / 2) | (beside > LIMITS.finer * self.width / 2))
+        return self.met & ((change > RESONANCES.steps * self.width / 2) | (beside > RESONANCES.finer * self.width / 2))
 
     def vibration(self, missed: Mask) -> tuple[Array, Array]:
         """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest missed vibration.
@@ -207,7 +208,7 @@ class Resonances:
             pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones(count)
             numbers, phase = np.flatnonzero(missed[:, m]), 2 * np.pi / count * np.cumsum(pace)
             loads = self._harmonics_of_load(phase, numbers)
-            worst = int(np.abs(modes.shapes[:: max(1, count // LOOKED_AT), m] @ loads).max(axis=0).argmax())
+            worst = int(np.abs(modes.shapes[:: max(1, count // RESONANCES.looked_at), m] @ loads).max(axis=0).argmax())
             found = -1j * (modes.shapes[:, m] @ loads[:, worst]) * np.exp(1j * numbers[worst] * phase)
             found /= modes.omega[:, m].mean() ** 2 * self.width[m]
             y[:, m], y_rate[:, m] = found.real, (1j * numbers[worst] * found).real * self.rate * pace
@@ -216,9 +217,9 @@ class Resonances:
     def _harmonics_of_load(self, phase: Array, numbers: Index) -> NDArray[np.complex128]:
         """Give harmonics of the load over a phase that grows by a turn in the cycle, ``(coordinates, numbers)``."""
         count = len(phase)
-        if np.ptp(np.diff(phase, prepend=0.0)) < LIMITS.even / count:
+        if np.ptp(np.diff(phase, prepend=0.0)) < RESONANCES.even / count:
             return (np.fft.rfft(self.load, axis=0)[numbers] * np.exp(-1j * numbers * phase[0])[:, None]).T * (2 / count)
-        parts = np.array_split(numbers, -(-count * len(numbers) // AT_A_TIME))
+        parts = np.array_split(numbers, -(-count * len(numbers) // RESONANCES.at_a_time))
         turns = (np.exp(-1j * phase[:, None] * part) for part in parts)
         return np.concatenate([self.load.T @ turn for turn in turns], axis=1) * (2 / count)
 
@@ -258,11 +259,8 @@ def enough_modes(
         system.without_axial_forces, load, options
     )  # rough, and also where it buckles for a moment
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
-    fastest = (
-        LIMITS.farthest
-        * rate
-        * highest_felt(load, static, loss if loss > LIMITS.undamped else FEEDBACK.least_loss, LIMITS.felt * whole)
-    )
+    loss = loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
+    fastest = RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)
     modes = modes.elastic
     while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:
         modes = solve_modes(system, min(2 * modes.omega.shape[1] + 2, system.size), options).elastic

@@ -9,21 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
-from fenics_mech.accuracy.feedback import FEW_IN_TIME, fed_back, without_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.feedback import FEEDBACK, fed_back, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.periodic.closing import OF_CHANGE
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
-
-OF_STEPS = 2  # differences of steps are 0.3 to 1 of the true error in what was tried
-LITTLE = 1e-4  # of a motion, that a vibration which is taken as linear is
-HARMONIC_ORDER = 8  # the series falls faster than any power; this one asks for harmonics enough
 
 
 def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResponse]:
@@ -43,7 +39,7 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     assert orbit.flow is not None
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
     return {
-        "time": CorrectedResponse(elastic_response(equation, *right), order, OF_STEPS),
+        "time": CorrectedResponse(elastic_response(equation, *right), order, ESTIMATES.of_steps),
         "mesh": _mesh_error(solution.response, AnswerOfSteps(equation, starts, orbit.flow, regular, step)),
     }
 
@@ -62,7 +58,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     finer = (part[regular] for part in collocated_motion(*starts, flow))
     step = solution.scene.period / len(cycle.system.motion.theta)
     return {
-        "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), HARMONIC_ORDER),
+        "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), ESTIMATES.harmonic_order),
         "mesh": _mesh_error(solution.response, AnswerOfSteps(cycle.start, starts, flow, regular, step)),
     }
 
@@ -121,7 +117,7 @@ class AnswerOfSteps:
     def within(self) -> float:
         """Size of a change up to which the equation is taken as linear."""
         size = self.system.size
-        return LITTLE * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
+        return ESTIMATES.little * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
 
     def to(self, loads: Loads) -> Array:
         """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``."""
@@ -174,7 +170,7 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     load = np.roll(states, -1, axis=0) - carrier.carried(states)  # with it the answer is the orbit's own
 
     def carried(defect: Array) -> Array:
-        error = carrier.cycle.solve(load + defect, states[0], OF_CHANGE) - states
+        error = carrier.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change) - states
         return error if carrier is finer else np.roll(carrier.carried(error), 1, axis=0)
 
     error = carried(finer.ends(states) - flow.ends(states))
@@ -183,7 +179,7 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
         def again(found: Array) -> Array:
             return carried(finer.carried(found) - flow.carried(found))
 
-        error, _ = fed_back(error, again, np.tile(flow.unit, 2), 0.0, (0.0, 0.0), few=FEW_IN_TIME)
+        error, _ = fed_back(error, again, np.tile(flow.unit, 2), 0.0, (0.0, 0.0), few=FEEDBACK.few_in_time)
     return flow.parts(states + error)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.effects import UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import point_loads
@@ -17,11 +18,20 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
-STATIONS = 5  # of each member at which quantities are compared
-SMALL_MEMBER = 0.1  # of the mechanism's largest value that a member's own must have to be the measure of its error
-SMALL_EFFORT = 0.01  # of the largest joint force, at the link's size, that an effort must have for the same
-SMALL_FORCE = 0.01  # of the force that bends members as they are bent, that joints must carry for the same
-TINY = float(np.finfo(float).tiny)
+
+@dataclass(frozen=True)
+class MeasureLimits:
+    """What the errors of quantities are measured by, where their own largest values are small."""
+
+    stations: int = 5  # of each member at which quantities are compared
+    small_member: float = 0.1  # of the mechanism's largest value: a member's own must be that to measure its error
+    small_effort: float = 0.01  # of the largest joint force, at the link's size: an effort must be that to do the same
+    small_force: float = 0.01  # of the force that bends members as they are bent: joints must carry that for the same
+    small_power: float = 1e-6  # of the mean magnitude of a power: below it its mean is nothing, as without losses
+
+
+MEASURE = MeasureLimits()
+
 ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative errors (strains have none), its dimension
     "strain": ("strain", "", "member"),
     "deflection": ("deflection", "deflection_", "member"),
@@ -121,11 +131,11 @@ def places_of(scene: Scene) -> dict[str, list[str]]:
 def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     """Give the values that errors are relative to, by quantity.
 
-    Strains and deflections are measured by the largest of their member, or by `SMALL_MEMBER` of the mechanism's where
-    that is more. Joint forces are measured by the largest of all joints, or by `SMALL_FORCE` of the force that bends
-    members to their strains: joints may carry moments alone. Efforts of drives are measured by the largest of the
-    drives that have the same unit. Where the mechanism is balanced that is next to nothing, and the measure is
-    `SMALL_EFFORT` of the largest joint force, times the size of the driven link for a torque.
+    Strains and deflections are measured by the largest of their member, or by `MEASURE.small_member` of the mechanism's
+    where that is more. Joint forces are measured by the largest of all joints, or by `MEASURE.small_force` of the force
+    that bends members to their strains: joints may carry moments alone. Efforts of drives are measured by the largest
+    of the drives that have the same unit. Where the mechanism is balanced that is next to nothing, and the measure is
+    `MEASURE.small_effort` of the largest joint force, times the size of the driven link for a torque.
 
     Parameters
     ----------
@@ -134,10 +144,10 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     largest
         As `Quantities.largest`.
     """
-    bent = SMALL_FORCE * _bending_force(scene, largest["strain"])
+    bent = MEASURE.small_force * _bending_force(scene, largest["strain"])
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
     of_members = {
-        name: np.maximum(np.maximum(largest[name], SMALL_MEMBER * largest[name].max()), TINY)
+        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
         for name in ("strain", "deflection")
     }
     sliding = np.array([unit == "N" for unit in effort_units(scene)], dtype=bool)
@@ -145,7 +155,7 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     efforts = np.zeros(len(sliding))
     for same in (sliding, ~sliding):
         efforts[same] = largest["torque"][same].max(initial=0.0)
-    least = np.maximum(SMALL_EFFORT * force * np.where(sliding, 1.0, arms), TINY)
+    least = np.maximum(MEASURE.small_effort * force * np.where(sliding, 1.0, arms), TINY)
     return {
         **of_members,
         "joint_force": np.full_like(largest["joint_force"], force),
@@ -167,5 +177,5 @@ def stations_of(system: System) -> Array:
     """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
     mesh, terms = system.beams.mesh, system.terms
     if system.beams.inertia.spread is None and terms.stiffening is None and terms.law is None:
-        return np.linspace(0, 1, STATIONS)
-    return np.linspace(0, 1, max(STATIONS, 2 * int(np.bincount(mesh.cell_member).max()) + 1))
+        return np.linspace(0, 1, MEASURE.stations)
+    return np.linspace(0, 1, max(MEASURE.stations, 2 * int(np.bincount(mesh.cell_member).max()) + 1))

@@ -15,8 +15,7 @@ from fenics_mech.response.solution import (
     SubIntervalSolution,
     TransientSolution,
 )
-
-UNRESOLVED = 0.1  # of the largest value of a factor, that points of a cycle may miss
+from fenics_mech.scene.sampling import SAMPLING
 
 
 def not_estimated(solution: Solution) -> list[str]:
@@ -74,7 +73,7 @@ def _between_positions(solution: Solution) -> list[str]:
         f"what the factor of the load {name!r} does between positions, which do not see it"
         for name, load in scene.loads.items()
         if not (cut and load.cut_where_needed)
-        if load.share_missed(count) > UNRESOLVED or load.enough_angles(count) > count
+        if load.share_missed(count) > SAMPLING.unresolved or load.enough_angles(count) > count
     ]
     drives = [drive for drive in scene.drives if drive.enough_angles(count, scene.cycle_rate) > count]
     return loads + [f"what the law of the drive at {drive.joint!r} does between positions" for drive in drives]

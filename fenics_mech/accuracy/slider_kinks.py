@@ -10,6 +10,7 @@ along the member and M the couple. The whole beam would carry it past smoothly. 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
@@ -22,9 +23,17 @@ from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 
-MODES = 8  # that are looked at: the blows put less into higher ones
-BLOWS = 8  # that are looked at, the strongest
-MASSLESS = 1e-12  # of the largest 1/omega^2, up to which a mode has no mass, as with lumped ones
+
+@dataclass(frozen=True)
+class KinkLimits:
+    """How blows of pins that pass element ends are looked at."""
+
+    modes: int = 8  # that are looked at: the blows put less into higher ones
+    blows: int = 8  # that are looked at, the strongest
+    massless: float = 1e-12  # of the largest 1/omega^2, up to which a mode has no mass, as with lumped ones
+
+
+KINKS = KinkLimits()
 
 
 def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[ElasticResponse]:
@@ -40,8 +49,8 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
     v = yielded(system, {name: (np.zeros_like(jump), jump) for name, jump in zip(contacts, jumps)})
     momenta = (system.link_mass @ v.T).T
     strength = np.einsum("ki,ki->k", v, momenta)
-    struck = [int(k) for k in np.argsort(strength)[-BLOWS:] if strength[k] > 0]
-    count = min(MODES, system.size)
+    struck = [int(k) for k in np.argsort(strength)[-KINKS.blows :] if strength[k] > 0]
+    count = min(KINKS.modes, system.size)
     amplitudes, accelerations = np.zeros((2, count, *response.displacement.shape))
     free = unloaded(system)
     on_coordinates = system.transformation.backward(system.values, momenta)
@@ -50,7 +59,7 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
         mass, stiffness = (part.dense(k) for part in held)
         last = [system.size - count, system.size - 1]
         inverse, shapes = la.eigh(mass, stiffness, subset_by_index=last)  # 1/omega^2, and shapes of unit stiffness
-        omega = 1 / np.sqrt(np.maximum(inverse, MASSLESS * inverse[-1]))
+        omega = 1 / np.sqrt(np.maximum(inverse, KINKS.massless * inverse[-1]))
         missed = 1 - np.sinc(omega * step / (2 * np.pi)) ** 2  # a blow that is spread over the steps beside it
         amplitudes[:, k] = (missed * omega * (shapes.T @ on_coordinates[k]) * shapes).T
         accelerations[:, k] = -(omega[:, None] ** 2) * amplitudes[:, k]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import MESH_SAFETY, CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, MESH_SAFETY, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.mesh_residual import neglected, order_of
 from fenics_mech.effects import UNLOADED
 from fenics_mech.errors import UnresolvedError
@@ -15,8 +15,6 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import StaticSolution
 from fenics_mech.response.static.quasi_static import yielding_to
-
-LARGEST_CHANGE, LEAST = 0.3, 1e-3  # share of an answer, and of the largest answer over the cycle that it counts for
 
 
 def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
@@ -52,7 +50,7 @@ def _refuse_large(system: System, q: Array, change: Array) -> None:
     """
     share = np.abs(change).max(axis=1) / np.maximum(np.abs(q).max(axis=1), np.finfo(float).tiny)
     k = int(share.argmax())
-    if share[k] > LARGEST_CHANGE and np.abs(q[k]).max() > LEAST * np.abs(q).max():
+    if share[k] > ESTIMATES.largest_change and np.abs(q[k]).max() > ESTIMATES.least * np.abs(q).max():
         theta = np.degrees(system.motion.theta[k])
         raise UnresolvedError(
             f"the elements are too long under axial forces at drive angle {theta:.6g} deg: shorter ones may change the "

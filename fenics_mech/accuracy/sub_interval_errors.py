@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
 from fenics_mech.effects import Loads
@@ -21,13 +21,12 @@ from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.response.modal_damping import damping_ratios
-from fenics_mech.response.periodic.sub_intervals import JOINED, SubIntervals, solve_sub_intervals, superposed
+from fenics_mech.response.periodic.sub_intervals import SUB_INTERVALS, SubIntervals, solve_sub_intervals, superposed
 from fenics_mech.response.solution import SubIntervalSolution
 from fenics_mech.response.static.quasi_static import displacement_under
 from fenics_mech.scene import Scene
 
 ORDERS = {"time": 1, "modes": 2}  # measured
-SAFETY = 2  # of both
 
 
 @dataclass(frozen=True)
@@ -40,15 +39,15 @@ class ModeSearch:
     least_ratio: float = 1e-6  # of damping, for which resonance is looked for
 
 
-SEARCH = ModeSearch()
+MODE_SEARCH = ModeSearch()
 
 
 def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedResponse]:
     """Give a response by sub-intervals without the errors of their number ("time"), of modes left out, of the mesh."""
     answer = AnswerOfModes(solution)
     return {
-        "time": CorrectedResponse(solution.response.changed(*answer.halved()), ORDERS["time"], SAFETY),
-        "modes": CorrectedResponse(answer.with_modes(), ORDERS["modes"], SAFETY),
+        "time": CorrectedResponse(solution.response.changed(*answer.halved()), ORDERS["time"], ESTIMATES.safety),
+        "modes": CorrectedResponse(answer.with_modes(), ORDERS["modes"], ESTIMATES.safety),
         "mesh": corrected_for_mesh(answer.system, *without_mesh(answer, solution.response.undamped)),
     }
 
@@ -147,7 +146,7 @@ class AnswerOfModes:
         static = displacement_under(self.system, missing, self.scene.petsc)
         modes, reach = self.modes, self._reach(missing, static)
         while modes.omega.shape[1] < self.system.size and modes.frequency.min(axis=0).max() < reach:
-            if JOINED * len(modes.theta) * (2 * modes.omega.shape[1]) ** 2 > SEARCH.largest_joins:
+            if SUB_INTERVALS.joined * len(modes.theta) * (2 * modes.omega.shape[1]) ** 2 > MODE_SEARCH.largest_joins:
                 break
             modes = solve_modes(self.system, 2 * modes.omega.shape[1], self.scene.petsc)
         kept = np.arange(modes.omega.shape[1]) < self.modes.omega.shape[1]
@@ -177,9 +176,9 @@ class AnswerOfModes:
             self.modes.omega**2 * np.einsum("kmi,ki->km", self.momenta, self.solution.response.displacement) ** 2, 1
         )
         left_out = np.abs(np.einsum("ki,ki->k", missing, static)).max()
-        enough = float(max(np.sqrt(left_out), SEARCH.least_energy * np.sqrt(energy.max())))
-        highest = highest_felt(missing, static, max(self.loss, 2 * SEARCH.least_ratio), enough) / self.scene.period
-        return highest if highest > SEARCH.static * self.modes.frequency.min(axis=0).max() else 0.0
+        enough = float(max(np.sqrt(left_out), MODE_SEARCH.least_energy * np.sqrt(energy.max())))
+        highest = highest_felt(missing, static, max(self.loss, 2 * MODE_SEARCH.least_ratio), enough) / self.scene.period
+        return highest if highest > MODE_SEARCH.static * self.modes.frequency.min(axis=0).max() else 0.0
 
     def halved(self) -> tuple[Array, Array]:
         """Change of q and of the nodal inertia by half as many sub-intervals.

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES, TINY, Quantities, stations_of
+from fenics_mech._constants import TINY
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities, stations_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -122,11 +123,8 @@ def judged_by_answer(scene: Scene) -> bool:
     that cannot stretch.
     """
     struck = scene.impulses and scene.analysis.method == "transient"
-    return not (
-        struck
-        or scene.analysis.reduction != "none"
-        or any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene))
-    )
+    stretches = not any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene))
+    return stretches and not struck and scene.analysis.reduction == "none"
 
 
 def judged(scene: Scene) -> set[str]:
@@ -194,7 +192,8 @@ def _under_motor(solution: MotorSolution, exact: Scene) -> Quantities:
     both = [MotorCycle(scene, system), MotorCycle(exact, moved(exact, system, system.motion))]
     theta = motion.cycle.steps.angles(motion.cycle.tableau.points, scene.cycle_rate)
     rung, exactly = (partial(one.about_twist, theta) for one in both)
-    own, links = both[0].links_at(theta, *motion.state[:2], motion.state[..., -1])
+    q, rate, _ = motion.state
+    own, links = both[0].links_at(theta, q, rate, motion.state[..., -1])
     tension = mean_tension(own.system, links)
     found = _closed(rung(motion.state[..., -1]), lambda state: exactly(state[..., -1]), motion, tension)
     changed = []

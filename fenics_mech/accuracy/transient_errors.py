@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.linear_response import change_in_time, too_fast
 from fenics_mech.accuracy.mesh_residual import at_the_start, neglected
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import TransientSolution
-from fenics_mech.response.transient.course import LONGEST_STEP, Course
+from fenics_mech.response.transient.course import TRANSIENT, Course
 from fenics_mech.response.transient.in_time import (
     concatenated,
     course_from,
@@ -26,12 +26,6 @@ from fenics_mech.response.transient.in_time import (
     schedule_of,
 )
 
-OF_MODES = 2.0  # convergence order in the cutoff, of the answer of the modes left out
-ROUGHER, ROUGH_SHARE = (
-    10.0,
-    0.5,
-)  # tolerance of steps that estimate the error of others, and its share in the difference
-LONGER = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
 OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
 
 
@@ -64,9 +58,10 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
         )
         errors["mesh"] = replace(errors["mesh"], remark=remark)
     if roughly:
-        errors = {"time": CorrectedResponse(concatenated(roughly), 1, ROUGH_SHARE), **errors}
+        errors = {"time": CorrectedResponse(concatenated(roughly), 1, ESTIMATES.rough_share), **errors}
     if scene.analysis.reduction != "none" and scene.analysis.start == "rigid":
-        errors["modes"] = CorrectedResponse(solution.response, OF_MODES, loads=at_the_start(solution.system))
+        left_out = at_the_start(solution.system)
+        errors["modes"] = CorrectedResponse(solution.response, ESTIMATES.mode_order, loads=left_out)
     return errors
 
 
@@ -80,9 +75,11 @@ def _rough_course(solution: TransientSolution) -> Course:
     scene, time = solution.scene, solution.course.time
     lead = schedule_of(scene).lead(float(time[0]))
     cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
-    tolerance = min(ROUGHER * scene.analysis.time_tolerance, 0.9)
+    tolerance = min(ESTIMATES.rougher * scene.analysis.time_tolerance, 0.9)
     rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)
-    return course_from(rough, solution.over_cycle, solution.start, solution.coefficients, LONGER * LONGEST_STEP)
+    return course_from(
+        rough, solution.over_cycle, solution.start, solution.coefficients, ESTIMATES.longer * TRANSIENT.longest_step
+    )
 
 
 def _without_mesh(

@@ -22,9 +22,7 @@ class ValidityLimits:
     bow: float = 0.02  # of the length; beyond it bending shortens a member noticeably
     rotation: float = 1.3  # rad; there 8 elements give a cantilever's tip to 1e-4, and at 90 degrees the strain ends
     acting: float = 0.1  # rad, of an axis that a motor or a travelling pin takes as straight
-    farthest: float = (
-        1.0  # rad, or of the length; a cantilever's end that turns by 1 rad in linear theory turns by 0.78
-    )
+    farthest: float = 1.0  # rad, or of the length; a cantilever's end at 1 rad in linear theory turns by 0.78
 
 
 VALIDITY = ValidityLimits()

@@ -26,9 +26,7 @@ from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.span import Span, outside
-
-ABOVE = 20.0  # measured on the seed four-bar: strains to 4e-5, with 10 to 2e-4, with 5 to 2e-3
+from fenics_mech.beams.span import REDUCTION, Span, outside
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +81,8 @@ class Reduction:
         members
             Those members that are to be reduced.
         cutoff
-            Frequency up to which their modes with clamped ends are kept (rad/s); None means `ABOVE` times the lowest
-            of them all, below which the mechanism's own lowest mode is.
+            Frequency up to which their modes with clamped ends are kept (rad/s); None means `REDUCTION.cutoff` times
+            the lowest of them all, below which the mechanism's own lowest mode is.
         stretched
             Whether the displacement along the axis of the inner nodes that are seen is kept.
         """
@@ -92,7 +90,7 @@ class Reduction:
         mass = to_scipy(fine.mass)
         spans = [Span.of(fine, mass, member) for member in members]
         if cutoff is None:
-            cutoff = ABOVE * min((span.lowest for span in spans), default=0.0)
+            cutoff = REDUCTION.cutoff * min((span.lowest for span in spans), default=0.0)
         kept = _without(height, spans)
         static = sp.csr_matrix((np.ones(len(kept)), (kept, np.arange(len(kept)))), shape=(height, len(kept)))
         parts, omegas = [static], [np.zeros(0)]

@@ -17,7 +17,7 @@ CUBIC = (  # displacement, rotation times L, of the first node and of the second
 ALONG, ACROSS = (  # integrals of their products with the linear ones
     np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
 )
-TURNING = np.array([[(f.deriv() * g).integ()(1.0) for g in LINEAR] for f in CUBIC])
+SLOPES_ACROSS = np.array([[(f.deriv() * g).integ()(1.0) for g in LINEAR] for f in CUBIC])
 AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both nodes: those along its axis, and across
 
 
@@ -163,6 +163,6 @@ def moments_at_ends(moments: Array, length: Array) -> Array:
         Forces and moments at the nodes, in member axes, ``(angles, elements, 6)`` (N, N m).
     """
     forces = np.zeros((*moments.shape[:2], 6))
-    forces[..., NORMAL] = moments @ TURNING.T
+    forces[..., NORMAL] = moments @ SLOPES_ACROSS.T
     forces[..., [2, 5]] *= length[:, None]
     return forces

@@ -20,8 +20,19 @@ from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SolverError
 
-SMALL = 60  # inner dofs of a member, up to which all its modes are found at once
-TOLERANCE = 1e-12  # of the modes
+
+@dataclass(frozen=True)
+class ReductionLimits:
+    """Limits of the reduction of members to their ends and lowest modes."""
+
+    small: int = 60  # inner dofs of a member, up to which all its modes are found at once
+    tolerance: float = 1e-12  # of the modes, relative
+    cutoff: float = 20.0  # over the lowest frequency; measured on the seed: strains to 4e-5, 10 to 2e-4, 5 to 2e-3
+    recovered: int = 10  # elements of a member on which strains are recovered: 5e-6 of them off those on 64
+    recovered_stiffened: int = 32  # the same, where given axial forces act on the bent axis: they are as good as these
+
+
+REDUCTION = ReductionLimits()
 
 
 def outside(mesh: BeamMesh, spans: Sequence[Span]) -> NDArray[np.bool_]:
@@ -168,7 +179,7 @@ class Span:
         count = min(count, size)
         if not count:
             return np.zeros(0), np.zeros((0, self.inner.size))
-        dense = size <= SMALL
+        dense = size <= REDUCTION.small
         mass, operator = to_petsc(self._scaled_mass), PETSc.Mat()
         if dense:
             flexible = self._operated(np.eye(size))
@@ -179,7 +190,7 @@ class Span:
         eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
         eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
         eps.setDimensions(count)
-        eps.setTolerances(TOLERANCE, 1000)
+        eps.setTolerances(REDUCTION.tolerance, 1000)
         eps.setOperators(operator, mass)
         vector = mass.createVecRight()
         with configured(eps, "links_", {"eps_type": "lapack" if dense else "krylovschur"}, {}):

@@ -15,13 +15,13 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.scene.sections.rigidity import SECTION
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
     from fenics_mech.scene import Scene
 
-PLACES = 64  # in an element, at which its section is looked at
-POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # of integrals from 0 to 1
+RULE_POINTS, RULE_WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # integrals over 0..1
 
 
 def stiffness_correction(beams: Beams) -> Array:
@@ -123,10 +123,10 @@ def _from_first_end(
     beams: Beams, element: Index, xi: Array, loads: Callable[[Index, Array], tuple[Array, Array]]
 ) -> tuple[Array, Array, Array]:
     """Displacements u, w and rotation beside those of the first node, which has no forces, ``(places, functions)``."""
-    h, x = beams.mesh.cell_length[element, None], xi[:, None] * POINTS
-    once, twice = (part.reshape(*x.shape, -1) for part in loads(np.repeat(element, len(POINTS)), x.ravel()))
+    h, x = beams.mesh.cell_length[element, None], xi[:, None] * RULE_POINTS
+    once, twice = (part.reshape(*x.shape, -1) for part in loads(np.repeat(element, len(RULE_POINTS)), x.ravel()))
     ea, ei = _rigidities(beams, element, x)
-    weight = xi[:, None] * WEIGHTS
+    weight = xi[:, None] * RULE_WEIGHTS
     u = -(h**2) * np.sum((weight / ea)[..., None] * once, axis=1)
     u[np.isinf(beams.rigidity.axial.mean[element])] = 0.0
     turned = h**3 * np.sum((weight / ei)[..., None] * twice, axis=1)
@@ -152,7 +152,7 @@ def misfit(scene: Scene, beams: Beams) -> Array:
     rigidity, density = beams.rigidity, beams.inertia.density
     if not (rigidity.varies and density.varies):
         return np.zeros(len(mesh.members))
-    places = (np.arange(PLACES) + 0.5) / PLACES
+    places = (np.arange(SECTION.places) + 0.5) / SECTION.places
     powers = np.stack([rigidity.bending.powers, density.powers])
     fitted = powers @ np.vander(places, powers.shape[-1], increasing=True).T  # EI, rho A: (2, elements, places)
     fitted[0] = 1 / fitted[0]
@@ -189,7 +189,7 @@ def _flexibility(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]
         u by the axial force, ``(places,)``, and w, phi by the transverse force and the moment, ``(places, 2, 2)``.
     """
     h = beams.mesh.cell_length[element]
-    x, weight = xi[:, None] * POINTS, xi[:, None] * WEIGHTS
+    x, weight = xi[:, None] * RULE_POINTS, xi[:, None] * RULE_WEIGHTS
     ea, ei = _rigidities(beams, element, x)
     curvature = np.stack([h[:, None] * (1 - x), np.ones_like(x)], axis=-1) / ei[..., None]
     turned = np.sum(weight[..., None] * curvature, axis=1) * h[:, None]

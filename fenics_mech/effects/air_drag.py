@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
 
 OF_WORK = np.array([[4.0, -2.0], [-2.0, 4.0]])  # a linear load on a unit length, from its work on `LINEAR`
-HIGHEST = 7  # powers of xi in the product of two cubics
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for |V| times that product, as |V| is linear in parts
+POWERS = 7  # powers of xi in the product of two cubics
+DRAG_POINTS, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for |V| times it: |V| is linear in parts
 
 
 def _coefficients(functions: tuple[np.polynomial.Polynomial, ...], dofs: list[int]) -> Array:
@@ -47,7 +47,7 @@ SLOPE = _coefficients(tuple(f.deriv() for f in CUBIC), NORMAL)
 
 def _products(first: Array, second: Array) -> Array:
     """Coefficients of the products of functions, ``(6, 6, powers)``."""
-    found = np.zeros((6, 6, HIGHEST))
+    found = np.zeros((6, 6, POWERS))
     for power in range(4):
         found[..., power : power + 4] += first[:, None, power, None] * second[None]
     return found
@@ -122,8 +122,8 @@ class AirFlow:
         first, second = self.speed[..., 0], self.speed[..., 1]
         turns = first * second < 0
         cut = np.where(turns, first / np.where(turns, first - second, 1.0), 1.0)[..., None]
-        xi = np.concatenate([cut * (1 + POINTS) / 2, cut + (1 - cut) * (1 + POINTS) / 2], axis=-1)
-        weights = np.concatenate([cut * WEIGHTS / 2, (1 - cut) * WEIGHTS / 2], axis=-1)
+        xi = np.concatenate([cut * (1 + DRAG_POINTS) / 2, cut + (1 - cut) * (1 + DRAG_POINTS) / 2], axis=-1)
+        weights = np.concatenate([cut * DRAG_WEIGHTS / 2, (1 - cut) * DRAG_WEIGHTS / 2], axis=-1)
         return xi, weights * self.beams.mesh.cell_length[:, None]
 
     @cached_property
@@ -136,7 +136,7 @@ class AirFlow:
     def _moments(self) -> tuple[Array, Array]:
         """Integrals of ``2 k |V|`` and of ``k |V| V`` times powers of xi, ``(angles, elements, powers)``."""
         xi, weights = self.points
-        powers = xi[..., None] ** np.arange(HIGHEST)
+        powers = xi[..., None] ** np.arange(POWERS)
         by_place = 2 * self.drag[:, None] * np.abs(self.across) * weights
         linear = np.einsum("tep,tepj->tej", by_place, powers)
         return linear, np.einsum("tep,tepj->tej", by_place * self.across / 2, powers)

@@ -12,8 +12,7 @@ from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.rotation_forces import RotationForces, of_sines
 from fenics_mech.effects.terms import AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links, total
 from fenics_mech.scene.applied_loads import LineLoad, Load
-
-JUST_BEFORE = 1e-15  # of its place in an element, by which a load acts before a station there, as at a node
+from fenics_mech.scene.bodies import MESH
 
 
 def terms(situation: Situation) -> Terms:
@@ -76,7 +75,7 @@ def _inside(situation: Situation, load: Load, factor: Array) -> Terms:
     cells, along = np.flatnonzero(mesh.cell_member == member), float(at) * mesh.member_length[member]
     element = cells[np.searchsorted(mesh.cell_start[cells], along, side="right") - 1]
     length = mesh.cell_length[element]
-    place = (along - mesh.cell_start[element]) / length * (1 - JUST_BEFORE)
+    place = (along - mesh.cell_start[element]) / length * (1 - MESH.just_before)
     force, link = np.array(load.force), mesh.member_link[member]
     turn = member_rotation(mesh)[element]
     in_link = factor * in_links(situation.motion, force)[:, link]

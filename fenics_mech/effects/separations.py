@@ -20,7 +20,16 @@ from fenics_mech.scene.springs_dampers import Hinge, Line
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
 
-SHORTEST = 1e-9  # length of a line, of its longest over the cycle, below which it has no direction
+
+@dataclass(frozen=True)
+class SeparationLimits:
+    """Limits of springs and dampers between two points or links."""
+
+    shortest: float = 1e-9  # length of a line, of its longest over the cycle: below it the line has no direction
+    stiffest: int = 30  # of the rotational stiffness of an element's end, 4EI/h, for a torsional spring: measured
+
+
+SEPARATION = SeparationLimits()
 
 
 @dataclass(frozen=True)
@@ -116,7 +125,7 @@ class Separation:
             return np.ones_like(self.value)
         length = self.length
         k = int(length.argmin())
-        if length[k] <= SHORTEST * length.max():
+        if length[k] <= SEPARATION.shortest * length.max():
             raise AssemblyError(
                 f"the ends of {name} meet at drive angle {np.degrees(motion.theta[k]):.6g} deg, where it has no "
                 "direction: put them elsewhere"

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.separations import Separation, across
+from fenics_mech.effects.separations import SEPARATION, Separation, across
 from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
@@ -20,9 +21,6 @@ from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
-
-TURN = 2 * np.pi
-STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a torsional spring: measured
 
 
 def terms(situation: Situation) -> Terms:
@@ -201,7 +199,7 @@ def _bound(scene: Scene, spring: HingeSpring) -> float:
                 share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label))[-end]
                 h = share * math.dist(*scene.member_ends(label))
                 ends.append(4 * float(scene.rigidity(label, np.array([float(end)])).bending[0]) / h)
-    return STIFFEST * min(ends, default=math.inf)
+    return SEPARATION.stiffest * min(ends, default=math.inf)
 
 
 def refuse_too_stiff(scene: Scene) -> None:

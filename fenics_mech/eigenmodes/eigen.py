@@ -20,9 +20,9 @@ from fenics_mech.eigenmodes.tracking import Modes, track
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 
-DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
+LAPACK = {"eps_type": "lapack", "eps_smallest_real": ""}
 SEED = 0  # of the vector that the solver starts from
-FEW = {
+KRYLOV_SCHUR = {
     "eps_type": "krylovschur",
     "eps_target": 0.0,
     "eps_target_magnitude": "",
@@ -42,9 +42,10 @@ class EigenLimits:
     most_rounding: float = 0.1  # share of an eigenvalue that is allowed for rounding at most
     zero: float = 1e-6  # of the shift, up to which an eigenvalue counts as 0
     counted: int = 8  # positions at which eigenvalues are counted, at most: each costs a factorisation
+    spare_sines: int = 20  # beside the frequencies wanted, of a member on two pins
 
 
-LIMITS = EigenLimits()
+EIGENSOLVER = EigenLimits()
 
 
 def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = None) -> Modes:
@@ -80,7 +81,7 @@ def _solve_all(system: System, count: int, options: Mapping[str, Any]) -> Modes:
     else:
         squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options))
         positions = ((k, to_scipy(m), to_scipy(s)) for k, m, s in system.positions(symmetric=True))
-    dense = {f"modes_{key}": value for key, value in DENSE.items()}
+    dense = {f"modes_{key}": value for key, value in LAPACK.items()}
     if not first and not dense.items() <= options.items() and _misses_one(positions, squares):
         return _solve_all(system, count, {**options, **dense})
     momenta = system.mass_times(shapes)
@@ -101,14 +102,14 @@ def _misses_one(positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]], s
     By Sylvester's law of inertia as many eigenvalues are below a number as ``K - number M`` has negative pivots. Looked
     at are the first position, and those at which two modes are next to each other.
     """
-    close = (np.diff(squares, axis=1) < LIMITS.equal * squares[:, 1:]).any(axis=1)
-    looked_at = {0, *np.flatnonzero(close)[: LIMITS.counted].tolist()}
+    close = (np.diff(squares, axis=1) < EIGENSOLVER.equal * squares[:, 1:]).any(axis=1)
+    looked_at = {0, *np.flatnonzero(close)[: EIGENSOLVER.counted].tolist()}
     for k, mass, stiffness in positions:
         if k in looked_at:
             heavy = mass.diagonal() > 0
             fastest = (stiffness.diagonal()[heavy] / mass.diagonal()[heavy]).max(initial=0.0)
-            rounding = LIMITS.rounding * np.finfo(float).eps * fastest / squares[k, -1]
-            bound = squares[k, -1] * (1 - min(max(LIMITS.equal, rounding), LIMITS.most_rounding))
+            rounding = EIGENSOLVER.rounding * np.finfo(float).eps * fastest / squares[k, -1]
+            bound = squares[k, -1] * (1 - min(max(EIGENSOLVER.equal, rounding), EIGENSOLVER.most_rounding))
             shifted = (stiffness - bound * mass).tocsc()
             factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             if (factors.U.diagonal() < 0).sum() > (squares[k] < bound).sum():
@@ -125,8 +126,8 @@ def _solver(
     """Set up the eigensolver for so many modes, beside others that come first, and the vector that it starts from."""
     members = len(system.beams.mesh.members)  # those that are alike have modes in common, nearly at one frequency
     subspace = 2 * count + members + 1  # large enough for the lowest modes to converge without a restart, nearly always
-    few = subspace + first < system.size and options.get("modes_eps_type") != DENSE["eps_type"]
-    defaults = FEW | {"eps_ncv": subspace} if few else DENSE
+    few = subspace + first < system.size and options.get("modes_eps_type") != LAPACK["eps_type"]
+    defaults = KRYLOV_SCHUR | {"eps_ncv": subspace} if few else LAPACK
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
@@ -166,7 +167,7 @@ def _solve_beside(rigid: RigidModes, system: System, count: int, options: Mappin
         values, shapes = _solve_position(eps, start, system, 0, count + dense * first)
         if dense and _positive(stiffness + shift * mass):
             _refine_lowest(eps, matrices, values, shapes)
-        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, LIMITS.zero * shift)
+        _refuse_negative(system, 0, values[0] - shift, (basis @ shapes[0].T).T, EIGENSOLVER.zero * shift)
     return values[len(values) - count :] - shift, (basis @ shapes[len(shapes) - count :].T).T
 
 

@@ -7,10 +7,9 @@ import math
 import numpy as np
 from scipy.linalg import eigh
 
+from fenics_mech.eigenmodes.eigen import EIGENSOLVER
 from fenics_mech.scene import Scene
-
-POINTS = 120  # of Gauss' rule along a member whose section varies
-SPARE_SINES = 20  # beside the frequencies that are wanted
+from fenics_mech.scene.sections.rigidity import SECTION
 
 
 def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.ndarray]:
@@ -39,14 +38,14 @@ def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.n
             wave_speed = np.sqrt(here.bending / here.line_density)
             omega = np.arange(1, count + 1) ** 2 * np.pi**2 / length**2 * wave_speed  # (7.6), with m the whole mass
         else:
-            omega = _of_sines(scene, label, count + SPARE_SINES)[:count] / length**2
+            omega = _of_sines(scene, label, count + EIGENSOLVER.spare_sines)[:count] / length**2
         frequencies[label] = omega / (2 * np.pi)
     return frequencies
 
 
 def _of_sines(scene: Scene, label: str, sines: int) -> np.ndarray:
     """Circular frequencies (rad/s) times length^2 (m^2) by Ritz' method, ascending."""
-    x, weight = np.polynomial.legendre.leggauss(POINTS)
+    x, weight = np.polynomial.legendre.leggauss(SECTION.gauss_points)
     s, weight = (1 + x) / 2, weight / 2
     rigidity = scene.rigidity(label, s)
     wave = np.pi * np.arange(1, sines + 1)

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics.conditioning import (
-    SINGULAR,
+    CONDITION,
     links_moved,
     locks,
     refuse_singular,
@@ -37,7 +37,7 @@ class AssemblyLimits:
     at_rest: float = 1e-9  # rate of a link's angle that counts as none: in a dwell rates are rounding
 
 
-LIMITS = AssemblyLimits()
+ASSEMBLY = AssemblyLimits()
 
 
 def assemble(loops: Loops) -> Array:
@@ -65,7 +65,7 @@ def assemble(loops: Loops) -> Array:
     for i, link in enumerate(loops.scene.links.values()):
         driven = i in loops.driven_angles.body
         away = abs(math.remainder(q[0, 3 * i + 2] - link.angle, 2 * math.pi))
-        if link.angle and not driven and away > LIMITS.farthest_from_guess:
+        if link.angle and not driven and away > ASSEMBLY.farthest_from_guess:
             raise AssemblyError(
                 f"at drive angle 0 link {loops.links[i]} came to lie at {_degrees(q[0, 3 * i + 2])}, far from its "
                 f"rough angle {_degrees(link.angle)}: give rough angles nearer to the intended position"
@@ -82,7 +82,7 @@ def _refuse_contradicted(loops: Loops) -> None:
         if first not in rough or second not in rough:
             continue
         stated = rough[second] - rough[first]
-        if abs(math.remainder(stated - held, 2 * math.pi)) > LIMITS.farthest_from_held:
+        if abs(math.remainder(stated - held, 2 * math.pi)) > ASSEMBLY.farthest_from_held:
             names = [f"link {loops.links[i]}" if i != GROUND else "the ground" for i in (first, second)]
             raise AssemblyError(
                 f"joint {joint} holds {names[1]} at {_degrees(held)} to {names[0]}, and their rough angles say "
@@ -171,7 +171,7 @@ def newton(
     *,
     iterations: int = 12,
     damped: bool = False,
-    tolerance: float = LIMITS.closed,
+    tolerance: float = ASSEMBLY.closed,
 ) -> tuple[Array, np.ndarray]:
     """Newton's method on the loop equations of all positions at once.
 
@@ -245,20 +245,20 @@ def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> Assem
     ours = float(side(loops, start[None])[0])
     for sign, end in ((1.0, theta.max(initial=0.0)), (-1.0, -theta.min(initial=0.0))):
         here, q, rate, curvature = points[0]
-        step, tried = LIMITS.largest_step, 0
+        step, tried = ASSEMBLY.largest_step, 0
         while sign * here < end:
             ahead, tried = sign * step, tried + 1
-            if tried > LIMITS.most_steps * max(1.0, end / (2 * math.pi)):
+            if tried > ASSEMBLY.most_steps * max(1.0, end / (2 * math.pi)):
                 raise _too_rough(loops, here, rate, tried - 1)
             found = _stepped(loops, (here, q, rate, curvature), ahead)
             if found is not None and side(loops, found[0][None])[0] == ours:
                 here, (q, rate, curvature) = here + ahead, found
                 points.append((here, q, rate, curvature))
-                step = min(1.5 * step, LIMITS.largest_step)
-                stuck = sign * here < end and smallest_value(loops, q) < SINGULAR
+                step = min(1.5 * step, ASSEMBLY.largest_step)
+                stuck = sign * here < end and smallest_value(loops, q) < CONDITION.singular
             else:
                 step /= 2
-                stuck = step < LIMITS.smallest_step
+                stuck = step < ASSEMBLY.smallest_step
             if stuck:
                 if to_the_end:
                     break
@@ -273,13 +273,13 @@ def _stepped(loops: Loops, point: tuple[float, Array, Array, Array], ahead: floa
     here, q, rate, curvature = point
     guess = q + rate * ahead + curvature * ahead**2 / 2
     found, closed = newton(
-        loops, guess[None], loops.drive(np.array([here + ahead])).value, tolerance=LIMITS.closed_coarsely
+        loops, guess[None], loops.drive(np.array([here + ahead])).value, tolerance=ASSEMBLY.closed_coarsely
     )
-    if not closed[0] or np.abs((found[0] - guess)[2::3]).max() > LIMITS.largest_correction:
+    if not closed[0] or np.abs((found[0] - guess)[2::3]).max() > ASSEMBLY.largest_correction:
         return None
     new_rate, new_curvature = _derivatives_at(loops, found[0], here + ahead)
     turn = np.abs((new_rate - rate - curvature * ahead)[2::3]).max()
-    if turn > LIMITS.largest_turn * max(LIMITS.at_rest, *(np.abs(part[2::3]).max() for part in (rate, new_rate))):
+    if turn > ASSEMBLY.largest_turn * max(ASSEMBLY.at_rest, *(np.abs(part[2::3]).max() for part in (rate, new_rate))):
         return None
     return found[0], new_rate, new_curvature
 

@@ -7,14 +7,30 @@ e over it, and accelerations, relatively, by e over its square.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics.loops import Loops
 
-SINGULAR = 3e-6  # smallest singular value, below which rounding changes accelerations by more than about 1e-4
-BOUNDED = 1e-4  # that value times the rate of the fastest link, by that of the drive, below which the links do not lock
+
+@dataclass(frozen=True)
+class ConditionLimits:
+    """When a position of a linkage counts as singular, and a link as free to move."""
+
+    singular: float = 3e-6  # smallest singular value: below it rounding changes accelerations by more than about 1e-4
+    bounded: float = 1e-4  # that value times the rate of the fastest link by the drive: below it the links do not lock
+    flat: float = 1e-9  # relative change of that value over the range that counts as none
+    free: float = 1e-9  # singular value of the Jacobian without units, up to which a motion is free
+    seen: float = 1e-6  # of the largest motion, above which a link moves
+    most_named: int = 4  # links that a message about one freedom names
+    samples: int = 361  # of the range of the drive
+    points: int = 21  # of each pass of the search for a minimum, which leaves a tenth of the interval
+
+
+CONDITION = ConditionLimits()
 
 
 def singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
@@ -79,7 +95,7 @@ def locks(loops: Loops, q: Array, rate: Array) -> bool:
     q, rate
         Coordinates next to it and their derivatives by the drive coordinate, ``(3 links,)`` each.
     """
-    return bool(smallest_value(loops, q) * np.abs(rate[2::3]).max() > BOUNDED)
+    return bool(smallest_value(loops, q) * np.abs(rate[2::3]).max() > CONDITION.bounded)
 
 
 def refuse_singular(loops: Loops, theta: Array, q: Array) -> None:
@@ -96,11 +112,11 @@ def refuse_singular(loops: Loops, theta: Array, q: Array) -> None:
         bound = 1 / np.linalg.norm(np.linalg.inv(loops.without_units(q)), axis=(1, 2))  # not above the smallest value
     except np.linalg.LinAlgError:
         bound = np.zeros(len(q))
-    if not (near := np.flatnonzero(bound < SINGULAR)).size:
+    if not (near := np.flatnonzero(bound < CONDITION.singular)).size:
         return
     values, right = singular_values(loops, q[near])
     worst = int(values[:, -1].argmin())
-    if values[worst, -1] < SINGULAR:
+    if values[worst, -1] < CONDITION.singular:
         moved = ", ".join(links_moved(loops, right[worst, -1]))
         raise AssemblyError(
             f"the linkage is at a dead centre or change point at drive angle {np.degrees(theta[near[worst]]):.10g} deg "

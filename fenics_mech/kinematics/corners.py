@@ -11,11 +11,19 @@ from fenics_mech.kinematics.assembly import coordinates_at, derivatives
 from fenics_mech.kinematics.linkage import Linkage, Path
 from fenics_mech.kinematics.motion import Motion
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import MOST_SUB_INTERVALS
+from fenics_mech.scene.base import SCENE
 
-LARGEST_BETWEEN = 3.0  # acceleration between the angles of a cycle over that at them
-SHARP = 10.0  # acceleration over velocity, by the drive coordinate (rad), above which a velocity has a corner
-AROUND = 101  # angles at which a corner is looked at
+
+@dataclass(frozen=True)
+class CornerLimits:
+    """When the motion of a linkage has corners that positions miss."""
+
+    largest_between: float = 3.0  # acceleration between the angles of a cycle over that at them
+    sharp: float = 10.0  # acceleration over velocity, by the drive coordinate (1/rad): above it a velocity has a corner
+    around: int = 101  # angles at which a corner is looked at
+
+
+CORNERS = CornerLimits()
 
 
 @dataclass(frozen=True)
@@ -42,7 +50,7 @@ def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
     """Find a corner of the motion, as at a small transmission angle, that the angles of a cycle miss.
 
     A link's velocity turns sharply there. Its acceleration is larger between the angles than at any of them by
-    `LARGEST_BETWEEN`. Where the links vibrate, a turn within one step counts too.
+    `CORNERS.largest_between`. Where the links vibrate, a turn within one step counts too.
 
     Parameters
     ----------
@@ -66,20 +74,20 @@ def _missed_corner(path: Path, periodic: bool) -> Corner | None:
     inside = np.clip(branch.theta, path.theta.min(), path.theta.max())
     highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
     first, last = max(highest - 1, 0), min(highest + 1, len(inside) - 1)
-    theta = np.linspace(float(inside[first]), float(inside[last]), AROUND)
+    theta = np.linspace(float(inside[first]), float(inside[last]), CORNERS.around)
     rates, turns = (np.abs(part[:, 2::3]) for part in derivatives(loops, coordinates_at(loops, theta, branch), theta))
     place, link = np.unravel_index(int(turns.argmax()), turns.shape)
     peak, rate = float(turns[place, link]), max(float(rates[:, link].max()), 1.0)
-    if peak < SHARP * rate:
+    if peak < CORNERS.sharp * rate:
         return None
-    missed = peak > LARGEST_BETWEEN * np.abs(path.curvature[:, 2::3]).max()
+    missed = peak > CORNERS.largest_between * np.abs(path.curvature[:, 2::3]).max()
     enough, count = int(np.ceil(2 * np.pi * peak / rate)), len(path.theta)
     missed = missed or (periodic and count < enough)
     enough = 2 * count if count >= enough else enough  # as many may lie on both sides of it
     return Corner(loops.links[link], float(theta[place]), peak, enough) if missed else None
 
 
-def positions_for_corners(scene: Scene, linkage: Linkage, count: int, most: int = MOST_SUB_INTERVALS) -> int:
+def positions_for_corners(scene: Scene, linkage: Linkage, count: int, most: int = SCENE.most_sub_intervals) -> int:
     """Give a number of equal steps of a cycle that miss no corner of the motion; see `missed_corner`.
 
     Parameters

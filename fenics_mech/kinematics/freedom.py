@@ -6,12 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
+from fenics_mech.kinematics.conditioning import CONDITION
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.scene import Scene
-
-NULL = 1e-9  # singular value of the Jacobian without units, up to which a motion is free
-SEEN = 1e-6  # of the largest motion, above which a link moves
-MOST_NAMED = 4  # links that one freedom names
 
 
 def free_motions(loops: Loops, q: Array) -> Array:
@@ -39,7 +36,7 @@ def free_motions(loops: Loops, q: Array) -> Array:
         rows[-len(loops.driven_strokes) :] = size
     jacobian = loops.jacobian(q[None])[0] * unit / rows[:, None]
     _, values, right = np.linalg.svd(jacobian)
-    null = right[int((values > NULL).sum()) :]
+    null = right[int((values > CONDITION.free).sum()) :]
     return (row_reduced(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
 
 
@@ -62,7 +59,7 @@ def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
     for k in range(len(left)):
         size = np.abs(left[k:])
         first = np.where(preferred, size, 0.0)
-        row, column = np.unravel_index(int((first if first.max() > SEEN else size).argmax()), size.shape)
+        row, column = np.unravel_index(int((first if first.max() > CONDITION.seen else size).argmax()), size.shape)
         left[np.array([k, k + row])] = left[np.array([k + row, k])]
         left[k] /= left[k, column]
         others = np.arange(len(left)) != k
@@ -94,21 +91,23 @@ def _described(scene: Scene, poses: Array, motion: Array) -> str:
     links, size = list(scene.links), _size(scene)
     moves = np.maximum(np.linalg.norm(motion[:, :2], axis=1) / size, np.abs(motion[:, 2]))
     turns = np.abs(motion[:, 2])
-    leads = turns if turns.max() > SEEN * moves.max() else moves
+    leads = turns if turns.max() > CONDITION.seen * moves.max() else moves
     first = int(leads.argmax())
     held = {name: [point.split(".")[0] for point in joint.connect] for name, joint in scene.joints.items()}
     joints = [name for name, bodies in held.items() if links[first] in bodies]
     if leads is turns:
-        still = [name for name in joints if _speed(scene, poses, motion, name, first) < SEEN * size * turns[first]]
+        least = CONDITION.seen * size * turns[first]
+        still = [name for name in joints if _speed(scene, poses, motion, name, first) < least]
         text = f"link {links[first]} can turn freely" + (f" about joint {still[0]}" if still else "")
     else:
         sliding = [name for name in joints if scene.joints[name].kind in ("slot", "prismatic")]
         angle = np.degrees(np.arctan2(motion[first, 1], motion[first, 0])) % 180
         text = f"link {links[first]} can move freely along {angle:.4g} deg"
         text += f", in joint {sliding[0]}" if sliding else ""
-    others = [links[i] for i in np.argsort(-moves, kind="stable") if i != first and moves[i] > SEEN * moves.max()]
-    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
-    return text + (f" and moves {', '.join(others[:MOST_NAMED])}{more} with it" if others else "")
+    least, most = CONDITION.seen * moves.max(), CONDITION.most_named
+    others = [links[i] for i in np.argsort(-moves, kind="stable") if i != first and moves[i] > least]
+    more = f" and {len(others) - most} more" if len(others) > most else ""
+    return text + (f" and moves {', '.join(others[:most])}{more} with it" if others else "")
 
 
 def _speed(scene: Scene, poses: Array, motion: Array, joint: str, link: int) -> float:

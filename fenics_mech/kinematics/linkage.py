@@ -18,8 +18,18 @@ from fenics_mech.kinematics.motion import Motion, as_motion
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
-MOST_PATHS = 6  # sets of angles that a linkage keeps: an analysis and its survey take 2 to 5
-MOST_MADE = 2  # things of one kind that the positions at a set of angles keep
+
+
+@dataclass(frozen=True)
+class CacheLimits:
+    """How many of the things that are costly to make are kept."""
+
+    most_paths: int = 6  # sets of angles that a linkage keeps: an analysis and its survey take 2 to 5
+    most_made: int = 2  # things of one kind that the positions at a set of angles keep
+    most_shared: int = 2  # links, and linkages, that analyses have in common: those of a survey and those of its run
+
+
+CACHE = CacheLimits()
 
 
 class Linkage:
@@ -80,7 +90,7 @@ class Linkage:
             refuse_singular(self.loops, theta, q)
             path = Path(self, theta, q, *derivatives(self.loops, q, theta))
         self._paths[key] = path
-        if len(self._paths) > MOST_PATHS:
+        if len(self._paths) > CACHE.most_paths:
             del self._paths[next(iter(self._paths))]
         return path
 
@@ -138,7 +148,7 @@ class Path:
         Parameters
         ----------
         what
-            Kind of thing; of each kind the last `MOST_MADE` are kept.
+            Kind of thing; of each kind the last `CACHE.most_made` are kept.
         sources
             Objects that it is made from beside the positions. They are compared by identity.
         make
@@ -150,7 +160,7 @@ class Path:
         place = (key, *map(id, sources))
         found = made.pop(place) if place in made else (sources, make())  # what keeps the sources keeps their identity
         made[place] = found
-        if len(made) > MOST_MADE:
+        if len(made) > CACHE.most_made:
             del made[next(iter(made))]
         return found[1]
 

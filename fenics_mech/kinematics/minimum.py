@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fenics_mech._arrays import Array
-
-POINTS = 21  # of each pass, which leaves a tenth of the interval
+from fenics_mech.kinematics.conditioning import CONDITION
 
 
 def minimum(function: Callable[[Array], Array], low: float, high: float, within: float) -> tuple[float, float]:
@@ -29,9 +28,9 @@ def minimum(function: Callable[[Array], Array], low: float, high: float, within:
         The place of the minimum, and the value there.
     """
     while True:
-        places = np.linspace(low, high, POINTS)
+        places = np.linspace(low, high, CONDITION.points)
         values = function(places)
         i = int(values.argmin())
-        low, high = places[max(i - 1, 0)], places[min(i + 1, POINTS - 1)]
+        low, high = places[max(i - 1, 0)], places[min(i + 1, CONDITION.points - 1)]
         if high - low <= 2 * within:
             return float(places[i]), float(values[i])

@@ -6,11 +6,12 @@ The chain rule gives the time derivatives from those by theta and those of the d
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at, derivatives, follow_branch
 from fenics_mech.kinematics.conditioning import refuse_singular
@@ -19,9 +20,18 @@ from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
 from fenics_mech.scene import Scene
 
-CYCLE = 2 * np.pi
-BLOCK = 2_000_000  # entries of the loop Jacobians that are held at a time
-SAME = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two positions that are the same
+
+@dataclass(frozen=True)
+class RunUpLimits:
+    """Limits of the motion while drives run up, and of the times of events in it."""
+
+    block: int = 2_000_000  # entries of the loop Jacobians that are held at a time
+    same: float = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two positions that are the same
+    same_time: float = 1e-9  # of a cycle, between times that count as one
+    places: int = 200  # of a cycle, between which a run-up turns in one sense
+
+
+RUN_UP = RunUpLimits()
 
 
 def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
@@ -56,8 +66,8 @@ def solve_motion_in_time(scene: Scene, time: Array) -> Motion:
     loops = Loops.of(scene)
     theta = scene.coordinate(time)
     branch, turns, step = _over_cycle(loops, theta.value)
-    inside = theta.value - CYCLE * turns
-    size = max(1, BLOCK // (3 * len(loops.links)) ** 2)
+    inside = theta.value - TURN * turns
+    size = max(1, RUN_UP.block // (3 * len(loops.links)) ** 2)
     parts = []
     for start in range(0, len(time), size):
         angles = inside[start : start + size]
@@ -85,13 +95,13 @@ def _over_cycle(loops: Loops, theta: Array) -> tuple[AssemblyBranch, Array, Arra
     A linkage whose links come back only after several cycles, or never, is followed all the way.
     """
     none = np.zeros_like(theta), np.zeros(3 * len(loops.links))
-    if np.ptp(np.append(theta, 0.0)) > CYCLE:
-        ends = np.array([0.0, CYCLE])
+    if np.ptp(np.append(theta, 0.0)) > TURN:
+        ends = np.array([0.0, TURN])
         branch = follow_branch(loops, ends)
         first, last = coordinates_at(loops, ends, branch)
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
-        whole[:, 2] = CYCLE * np.round(step[:, 2] / CYCLE)
-        if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < SAME:
-            return branch, np.floor(theta / CYCLE), whole.reshape(-1)
+        whole[:, 2] = TURN * np.round(step[:, 2] / TURN)
+        if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < RUN_UP.same:
+            return branch, np.floor(theta / TURN), whole.reshape(-1)
     return follow_branch(loops, theta), *none

@@ -13,14 +13,12 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.kinematics.assembly import AssemblyBranch, assemble, coordinates_at, follow_branch
-from fenics_mech.kinematics.conditioning import SINGULAR, links_moved, locks, singular_values
+from fenics_mech.kinematics.conditioning import CONDITION, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.minimum import minimum
-from fenics_mech.kinematics.transmission import SAMPLES, Transmission, worst_transmission
+from fenics_mech.kinematics.transmission import Transmission, worst_transmission
 from fenics_mech.scene import Scene
-
-FLAT = 1e-9  # relative change of the smallest singular value over the range that counts as none
 
 
 @dataclass(frozen=True)
@@ -142,11 +140,11 @@ def _minima(loops: Loops, branch: AssemblyBranch, low: float, high: float, close
     def smallest(theta: Array) -> Array:
         return singular_values(loops, coordinates_at(loops, theta, branch))[0][:, -1]
 
-    thetas = np.linspace(low + inside, high - inside, SAMPLES)
+    thetas = np.linspace(low + inside, high - inside, CONDITION.samples)
     values = smallest(thetas)
     if closed:  # the first sample again is the last
         values = values[:-1]
-    if np.ptp(values) < FLAT * values.max():  # drives that move every link of a chain: the minima are rounding
+    if np.ptp(values) < CONDITION.flat * values.max():  # drives that move every link of a chain: minima are rounding
         return []
     lowest = (values < np.roll(values, 1)) & (values <= np.roll(values, -1))
     step, found = thetas[1] - thetas[0], []
@@ -154,6 +152,6 @@ def _minima(loops: Loops, branch: AssemblyBranch, low: float, high: float, close
         theta, value = minimum(smallest, thetas[i] - step, thetas[i] + step, 1e-9)
         theta = theta % (2 * np.pi) if closed else theta
         _, right = singular_values(loops, coordinates_at(loops, np.array([theta]), branch))
-        kind = "change point" if value < SINGULAR else "worst transmission"
+        kind = "change point" if value < CONDITION.singular else "worst transmission"
         found.append(Critical(theta, kind, value, links_moved(loops, right[0, -1])))
     return found

@@ -15,10 +15,9 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at
+from fenics_mech.kinematics.conditioning import CONDITION
 from fenics_mech.kinematics.loops import GROUND, Loops
 from fenics_mech.kinematics.minimum import minimum
-
-SAMPLES = 361  # of the range of the drive
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmissi
     def angle(pair: tuple[str, tuple[str, ...]]) -> Callable[[Array], Array]:
         return lambda theta: angles(theta)[pair]
 
-    thetas = np.linspace(0.0, 2 * np.pi, SAMPLES)
+    thetas = np.linspace(0.0, 2 * np.pi, CONDITION.samples)
     step, found = thetas[1] - thetas[0], []
     for pair, values in angles(thetas).items():
         middle = thetas[values.argmin()]

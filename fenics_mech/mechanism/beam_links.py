@@ -10,13 +10,11 @@ import numpy as np
 from fenics_mech.beams.element_matrices import Beams, assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.reduction import Reduction
+from fenics_mech.beams.span import REDUCTION
 from fenics_mech.effects import active, shaped
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
-
-RECOVERED = 10  # elements of a reduced member on which strains are recovered: 5e-6 of them off those on 64
-RECOVERED_STIFFENED = 32  # the same, where given axial forces act on the bent axis: they are as good as these elements
 
 
 def links(scene: Scene) -> Beams:
@@ -75,7 +73,7 @@ def most_recovered(scene: Scene) -> int:
         The scene.
     """
     given = any(effect.stress_stiffening for effect in active(scene)) and not nonlinear(scene)
-    return RECOVERED_STIFFENED if given else RECOVERED
+    return REDUCTION.recovered_stiffened if given else REDUCTION.recovered
 
 
 def _reducible(scene: Scene, beams: Beams) -> list[int]:

@@ -17,8 +17,7 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
 from fenics_mech.scene import Scene
-
-PAST_END = 1e-9  # of a member's length, by which a pin may leave it
+from fenics_mech.scene.bodies import MESH
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ class Contact:
         if self.backwards:
             distance = [length + distance[0], *distance[1:]]
         k = int(np.abs(distance[0] - length / 2).argmax())
-        if not -PAST_END * length <= distance[0][k] <= (1 + PAST_END) * length:
+        if not -MESH.past_end * length <= distance[0][k] <= (1 + MESH.past_end) * length:
             raise AssemblyError(
                 f"the pin of joint {self.joint} leaves member {mesh.members[self.member]} at drive angle "
                 f"{np.degrees(motion.theta[k]):.6g} deg: it is {distance[0][k]:.6g} m along its {length:.6g} m"

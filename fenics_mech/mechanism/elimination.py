@@ -22,24 +22,9 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints
 from fenics_mech.mechanism.contact import Contact
-from fenics_mech.mechanism.inextensibility import Inextensible
+from fenics_mech.mechanism.inextensibility import ELIMINATION, Inextensible
 from fenics_mech.mechanism.jets import Jets
 from fenics_mech.mechanism.relative import relative_to_base
-
-
-@dataclass(frozen=True)
-class EliminationLimits:
-    """Limits by which the unknowns to solve for are chosen."""
-
-    leverage: float = 1e8  # largest factor of an unknown that is kept in one that is solved for
-    travelling_leverage: float = 30.0  # the same where a pin travels, rotations times its member's length
-    condition: float = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
-    pivot: float = 1e-6  # smallest pivot, relative to its column
-    nodal_pivot: float = 0.1  # of a relative nodal dof, below which a joint's own coordinate is solved for instead
-    positions: int = 96  # at which unknowns are chosen where members cannot stretch
-
-
-LIMITS = EliminationLimits()
 
 
 @dataclass(frozen=True)
@@ -203,7 +188,7 @@ def _held_groups(
     the crank pin's displacement across the crank, as no other one moves at all angles.
     """
     groups = []
-    step = -(-len(motion.theta) // LIMITS.positions)
+    step = -(-len(motion.theta) // ELIMINATION.positions)
     for members in _connected([np.unique(base[c].indices).astype(np.int64) for c in columns]):
         equations, mine = _gathered(constraints, columns, members)
         unknowns = np.unique(base[mine].indices).astype(np.int64)
@@ -232,11 +217,11 @@ def _worst_angle(group: Group, motion: Motion, lead_unit: Array, rest_unit: Arra
     size = np.linalg.norm(lead, axis=2, keepdims=True)
     condition = np.linalg.cond(lead / size)
     k = int(np.argmax(condition))
-    if not condition[k] < LIMITS.condition:
+    if not condition[k] < ELIMINATION.condition:
         return k
     leverage = np.abs(np.linalg.solve(lead, rest)).max(axis=(1, 2), initial=0.0)
     k = int(np.argmax(leverage))
-    return None if leverage[k] < LIMITS.leverage else k
+    return None if leverage[k] < ELIMINATION.leverage else k
 
 
 def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[list[int], int]:
@@ -261,7 +246,7 @@ def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[
         size = np.linalg.norm(left, axis=1)
         column = pick(size.min(axis=0))
         k = int(np.argmin(size[:, column]))
-        if size[k, column] < LIMITS.pivot:
+        if size[k, column] < ELIMINATION.pivot:
             return chosen, k
         direction = left[:, :, column] / size[:, column, None]
         left = left - direction[:, :, None] * (direction[:, None, :] @ left)
@@ -304,7 +289,7 @@ def _pivoted(
     order = np.lexsort((unknowns, rotations, passed_by, unknowns >= first_own, np.isin(unknowns, bodies)))
     lengths = [float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None]
     unit = np.where(rotations, max(lengths, default=1.0), 1.0)
-    limit = LIMITS.travelling_leverage if lengths else LIMITS.leverage
+    limit = ELIMINATION.travelling_leverage if lengths else ELIMINATION.leverage
     k = 0
     for _ in range(5):
         chosen = _pivots(whole[k] / np.maximum(size, 1e-300), order)
@@ -312,7 +297,7 @@ def _pivoted(
             rest = np.setdiff1d(np.arange(len(unknowns)), chosen)
             condition = np.linalg.cond(whole[..., chosen])
             k = int(np.argmax(condition))
-            if not condition[k] < LIMITS.condition:
+            if not condition[k] < ELIMINATION.condition:
                 continue
             moved = np.linalg.solve(whole[..., chosen], whole[..., rest]) * unit[chosen, None] / unit[rest]
             leverage = np.abs(moved).max(axis=(1, 2), initial=0.0)
@@ -345,7 +330,7 @@ def _pivoted_relative(
 
     def nodal_first(least: Array) -> int:
         column = int(np.argmax(least * (unknowns < first_own)))
-        return column if least[column] >= LIMITS.nodal_pivot else int(np.argmax(least))
+        return column if least[column] >= ELIMINATION.nodal_pivot else int(np.argmax(least))
 
     chosen, k = _one_by_one(left, len(rows), nodal_first)
     if len(chosen) < len(rows):
@@ -363,7 +348,7 @@ def _pivots(matrix: Array, order: Index) -> list[int]:
     free = np.ones(len(left), dtype=bool)
     for column in order:
         row = int(np.argmax(np.abs(left[:, column]) * free))
-        if not free[row] or abs(left[row, column]) < LIMITS.pivot:
+        if not free[row] or abs(left[row, column]) < ELIMINATION.pivot:
             continue
         others = free.copy()
         others[row] = False

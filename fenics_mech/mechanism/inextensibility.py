@@ -21,7 +21,21 @@ from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import SceneError
 
-SMALLEST = 1e-9  # independence of a member's equation from those of the others in its link
+
+@dataclass(frozen=True)
+class EliminationLimits:
+    """Limits by which the unknowns to solve for are chosen."""
+
+    leverage: float = 1e8  # largest factor of an unknown that is kept in one that is solved for
+    travelling_leverage: float = 30.0  # the same where a pin travels, rotations times its member's length
+    condition: float = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
+    pivot: float = 1e-6  # smallest pivot, relative to its column
+    nodal_pivot: float = 0.1  # of a relative nodal dof, below which a joint's own coordinate is solved for instead
+    positions: int = 96  # at which unknowns are chosen where members cannot stretch
+    independent: float = 1e-9  # independence of a member's equation from those of the others in its link
+
+
+ELIMINATION = EliminationLimits()
 
 
 @dataclass(frozen=True)
@@ -83,7 +97,7 @@ class Inextensible:
             rows[np.arange(len(members)), place[0] + i] = -axis
             rows[np.arange(len(members)), place[1] + i] = axis
         _, triangle, order = qr(rows, mode="economic", pivoting=True)
-        rank = int(np.sum(np.abs(np.diag(triangle)) > SMALLEST))
+        rank = int(np.sum(np.abs(np.diag(triangle)) > ELIMINATION.independent))
         if rank < len(members):
             label = self.mesh.members[members[0]]
             raise SceneError(
@@ -95,7 +109,7 @@ class Inextensible:
         dofs = (3 * points[:, None] + np.arange(2)).ravel()
         held, free = dofs[order[:rank]], dofs[order[rank:]]
         follow = -np.linalg.solve(triangle[:, :rank], triangle[:, rank:])
-        follow[np.abs(follow) < SMALLEST] = 0.0
+        follow[np.abs(follow) < ELIMINATION.independent] = 0.0
         change = sp.lil_matrix((size, size))
         change[held, held] = -1.0
         change[np.ix_(held, free)] = follow
@@ -118,7 +132,7 @@ class Inextensible:
                 values.append(np.full(len(inner), share[i]))
         entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
         change = sp.csr_matrix(entries, shape=(size, size))
-        change.data[np.abs(change.data) < SMALLEST] = 0.0
+        change.data[np.abs(change.data) < ELIMINATION.independent] = 0.0
         return sp.identity(size, format="csr") + change
 
     def forces(self, nodal: Array) -> Array:

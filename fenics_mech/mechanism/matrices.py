@@ -13,10 +13,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import ADVICE
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
-from fenics_mech.mechanism.modal_forces import ModalForces
-
-MANY, LOOKED_AT, NEXT_TO_ZERO = 300, 8, 12  # coordinates, of which few angles and eigenvalues are looked at for growth
-RIGID_DAMPING = 1e10  # measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
+from fenics_mech.mechanism.modal_forces import MATRICES, ModalForces
 
 
 @dataclass(frozen=True)
@@ -84,11 +81,11 @@ class Matrices:
 
     def _least_square(self, k: int) -> float:
         """Least real part of ``omega^2`` of ``K x = omega^2 M x`` at an angle; of many, those next to 0."""
-        if self.mass.size <= MANY:
+        if self.mass.size <= MATRICES.many:
             return float(np.linalg.eigvals(np.linalg.solve(self.mass.dense(k), self.stiffness.dense(k))).real.min())
         factors, mass, ones = splu(self.stiffness.at(k).tocsc()), self.mass.at(k), np.ones(self.mass.size)
         compliance = LinearOperator(mass.shape, lambda vector: factors.solve(mass @ vector), dtype=float)
-        return float((1 / eigs(compliance, NEXT_TO_ZERO, v0=ones, return_eigenvectors=False)).real.min())
+        return float((1 / eigs(compliance, MATRICES.next_to_zero, v0=ones, return_eigenvectors=False)).real.min())
 
     @cached_property
     def loss(self) -> float:
@@ -100,7 +97,7 @@ class Matrices:
         size, modal = self.mass.size, self.modal
         if len(not_positive(self.stiffness[:1])):
             return 0.0
-        count = size if size <= MANY else MANY // 3
+        count = size if size <= MATRICES.many else MATRICES.many // 3
         if modal is not None and modal.few:
             count = min(count, modal.outward.shape[1])
         mass, stiffness = self.mass.symmetric.at(0), self.stiffness.symmetric.at(0)
@@ -118,7 +115,7 @@ class Matrices:
 
 def looked_at(angles: Index, size: int) -> Index:
     """Angles whose eigenvalues are looked at: all of them, or few where there are many coordinates."""
-    return angles if size <= MANY else angles[:: max(1, -(-len(angles) // LOOKED_AT))]
+    return angles if size <= MATRICES.many else angles[:: max(1, -(-len(angles) // MATRICES.angles))]
 
 
 def not_positive(stiffness: Stack) -> Index:
@@ -140,7 +137,7 @@ def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
     if matrices.modal is not None:
         damping = damping + np.abs(matrices.modal.diagonal)
     ratio = float((step * damping / (mass + step**2 * stiffness)).max())
-    if not ratio < RIGID_DAMPING:
+    if not ratio < MATRICES.rigid_damping:
         raise SolverError(
             f"the damping is {ratio:.1e} times the inertia and stiffness that it acts against in a sub-interval: "
             f"rounding would spoil the answer. {ADVICE}"

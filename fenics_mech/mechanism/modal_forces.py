@@ -12,7 +12,19 @@ from fenics_mech._sparse import ProductPairs, Stack
 from fenics_mech.effects.terms import Law
 from fenics_mech.mechanism.transformation import Transformation
 
-FEW = 0.9  # of the coordinates
+
+@dataclass(frozen=True)
+class MatrixLimits:
+    """How matrices over the coordinates are looked at, and stored."""
+
+    few_modes: float = 0.9  # of the coordinates, up to which modes are kept as products of their shapes
+    many: int = 300  # coordinates, above which growth is looked for at few angles and eigenvalues
+    angles: int = 8  # at which it is looked for then
+    next_to_zero: int = 12  # eigenvalues that are found then
+    rigid_damping: float = 1e10  # ratio to the stiffness; measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
+
+
+MATRICES = MatrixLimits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +56,7 @@ class ModalForces:
     @property
     def few(self) -> bool:
         """Whether the modes are so few that unknowns of their own are cheaper than full matrices."""
-        return self.outward.shape[1] < FEW * self.outward.shape[2]
+        return self.outward.shape[1] < MATRICES.few_modes * self.outward.shape[2]
 
     def damping_at(self, position: int) -> Array:
         """Give ``F^T G`` at one angle, ``(coordinates, coordinates)``."""

@@ -30,7 +30,7 @@ class RigidModeLimits:
     balanced: float = 1e-8  # share of a load that moves a freedom, in M^-1, up to which it is in equilibrium
 
 
-LIMITS = RigidModeLimits()
+RIGID = RigidModeLimits()
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class RigidModes:
         resistance, push = free.shapes @ (free.stiffness @ free.shapes.T), free.shapes @ system.load[0]
         if np.linalg.eigvalsh(resistance + resistance.T).min() > 0:
             moved = system.to_links((np.linalg.solve(resistance, push) @ free.shapes)[None])
-            if np.abs(moved[:, 2::3]).max() <= LIMITS.turn:
+            if np.abs(moved[:, 2::3]).max() <= RIGID.turn:
                 return held
         return free
 
@@ -178,7 +178,7 @@ class RigidModes:
         whole = load @ splu(self.mass.tocsc()).solve(load)  # square of the load's size
         sizes = np.einsum("mi,mi->m", self.coordinates @ self.mass, self.coordinates)
         work = np.abs(self.coordinates @ load)
-        return [int(i) for i in np.flatnonzero(work > LIMITS.balanced * np.sqrt(sizes * max(whole, 0.0)))]
+        return [int(i) for i in np.flatnonzero(work > RIGID.balanced * np.sqrt(sizes * max(whole, 0.0)))]
 
     @cached_property
     def separate_shapes(self) -> Array:
@@ -225,9 +225,9 @@ def _not_held(candidates: Array, holding: sp.csr_matrix, links: sp.csr_matrix) -
     energy = candidates @ (holding @ candidates.T)
     size = np.abs(candidates)
     parts, most = (np.einsum("mi,im->m", size, abs(matrix) @ size.T) for matrix in (holding, links))
-    unit = 1 / np.sqrt(np.maximum(np.maximum(parts, LIMITS.noise / LIMITS.held * most), np.finfo(float).tiny))
+    unit = 1 / np.sqrt(np.maximum(np.maximum(parts, RIGID.noise / RIGID.held * most), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh((energy + energy.T) / 2 * np.outer(unit, unit))
-    return np.asarray((vectors[:, np.abs(values) < LIMITS.held] * unit[:, None]).T)
+    return np.asarray((vectors[:, np.abs(values) < RIGID.held] * unit[:, None]).T)
 
 
 def _without(candidates: Array, unheld: Array) -> Array:

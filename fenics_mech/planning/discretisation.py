@@ -10,17 +10,29 @@ from typing import Any
 from fenics_mech._guard import memory
 from fenics_mech.mechanism.equation import MEMORY_NEED
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import MOST_STATIONS
+from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.meshing import with_elements
 
-STAGES = 4  # 1e-4 takes 0.7 of the time that it takes with 3; with 5 the positions of the result are too few to see
-TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (3, STAGES)}  # stated, or the default
-MOST_SPARSE = 5e6  # steps times the coordinates: 30 microseconds each, as a rough measure
-MOST_DAMPED = 4e5  # the same with damping of modes: 350 microseconds each
+
+@dataclass(frozen=True)
+class DiscretisationLimits:
+    """Limits of the meshes, steps and stations that a tolerance may take."""
+
+    stages: int = 4  # 1e-4 takes 0.7 of the time that it takes with 3; 5 leave too few positions to see
+    most_sparse: float = 5e6  # steps times the coordinates: 30 microseconds each, as a rough measure
+    most_damped: float = 4e5  # the same with damping of modes: 350 microseconds each
+    grew: float = 1.2  # ratio of two numbers, below which their errors show no convergence order
+    least_order: float = 0.25  # measured, below which an observed order is none
+    fewest_steps: int = 48  # of a cycle, to start with
+    fewest_stations: int = 11  # of a member, to start with
+    fewest_elements: int = 2  # in a member, to start with
+
+
+REFINE = DiscretisationLimits()
+
+TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (3, REFINE.stages)}  # or the default
 NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
-GREW = 1.2  # ratio of two numbers, below which their errors show no convergence order
-LEAST_ORDER = 0.25  # measured, below which an observed order is none
 
 
 @dataclass(frozen=True)
@@ -48,7 +60,7 @@ class Discretisation:
         """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged."""
         values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
-            values |= {"solver": "collocation", "stages": STAGES, "scheme": "radau", "sub_intervals": self.steps}
+            values |= {"solver": "collocation", "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}
         changes = {f"analysis__{name}": value for name, value in values.items()}
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 
@@ -90,13 +102,14 @@ class Trial:
 
     def too_large(self, discretisation: Discretisation, periodic: bool, damped: bool) -> str:
         """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none."""
-        if discretisation.stations > MOST_STATIONS:
+        if discretisation.stations > SCENE.most_stations:
             return "stations"
         if discretisation.elements > MESH.most_unreduced:
             return "elements"
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
-        most, numbers = (MOST_DAMPED, MEMORY_NEED.damped) if damped else (MOST_SPARSE, MEMORY_NEED.coordinate)
-        if periodic and discretisation.sub_intervals * dofs > min(most, memory() / (8 * numbers * STAGES)):
+        most = REFINE.most_damped if damped else REFINE.most_sparse
+        numbers = MEMORY_NEED.damped if damped else MEMORY_NEED.coordinate
+        if periodic and discretisation.sub_intervals * dofs > min(most, memory() / (8 * numbers * REFINE.stages)):
             return "sub_intervals and elements"
         return ""
 
@@ -112,7 +125,7 @@ def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
     before, last = trials[-2:]
     grew = last.discretisation.number(source) / before.discretisation.number(source)
     fell = before.errors[what][source] / max(last.errors[what][source], 1e-300)
-    if grew < GREW or fell <= 1:
+    if grew < REFINE.grew or fell <= 1:
         return None
     order = math.log(fell) / math.log(grew)
-    return order if LEAST_ORDER < order < last.orders[source] / 2 else None
+    return order if REFINE.least_order < order < last.orders[source] / 2 else None

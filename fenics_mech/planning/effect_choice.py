@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,11 +24,21 @@ from fenics_mech.response.setup import CommonParts, mechanism, scene_modes, syst
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
-CERTAIN = 1.0  # size from which a survey alone shows that strains are not linear; it may be 50 times too large
-DEFLECTION = 0.05  # of the deflections, that linear strains may leave out: they leave out all shortening
-SHARE = 0.2  # of a tolerance, that each source of errors is sent below
-POSITIONS, MOST_POSITIONS, MODES = 48, 240, 8  # of the survey
-MOST_AT_CORNERS = 2400  # positions of it where a tolerance chooses those of the run
+
+@dataclass(frozen=True)
+class ChoiceLimits:
+    """Limits of the choice of effects, and of its survey."""
+
+    certain: float = 1.0  # size from which a survey shows that strains are not linear; it may be 50 times too large
+    deflection: float = 0.05  # share that linear strains may leave out: they leave out all shortening
+    share: float = 0.2  # of a tolerance, that each source of errors is sent below
+    positions: int = 48  # of the survey
+    most_positions: int = 240  # of the survey, where modes or loads need more
+    modes: int = 8  # of the survey
+    most_at_corners: int = 2400  # positions of it, where a tolerance chooses those of the run
+
+
+CHOICE = ChoiceLimits()
 
 
 @guarded()
@@ -55,7 +65,7 @@ def rungs(scene: Scene, common: CommonParts | None = None) -> list[Rung]:
     chosen, choices = choose(scene, common)
     sizes = {choice.effect.name: choice.size for choice in choices}
     strains, tension = sizes[EXACT_STRAINS], sizes[TENSION]
-    if strains is None or tension is None or strains > CERTAIN or not judged_by_answer(chosen):
+    if strains is None or tension is None or strains > CHOICE.certain or not judged_by_answer(chosen):
         return [(chosen, choices)]
     linear = {name for name in chosen.named_effects if name != EXACT_STRAINS}
     linear |= {TENSION} if tension > scene.neglected / 2 else set()
@@ -70,15 +80,15 @@ def _of(choices: Sequence[Choice], scene: Scene) -> Rung:
 def suffices(scene: Scene, result: Result, choices: Sequence[Choice]) -> bool:
     """Whether what the theory of a result leaves out is little enough for a scene that chooses it.
 
-    That is half of what the scene may neglect of the strains and `DEFLECTION` of the deflections, or of each quantity's
-    tolerance the share that any source may have.
+    That is half of what the scene may neglect of the strains and `CHOICE.deflection` of the deflections, or of each
+    quantity's tolerance the share that any source may have.
     Where the result does not tell it, the survey decides.
     """
     if theory_share(result) is None:
         return not any(c.effect.name == EXACT_STRAINS and (c.size or 0.0) > scene.neglected / 2 for c in choices)
-    limits = {what: SHARE * most for what, most in scene.tolerances.items()} or {
+    limits = {what: CHOICE.share * most for what, most in scene.tolerances.items()} or {
         "strain": scene.neglected / 2,
-        "deflection": DEFLECTION,
+        "deflection": CHOICE.deflection,
     }
     errors = result.data.sel(source="theory")
     return all(float(errors[f"{ERROR_VARIABLES[what][1]}relative_error"]) <= limit for what, limit in limits.items())
@@ -106,11 +116,11 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     """
     common = common or CommonParts()
     positions = _positions(scene, common)
-    plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=MODES)
+    plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=CHOICE.modes)
     system = mechanism(plain, common=common)
     modes = scene_modes(plain, system).elastic
     if scene.drives:
-        wanted = min(int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate)), MOST_POSITIONS)
+        wanted = min(int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate)), CHOICE.most_positions)
         if wanted > positions:
             plain = plain.changed(analysis__sub_intervals=wanted)
             motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals), near=system.motion)
@@ -126,10 +136,10 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
 def _refuse_hidden(scene: Scene) -> None:
     """Raise `SceneError` where a load does something that even the most positions of a survey miss."""
     for name, load in scene.loads.items():
-        if load.enough_angles(MOST_POSITIONS) > MOST_POSITIONS:
+        if load.enough_angles(CHOICE.most_positions) > CHOICE.most_positions:
             raise SceneError(
-                f"effects = 'auto' looks at the loads at {MOST_POSITIONS} positions at most, which miss what the "
-                "factor of the load does between them",
+                f"effects = 'auto' looks at the loads at {CHOICE.most_positions} positions at most, which miss what "
+                "the factor of the load does between them",
                 place=f"loads.{name}.factor",
                 hint="List the effects, or state what changes more slowly, such as a wider pulse",
             )
@@ -139,11 +149,11 @@ def _positions(scene: Scene, common: CommonParts) -> int:
     """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states."""
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
-        return POSITIONS
-    most = MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
+        return CHOICE.positions
+    most = CHOICE.most_at_corners if scene.tolerance is not None else analysis.sub_intervals
     linkage = common.linkage(scene)
     linkage.branch(scene.drive_angles(analysis.sub_intervals))  # as far as the run follows it
-    return positions_for_corners(scene, linkage, POSITIONS, most)
+    return positions_for_corners(scene, linkage, CHOICE.positions, most)
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:

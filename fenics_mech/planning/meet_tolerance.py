@@ -14,19 +14,16 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
-from fenics_mech.planning.discretisation import NUMBERS, STAGES, TAKEN, Discretisation, Trial, slow_order
-from fenics_mech.planning.effect_choice import SHARE, rungs, sized, suffices, theory_share
+from fenics_mech.planning.discretisation import NUMBERS, REFINE, TAKEN, Discretisation, Trial, slow_order
+from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import MOST_STATIONS
+from fenics_mech.scene.base import SCENE
 
-LARGEST_STEP, MARGIN = 4.0, 1.2  # by which a number grows in a round, and by how much more than it should
-FEWEST_STEPS, FEWEST_STATIONS = 48, 11
-FEWEST_ELEMENTS = 2
 WORDS = {
     "strain": "strains",
     "deflection": "deflections",
@@ -40,10 +37,12 @@ Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
 class SearchLimits:
     """Limits of the search for a discretisation."""
 
-    most_rounds: int = 12
+    most_rounds: int = 12  # before a tolerance counts as not met
     enough: float = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
     largest_judged: float = 0.1  # error of a motion that may be called unstable
     most_without_answer: int = 200  # sub-intervals, or the scene's own, after which no answer is an answer
+    largest_step: float = 4.0  # by which a number grows in a round
+    margin: float = 1.2  # by how much more it grows than it should
 
 
 SEARCH = SearchLimits()
@@ -158,7 +157,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
-            if error > SHARE * scene.tolerances[what]:
+            if error > CHOICE.share * scene.tolerances[what]:
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
     finer = least = last.discretisation
@@ -178,9 +177,9 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
     power = slow_order(trials, what, source) if error > tolerance else None
     if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
         power = max(last.orders[source], 1.0)
-    by = (error / (SHARE * tolerance)) ** (1 / max(power, 1.0))
-    least = min(error / SHARE, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
-    return min(MARGIN * by, LARGEST_STEP), MARGIN * least ** (1 / power)
+    by = (error / (CHOICE.share * tolerance)) ** (1 / max(power, 1.0))
+    least = min(error / CHOICE.share, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
+    return min(SEARCH.margin * by, SEARCH.largest_step), SEARCH.margin * least ** (1 / power)
 
 
 def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
@@ -229,8 +228,8 @@ def _refuse_stated(scene: Scene) -> None:
     for name, values in taken.items():
         if (stated := getattr(scene.analysis, name)) not in values:
             raise SceneError(
-                f"{stated!r} is stated beside a tolerance, which keeps all nodes and takes collocation with {STAGES} "
-                "Radau points",
+                f"{stated!r} is stated beside a tolerance, which keeps all nodes and takes collocation with "
+                f"{REFINE.stages} Radau points",
                 place=f"analysis.{name}",
                 hint=f"Leave {name} or the tolerance out",
             )
@@ -264,7 +263,7 @@ def _refuse_unknown(scene: Scene) -> None:
 
 def _start(scene: Scene, common: CommonParts) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
-    return Discretisation(FEWEST_ELEMENTS, _fewest_steps(scene, common), _fewest_stations(scene))
+    return Discretisation(REFINE.fewest_elements, _fewest_steps(scene, common), _fewest_stations(scene))
 
 
 def _fewest_stations(scene: Scene) -> int:
@@ -272,8 +271,8 @@ def _fewest_stations(scene: Scene) -> int:
 
     At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
     """
-    hidden = SHARE * min(scene.tolerances.values())
-    return max(FEWEST_STATIONS, min(MOST_STATIONS, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
+    hidden = CHOICE.share * min(scene.tolerances.values())
+    return max(REFINE.fewest_stations, min(SCENE.most_stations, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
 
 def _jumping(scene: Scene) -> bool:
@@ -294,13 +293,13 @@ def _fewest_steps(scene: Scene, common: CommonParts) -> int:
             refuse_undersampled(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
-    steps = analysis.sub_intervals if varying else FEWEST_STEPS
-    points = [load.enough_angles(STAGES * steps) for load in varying if not load.cut_where_needed]
-    points += [drive.enough_angles(STAGES * steps, scene.cycle_rate) for drive in scene.drives]
-    steps = max([steps, *(math.ceil(count / STAGES) for count in points)])
-    taken = {"sub_intervals": steps, "stages": STAGES, "scheme": "radau"}
+    steps = analysis.sub_intervals if varying else REFINE.fewest_steps
+    points = [load.enough_angles(REFINE.stages * steps) for load in varying if not load.cut_where_needed]
+    points += [drive.enough_angles(REFINE.stages * steps, scene.cycle_rate) for drive in scene.drives]
+    steps = max([steps, *(math.ceil(count / REFINE.stages) for count in points)])
+    taken = {"sub_intervals": steps, "stages": REFINE.stages, "scheme": "radau"}
     coarse = scene.changed(analysis=scene.analysis.model_copy(update=taken))
-    refuse_undersampled(coarse, STAGES * steps, by_collocation=True)
+    refuse_undersampled(coarse, REFINE.stages * steps, by_collocation=True)
     return steps if analysis.allow_coarse else positions_for_corners(scene, common.linkage(scene), steps)
 
 

@@ -6,15 +6,14 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
+from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.effects.causes import LOSSES, Cause
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
-
-SMALL = 1e-6  # of the mean magnitude of a power, below which its mean is nothing: a machine without losses
-TINY = float(np.finfo(float).tiny)
 
 
 def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
@@ -39,7 +38,7 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
     xarray.Dataset
         `mean_power` (W) by `cause`: what the cause gives to the mechanism, negative where it takes. "stored" is what
         the kinetic energy and that of links and springs take up. As attributes `power_residual`, the sum (W);
-        `power_balance_error`, its size over the largest of them, or over `SMALL` of a power's mean magnitude;
+        `power_balance_error`, its size over the largest, or over `MEASURE.small_power` of a power's mean magnitude;
         `power_error` (W), what the errors of the efforts make of the drives' mean power at most. With impulses also
         `drive_impulse` (N m s or N s), the impulse of each drive's effort at each of them. Empty for a mechanism that
         is held, or struck in a motion in time.
@@ -68,7 +67,7 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
     found["mean_power"] = (("cause",), list(mean.values()))
     return found.assign_coords(cause=list(mean)).assign_attrs(
         power_residual=residual,
-        power_balance_error=abs(residual) / max(largest, SMALL * passed, TINY),
+        power_balance_error=abs(residual) / max(largest, MEASURE.small_power * passed, TINY),
         power_error=float(errors @ np.abs(rates).mean(axis=0)),
     )
 

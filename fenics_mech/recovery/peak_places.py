@@ -8,10 +8,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import pin_loads
 from fenics_mech.mechanism import System
+from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.scene import Scene
-
-ON_THE_WAY = 17  # places of a pin that travels
-FINE = 4001  # places along a member, at least, at which its section is looked at
+from fenics_mech.scene.sections.rigidity import SECTION
 
 
 def places_between_stations(scene: Scene, system: System, response: ElasticResponse) -> Array:
@@ -44,7 +43,7 @@ def _weakest(scene: Scene, label: str) -> list[float]:
     if scene.sections[member.section].constant:
         return []
     gaps = scene.analysis.stations - 1
-    steps = -(-FINE // gaps)
+    steps = -(-SECTION.fine // gaps)
     s = np.linspace(0, 1, gaps * steps + 1)
     found = scene.rigidity(label, s)
     places: list[float] = []
@@ -63,5 +62,5 @@ def _under_pins(system: System, response: ElasticResponse) -> list[float]:
         along = mesh.cell_start[pin.element] + pin.place * mesh.cell_length[pin.element]
         place = along / mesh.member_length[mesh.cell_member[pin.element]]
         pressed = [np.abs(part).argmax() for part in (pin.across, pin.moment)]
-        places += [*np.linspace(place.min(), place.max(), ON_THE_WAY), *place[pressed]]
+        places += [*np.linspace(place.min(), place.max(), PEAK.on_the_way), *place[pressed]]
     return places

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.recovery.result import Result
 
-NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve goes on
-FEW, CLOSE = 180, 720  # positions of a cycle: between fewer peaks are sought, at so many
+
+@dataclass(frozen=True)
+class PeakLimits:
+    """How peaks between positions and stations are found."""
+
+    neighbours: int = 4  # positions beyond the ends of a cycle, to which a curve goes on
+    few: int = 180  # positions of a cycle: between fewer peaks are sought
+    close: int = 720  # positions at which they are sought then
+    doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
+    on_the_way: int = 17  # places of a pin that travels
+
+
+PEAK = PeakLimits()
+
 PEAKS = {"strain": "member", "joint_force": "joint"}  # that may be doubted, and along what each has its own
-DOUBTFUL = 0.01  # share of the largest peak by which others are uncertain, that is reported
 CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
 
 
@@ -41,7 +53,7 @@ def _coarse(result: Result) -> bool:
     """Whether the positions of a cycle are few, and nothing jumps between them."""
     scene = result.scene
     smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
-    return scene.analysis.method == "periodic" and smooth and result.data.sizes["theta"] < FEW
+    return scene.analysis.method == "periodic" and smooth and result.data.sizes["theta"] < PEAK.few
 
 
 def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
@@ -59,7 +71,7 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
         return theta, values
     from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import, and few results are as coarse)
 
-    times, around = math.ceil(CLOSE / count), np.arange(-NEIGHBOURS, count + NEIGHBOURS)
+    times, around = math.ceil(PEAK.close / count), np.arange(-PEAK.neighbours, count + PEAK.neighbours)
     places = np.arange(count * times) / times
     return theta[0] + (theta[1] - theta[0]) * places, Akima1DInterpolator(around, values[around % count])(places)
 
@@ -79,7 +91,7 @@ def doubt(result: Result, closer: Result, name: str) -> float:
         Name of the variable.
     """
     count = result.data.sizes["theta"]
-    if result.scene.analysis.method != "periodic" or count >= FEW or count % 2 or count < 4:
+    if result.scene.analysis.method != "periodic" or count >= PEAK.few or count % 2 or count < 4:
         return 0.0
     one = result.data[[name]]
     halved = [between_positions(Result(one.isel(theta=slice(start, None, 2)))) for start in (0, 1)]

@@ -27,8 +27,17 @@ from fenics_mech.scene.build import build
 
 SEAL = b"fenics_mech sha256 "
 SEAL_LENGTH = len(SEAL) + 64
-LARGEST_FILE = 2**40  # bytes
-LARGEST_RATIO = 4  # of the data to the file, as results are not compressed
+
+
+@dataclass(frozen=True)
+class ResultLimits:
+    """Limits of the files of results, which may come from a stranger."""
+
+    largest_file: int = 2**40  # bytes
+    largest_ratio: int = 4  # of the data to the file, as results are not compressed
+
+
+RESULT = ResultLimits()
 
 
 @dataclass(frozen=True)
@@ -217,7 +226,7 @@ def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[
         When the file cannot be read or is not of that kind.
     """
     try:
-        file = read_bounded(Path(path), min(LARGEST_FILE, memory() // 4))
+        file = read_bounded(Path(path), min(RESULT.largest_file, memory() // 4))
     except (OSError, ValueError) as error:
         raise ResultError(f"{path}: cannot be read as a {kind}: {reason_of(error)}") from error
     content = file[:-SEAL_LENGTH]
@@ -246,7 +255,7 @@ def _check_content(content: bytes) -> None:
             if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
                 raise ValueError(f"{shortened(name)} is not in the file itself")
             total += data.nbytes
-    if total > LARGEST_RATIO * len(content):
+    if total > RESULT.largest_ratio * len(content):
         raise ValueError(f"its data would take {total:.3g} bytes, and it has {len(content)}")
 
 

@@ -25,9 +25,7 @@ MID_SPAN, PEAK = "mid-span", "peak"
 class VibrationLimits:
     """When a strain counts as vibrating."""
 
-    same: float = (
-        0.01  # difference of the last two cycles of a motion in time, up to which the last one counts as periodic
-    )
+    same: float = 0.01  # difference of the last two cycles of a motion in time, up to which the last is periodic
     least: float = 1e-3  # of the strain's peak, below which nothing vibrates
     least_samples: int = 10  # in a period of the first mode, to count ripples
     least_ripple: float = 0.05  # height over the higher of the valleys beside it, of the vibration from top to bottom

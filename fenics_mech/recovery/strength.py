@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from fenics_mech._constants import MEGA
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections import LaminateSection
-
-MEGA = 1e-6
 
 
 def exceeded(scene: Scene, data: xr.Dataset) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
+from fenics_mech.accuracy.frequency_errors import FREQUENCY
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.springs_dampers import Hinge
@@ -42,7 +42,8 @@ ATTRIBUTES = {
     "frequency": ("Hz", "natural frequency"),
     "frequency_error": (
         "1",
-        f"relative error of the frequency by the mesh, but for pins that travel; {LARGEST_KNOWN:g}: that or more",
+        "relative error of the frequency by the mesh, but for pins that travel; "
+        f"{FREQUENCY.largest_known:g}: that or more",
     ),
     "euler_ratio": ("1", "largest axial force over the Euler load of the member on two pins"),
     "bow": ("1", "largest distance of the member's axis from its chord, over its length"),

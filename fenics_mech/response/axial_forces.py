@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,8 +14,16 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.mechanism import System
 
-MOST_UPDATES = 60
-SETTLED = 1e-7  # change of the axial forces, of the largest
+
+@dataclass(frozen=True)
+class TensionLimits:
+    """When axial forces have settled."""
+
+    most_updates: int = 60  # before they count as not settling
+    settled: float = 1e-7  # change of the axial forces, of the largest
+
+
+TENSION = TensionLimits()
 
 
 def settles(tension: str, terms: Terms) -> bool:
@@ -46,17 +54,17 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
     SolverError
         When the axial forces do not settle.
     """
-    for _ in range(MOST_UPDATES):
+    for _ in range(TENSION.most_updates):
         tension = mean_tension(system, respond(system))
         before = system.terms.stiffening
         assert before is not None
         change = np.abs(tension - before.tension).max() / max(float(np.abs(tension).max()), 1e-300)
         system = with_tension(system, tension)
-        if change < SETTLED:
+        if change < TENSION.settled:
             return system
     raise SolverError(
-        f"the axial forces do not settle: after {MOST_UPDATES} updates they still change by {change:.1e} of the "
-        "largest. Take the effect 'large-rotations' instead of 'geometric-stiffness' with tension = 'settled'"
+        f"the axial forces do not settle: after {TENSION.most_updates} updates they still change by {change:.1e} of "
+        "the largest. Take the effect 'large-rotations' instead of 'geometric-stiffness' with tension = 'settled'"
     )
 
 

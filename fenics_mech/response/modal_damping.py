@@ -13,7 +13,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.mechanism.matrices import not_positive
-from fenics_mech.mechanism.modal_forces import FEW
+from fenics_mech.mechanism.modal_forces import MATRICES
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.scene import Scene
 from fenics_mech.scene.springs_dampers import HingeSpring
@@ -33,12 +33,12 @@ class DampedModesLimits:
     at_a_time: int = 20  # angles, whose shapes are alike and stay in the processor's cache
     more_shapes: int = 8  # beside those wanted
     most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
-    most_iterations: int = 60
+    most_iterations: int = 60  # of a subspace, before modes count as not found
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
     smooth: float = 1e-5  # of the damping: by how much four and six positions may differ between them
 
 
-LIMITS = DampedModesLimits()
+DAMPED = DampedModesLimits()
 
 
 def damping_ratios(ratio: Ratio, omega: Array) -> Array:
@@ -56,7 +56,7 @@ class DampedModes:
 
     def share(self, omega: Array) -> Array:
         """Share 0..1 of its damping that a mode has. It fades out, so that its root is smooth where modes cross."""
-        inside = np.clip(LIMITS.fading * (1 - omega / self.fastest), 0.0, 1.0)
+        inside = np.clip(DAMPED.fading * (1 - omega / self.fastest), 0.0, 1.0)
         return np.asarray(inside**4 * (3 - 2 * inside) ** 2)
 
 
@@ -71,22 +71,22 @@ def damped_modes(scene: Scene, system: System) -> DampedModes | None:
     """
     wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
     rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
-    if not np.any(scene.damping.ratio) or system.size <= LIMITS.small or wound or rings:
+    if not np.any(scene.damping.ratio) or system.size <= DAMPED.small or wound or rings:
         return None
-    enough = LIMITS.fastest * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / LIMITS.weak))
-    resolved = LIMITS.resolved * scene.analysis.sub_intervals / abs(scene.period)
+    enough = DAMPED.fastest * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / DAMPED.weak))
+    resolved = DAMPED.resolved * scene.analysis.sub_intervals / abs(scene.period)
     mass, stiffness = system.once("held matrices", lambda: _held(system))
     return system.once("damped modes", lambda: _up_to(mass, stiffness, enough, resolved), (enough, resolved))
 
 
 def _up_to(mass: Stack, stiffness: Stack, enough: float, resolved: float) -> DampedModes | None:
     """Modes up to so many times the lowest frequency, and to one that is resolved (rad/s); None if they are many."""
-    some = np.random.default_rng(0).standard_normal((LIMITS.more_shapes, mass.size))
+    some = np.random.default_rng(0).standard_normal((DAMPED.more_shapes, mass.size))
     lowest = float(1 / np.sqrt(_slowest(mass, stiffness, some, 1)[0].max()))
     fastest = lowest * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
     slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
     count = int(np.sum(slower, axis=1).max())
-    return DampedModes(count, fastest) if count < FEW * mass.size else None
+    return DampedModes(count, fastest) if count < MATRICES.few_modes * mass.size else None
 
 
 def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | None:
@@ -163,7 +163,7 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
         return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
 
     difference = (through(range(-1, 3), 0.5) - through(range(-2, 4), 0.5)) / unit
-    if not np.abs(difference).max() <= LIMITS.smooth * np.abs(scaled).max():
+    if not np.abs(difference).max() <= DAMPED.smooth * np.abs(scaled).max():
         return None
     return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, modes, size)
 
@@ -181,11 +181,11 @@ def _held(system: System) -> tuple[Stack, Stack]:
 def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
     """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
     count = modes.count
-    width = count + max(LIMITS.more_shapes, count // 2)
+    width = count + max(DAMPED.more_shapes, count // 2)
     shapes, found = np.random.default_rng(0).standard_normal((1, width, mass.size)), []
-    for first in range(0, len(mass), LIMITS.at_a_time):
-        part = slice(first, first + LIMITS.at_a_time)
-        if width > LIMITS.most * mass.size:
+    for first in range(0, len(mass), DAMPED.at_a_time):
+        part = slice(first, first + DAMPED.at_a_time)
+        if width > DAMPED.most * mass.size:
             squares, forces = (each[:, :count] for each in _every(mass[part], stiffness[part])[:2])
         else:
             squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
@@ -206,7 +206,7 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
         ``(angles, shapes, coordinates)``.
     """
     shapes, squares = np.broadcast_to(start, (len(mass), *start.shape)), np.zeros((len(mass), count))
-    for _ in range(LIMITS.most_iterations):
+    for _ in range(DAMPED.most_iterations):
         shapes = stiffness.solve(mass.times(shapes))
         lower = np.linalg.cholesky(shapes @ stiffness.times(shapes).transpose(0, 2, 1))
         shapes = np.linalg.inv(lower) @ shapes
@@ -214,7 +214,7 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
         every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
         squares, turn = every[:, : -count - 1 : -1], turn[..., ::-1].transpose(0, 2, 1)
         shapes, moved = turn @ shapes, turn @ moved
-        if np.all(np.abs(squares - before) < LIMITS.converged * squares):
+        if np.all(np.abs(squares - before) < DAMPED.converged * squares):
             break
     return squares, shapes, moved
 

@@ -11,7 +11,7 @@ from fenics_mech.response.periodic.steps import Steps, hides
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.scene.sampling import SAMPLES
+from fenics_mech.scene.sampling import SAMPLING
 
 CUT = "Write analysis.method = 'periodic' and solver = 'collocation', whose steps are cut at corners. Or "
 
@@ -49,7 +49,7 @@ def refuse_undersampled(scene: Scene, points: int, by_collocation: bool = False)
                 f"{count} positions miss what {what} does between them",
                 place=place,
                 hint=wanted
-                if enough < SAMPLES
+                if enough < SAMPLING.samples
                 else (CUT if place.startswith("loads.") and not by_collocation else "") + slower,
             )
     if by_collocation:

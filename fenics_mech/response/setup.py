@@ -19,16 +19,15 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.freedom import describe
+from fenics_mech.kinematics.linkage import CACHE
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.mechanism.beam_links import links as build_links
 from fenics_mech.mechanism.beam_links import links_depend_on
-from fenics_mech.mechanism.rigid import LIMITS as RIGID_MODE_LIMITS
+from fenics_mech.mechanism.rigid import RIGID
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 from fenics_mech.scene.springs_dampers import Hinge
-
-MOST_KEPT = 2  # links, and linkages, that analyses have in common: those of a survey and those of its run
 
 
 class CommonParts:
@@ -54,7 +53,7 @@ class CommonParts:
         found = next((links for known, links in self._links if known == needed), None)
         if found is None:
             found = build_links(scene)
-            self._links = [*self._links, (needed, found)][-MOST_KEPT:]
+            self._links = [*self._links, (needed, found)][-CACHE.most_shared :]
         return found
 
     def linkage(self, scene: Scene) -> Linkage:
@@ -68,7 +67,7 @@ class CommonParts:
         found = next((linkage for linkage in self._linkages if linkage.moves_as(scene)), None)
         if found is None:
             found = Linkage(scene)
-            self._linkages = [*self._linkages, found][-MOST_KEPT:]
+            self._linkages = [*self._linkages, found][-CACHE.most_shared :]
         return found
 
     def motion(self, scene: Scene, theta: Array) -> Motion:
@@ -230,11 +229,11 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     exact = system.terms.law is not None and hinges  # then elastic links may turn
     looked_at = [i for i, link in enumerate(scene.links.values()) if link.rigid is not None or not exact]
     whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in looked_at])
-    if whole.max(initial=0.0) > RIGID_MODE_LIMITS.turn:
+    if whole.max(initial=0.0) > RIGID.turn:
         farthest = list(scene.links)[looked_at[int(whole.argmax())]]
         raise SolverError(
             f"what holds the mechanism lets link {farthest} turn by {whole.max():.3g} rad from its rough angle, and "
-            f"small motions end at {RIGID_MODE_LIMITS.turn} rad. "
+            f"small motions end at {RIGID.turn} rad. "
             "Give angles near to the equilibrium, or stiffer springs"
         )
     return response

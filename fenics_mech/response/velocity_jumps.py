@@ -9,18 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.impulses import nodal_impulses
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics.run_up import RUN_UP
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.transient.course import VelocityJumps
 from fenics_mech.scene import Scene
-
-CYCLE = 2 * math.pi
-SAME = 1e-9  # of a cycle, between times that count as one
-PLACES = 200  # of a cycle, between which a run-up turns in one sense
 
 
 def velocity_jumps(scene: Scene, system: System, steps: Steps) -> Array | None:
@@ -76,17 +74,18 @@ def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
     sense = math.copysign(1, scene.cycle_rate)
 
     def turns(time: Array) -> Array:
-        return sense * (scene.coordinate(time).value - angle) / CYCLE
+        return sense * (scene.coordinate(time).value - angle) / TURN
 
     done = float(turns(np.array([run_up]))[0])
     first = run_up + period * (math.ceil(done - 1e-12) - done)
     found = [first + period * np.arange(math.ceil(end / period) + 2)]
     if run_up:
-        grid = np.linspace(0, run_up, PLACES * (math.ceil(run_up / period) + 1))
+        grid = np.linspace(0, run_up, RUN_UP.places * (math.ceil(run_up / period) + 1))
         found.append(_crossings(turns, grid))
     times = np.unique(np.concatenate(found))
-    times = times[np.diff(times, prepend=-np.inf) > SAME * period]
-    return times[(times <= end + SAME * period) & ((times > start + SAME * period) | ((start == 0) & (times >= 0)))]
+    same = RUN_UP.same_time * period
+    times = times[np.diff(times, prepend=-np.inf) > same]
+    return times[(times <= end + same) & ((times > start + same) | ((start == 0) & (times >= 0)))]
 
 
 def _crossings(turns: Callable[[Array], Array], grid: Array) -> Array:

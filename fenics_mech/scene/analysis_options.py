@@ -6,12 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from fenics_mech.scene.base import Part
+from fenics_mech.scene.base import SCENE, Part
 from fenics_mech.scene.units import Angle, Frequency, Share
-
-MOST_STATIONS = 10_001  # along a member
-MOST_SUB_INTERVALS = 1_000_000  # of a cycle
-FINEST_STEPS = 1e-12  # time_tolerance: the equation is interpolated to that, and strains follow it to 3e-13, measured
 
 
 class Analysis(Part):
@@ -98,7 +94,7 @@ class Analysis(Part):
     settled: Annotated[Share, Field(ge=0)] = 1e-3
     time_tolerance: Annotated[Share, Field(gt=0, lt=1)] = 1e-5
     position: Angle = 0.0
-    sub_intervals: Annotated[int, Field(ge=4, le=MOST_SUB_INTERVALS)] = 360
+    sub_intervals: Annotated[int, Field(ge=4, le=SCENE.most_sub_intervals)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
     reduction: Literal["none", "craig-bampton"] = "none"
     cutoff: Frequency | Literal["auto"] = "auto"
@@ -109,14 +105,14 @@ class Analysis(Part):
     allow_coarse: bool = False
     allow_large: bool = False
     tension: Literal["rigid", "settled"] = "rigid"
-    stations: Annotated[int, Field(ge=2, le=MOST_STATIONS)] = 21
+    stations: Annotated[int, Field(ge=2, le=SCENE.most_stations)] = 21
 
     @field_validator("time_tolerance")
     @classmethod
     def _is_above_rounding(cls, value: float) -> float:
-        if value < FINEST_STEPS:
+        if value < SCENE.finest_steps:
             raise ValueError(
-                f"must be at least {FINEST_STEPS:g}, to which the equation of motion is computed, found {value:g}: "
-                "smaller ones make steps shorter without a smaller error"
+                f"must be at least {SCENE.finest_steps:g}, to which the equation of motion is computed, found {value:g}"
+                ": smaller ones make steps shorter without a smaller error"
             )
         return value

@@ -14,13 +14,13 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.sampling import CYCLE, PIECES, SAMPLES, SampledFunction, enough_angles, equal_steps, pieces_of
+from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
 
-SAME = 1e-9  # difference of angles (rad), or of values, that counts as none
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
 Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
@@ -89,7 +89,7 @@ class FactorTable(Part):
             raise ValueError(
                 f"{len(self.angles)} angles and {len(self.values)} values: a table needs the same number of both"
             )
-        if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > CYCLE * (1 + 1e-12):
+        if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
             raise ValueError(f"the angles must increase, over at most one cycle, {found}; without a unit they are rad")
         return self
@@ -97,8 +97,8 @@ class FactorTable(Part):
     @property
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps."""
-        points = [*zip(self.angles, self.values), (self.angles[0] + CYCLE, self.values[0])]
-        return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAME and value != other)
+        points = [*zip(self.angles, self.values), (self.angles[0] + TURN, self.values[0])]
+        return tuple(a for (a, value), (b, other) in pairwise(points) if b - a < SAMPLING.same and value != other)
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -107,8 +107,8 @@ class FactorTable(Part):
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
-        turned = self.angles[0] + np.mod(theta - self.angles[0], CYCLE)
-        return np.interp(turned, [*self.angles, self.angles[0] + CYCLE], [*self.values, self.values[0]])
+        turned = self.angles[0] + np.mod(theta - self.angles[0], TURN)
+        return np.interp(turned, [*self.angles, self.angles[0] + TURN], [*self.values, self.values[0]])
 
 
 class FactorExpression(Part):
@@ -137,8 +137,8 @@ class FactorExpression(Part):
     @property
     def jumps(self) -> tuple[float, ...]:
         """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
-        begin, end = _evaluated(self.formula, np.array([0.0, CYCLE]))
-        return () if math.isclose(begin, end, rel_tol=SAME, abs_tol=SAME) else (0.0,)
+        begin, end = _evaluated(self.formula, np.array([0.0, TURN]))
+        return () if math.isclose(begin, end, rel_tol=SAMPLING.same, abs_tol=SAMPLING.same) else (0.0,)
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -147,7 +147,7 @@ class FactorExpression(Part):
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
-        return _evaluated(self.formula, np.mod(theta, CYCLE))
+        return _evaluated(self.formula, np.mod(theta, TURN))
 
 
 def _evaluated(formula: str, theta: Array) -> Array:
@@ -179,7 +179,7 @@ class Pulse(Part):
     def _has_room(self) -> Self:
         if self.start == self.end:
             raise ValueError("the pulse starts and ends at the same angle")
-        if self.ramp > min(self.width, CYCLE - self.width) * (1 + 1e-9):
+        if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
             found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
             raise ValueError(
                 f"the ramp is wider than the pulse, or than the pause between two of them, found {found}; angles "
@@ -190,7 +190,7 @@ class Pulse(Part):
     @property
     def width(self) -> float:
         """Part of the cycle in which the pulse acts (rad)."""
-        return (self.end - self.start) % CYCLE or CYCLE
+        return (self.end - self.start) % TURN or TURN
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -204,7 +204,7 @@ class Pulse(Part):
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles."""
-        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, CYCLE) - math.pi
+        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, TURN) - math.pi
         inside = self.width / 2 - np.abs(from_middle)
         if self.ramp == 0:
             return np.where(inside >= 0, 1.0, 0.0)
@@ -224,8 +224,10 @@ def _equally(factor: Factor, count: int) -> Array:
 def _over_a_cycle(factor: Factor) -> SampledFunction:
     """Values of a factor over a cycle, which several checks look at."""
     if isinstance(factor, FactorHarmonics):
-        return SampledFunction.equally(factor.equally(SAMPLES))
-    return SampledFunction.between(np.union1d(np.linspace(0, CYCLE, PIECES + 1), factor_pieces(factor)), factor.at)
+        return SampledFunction.equally(factor.equally(SAMPLING.samples))
+    return SampledFunction.between(
+        np.union1d(np.linspace(0, TURN, SAMPLING.pieces + 1), factor_pieces(factor)), factor.at
+    )
 
 
 def factor_pieces(factor: Factor) -> Array:
@@ -243,7 +245,7 @@ def factor_pieces(factor: Factor) -> Array:
     """
     if isinstance(factor, FactorExpression):
         return pieces_of(factor.formula)
-    return np.union1d([0.0, CYCLE], np.mod([*factor.corners, *factor.jumps], CYCLE))
+    return np.union1d([0.0, TURN], np.mod([*factor.corners, *factor.jumps], TURN))
 
 
 class Varying(Part):

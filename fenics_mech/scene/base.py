@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Self
 
@@ -11,6 +12,25 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.first_error import first_error
+
+
+@dataclass(frozen=True)
+class SceneLimits:
+    """Limits of what a scene may state."""
+
+    longest_name: int = 200  # characters
+    most_links: int = 500  # the loops are solved with dense matrices
+    neglected: float = 0.01  # of the strains, by effects that are left out where no tolerance is stated
+    most_stations: int = 10_001  # along a member
+    most_sub_intervals: int = 1_000_000  # of a cycle
+    finest_steps: float = 1e-12  # time_tolerance: matrices are interpolated to that; measured, strains follow to 3e-13
+    smallest_tolerance: float = 1e-8  # of any quantity
+    largest_tolerance: float = 1.0  # the same
+    folded: float = 1e-12  # rounding of a cosine, where the links of a four-bar lie in line
+
+
+SCENE = SceneLimits()
+
 
 CONTROL = "Cc", "Cf", "Cs", "Zl", "Zp"  # Unicode's control characters, marks of direction, halves and ends of lines
 

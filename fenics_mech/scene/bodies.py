@@ -60,6 +60,8 @@ class MeshLimits:
     largest_unreduced_ratio: float = 1e3  # rounding changes strains by 1e-5 there
     closest: float = 1e-3  # of a member's length, between places at which loads need a node
     short: float = 0.35  # of an element, between its end and a load, up to which it carries the load inside
+    just_before: float = 1e-15  # of an element, by which a load acts before a station at its place, as at a node
+    past_end: float = 1e-9  # of a member's length, by which a pin may leave it
 
 
 MESH = MeshLimits()

@@ -24,7 +24,7 @@ from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.run_ups import RunUpLaw, TimeExpression, TimeTable, smooth_start
-from fenics_mech.scene.sampling import SAMPLES, SampledFunction, enough_angles, equal_steps, pieces_of
+from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
 
 
@@ -186,7 +186,7 @@ def _accelerations(law: Law) -> SampledFunction:
     """Second derivative of a law over a cycle, which several checks look at."""
     if isinstance(law, Expression):
         return SampledFunction.between(pieces_of(law.formula, of_second=True), lambda theta: law.jet(theta).second)
-    return SampledFunction.equally(_acceleration(law, SAMPLES))
+    return SampledFunction.equally(_acceleration(law, SAMPLING.samples))
 
 
 class Motor(Part):

@@ -14,7 +14,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
-from fenics_mech.scene.base import Name, Part, check_texts
+from fenics_mech.scene.base import SCENE, Name, Part, check_texts
 from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, Point, PointMass
 from fenics_mech.scene.consistency import check_references
 from fenics_mech.scene.damping_options import Damping
@@ -26,10 +26,6 @@ from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.tolerance import Tolerance
 from fenics_mech.scene.units import Acceleration
-
-DEFAULT_NEGLECTED = 0.01  # of the strains, by effects that are left out
-LONGEST_NAME = 200  # characters
-MOST_LINKS = 500  # the loops are solved with dense matrices
 
 
 class Measurement(Part):
@@ -133,11 +129,11 @@ class Scene(Part):
     (['arm'], 0.2)
     """
 
-    name: Annotated[str, Field(max_length=LONGEST_NAME)] = "scene"
+    name: Annotated[str, Field(max_length=SCENE.longest_name)] = "scene"
     materials: dict[Name, Material]
     sections: dict[Name, AnySection]
     ground: Ground = Field(default_factory=lambda: Ground(points={}))
-    links: Annotated[dict[Name, Link], Field(min_length=1, max_length=MOST_LINKS)]
+    links: Annotated[dict[Name, Link], Field(min_length=1, max_length=SCENE.most_links)]
     joints: dict[Name, Joint] = Field(default_factory=dict)
     masses: dict[Name, PointMass] = Field(default_factory=dict)
     gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)  # along X and Y (m/s^2)
@@ -201,7 +197,7 @@ class Scene(Part):
     @property
     def neglected(self) -> float:
         """Share of the strains that ``effects = "auto"`` may neglect: the smallest tolerance of any quantity."""
-        return min(self.tolerances.values(), default=DEFAULT_NEGLECTED)
+        return min(self.tolerances.values(), default=SCENE.neglected)
 
     @property
     def tolerances(self) -> dict[str, float]:

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from fenics_mech._constants import TURN
 from fenics_mech.scene.applied_loads import FactorTable, LineLoad, Pulse
 from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.models import Scene
-from fenics_mech.scene.plausible_limits import LIMITS, TURN
+from fenics_mech.scene.plausible_limits import USUAL
 from fenics_mech.scene.sections import CustomSection, Rigidity, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
@@ -63,33 +64,33 @@ def _likely(value: float, si: str, units: Sequence[Unit], low: float, high: floa
 def _materials(scene: Scene) -> Found:
     for name, material in scene.materials.items():
         place, e, rho = f"materials.{name}", material.modulus, material.density
-        heavy, stiff = LIMITS.lightest <= rho <= LIMITS.heaviest, LIMITS.softest <= e <= LIMITS.stiffest
+        heavy, stiff = USUAL.lightest <= rho <= USUAL.heaviest, USUAL.softest <= e <= USUAL.stiffest
         if not heavy:
             units = (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", 1e12), ("g/m^3", 1e-3))
-            meant = _likely(rho, "kg/m^3", units, 500, LIMITS.heaviest)
+            meant = _likely(rho, "kg/m^3", units, 500, USUAL.heaviest)
             yield f"{place}.density", f"{rho:.6g} kg/m^3 is the density of no engineering material{meant}"
         if not stiff:
             units = (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("", 1e-6))
-            meant = _likely(e, "Pa", units, 1e9, LIMITS.stiffest)
+            meant = _likely(e, "Pa", units, 1e9, USUAL.stiffest)
             yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
         speed = math.sqrt(e / rho)
-        if heavy and stiff and not LIMITS.slowest <= speed <= LIMITS.fastest:
-            fitting = [e * f for f in (1e6, 1e3, 1e-3) if LIMITS.slowest < math.sqrt(e * f / rho) < LIMITS.fastest]
+        if heavy and stiff and not USUAL.slowest <= speed <= USUAL.fastest:
+            fitting = [e * f for f in (1e6, 1e3, 1e-3) if USUAL.slowest < math.sqrt(e * f / rho) < USUAL.fastest]
             meant = f": {fitting[0]:.4g} Pa may be meant, or a density in another unit" if fitting else ""
             yield (
                 f"{place}.modulus",
                 f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "
-                f"machines have {LIMITS.slowest:g} to {LIMITS.fastest:g}{meant}",
+                f"machines have {USUAL.slowest:g} to {USUAL.fastest:g}{meant}",
             )
         yield from _of_shear_and_strength(place, material)
 
 
 def _of_shear_and_strength(place: str, material: Material) -> Found:
     e, g, strength = material.modulus, material.shear_modulus, material.strength
-    if g is not None and not LIMITS.least_shear <= g / e <= LIMITS.largest_shear:
+    if g is not None and not USUAL.least_shear <= g / e <= USUAL.largest_shear:
         meant = _likely(g, "Pa", (("MPa", 1e6), ("GPa", 1e9), ("", 1e3), ("", 1e-3)), e / 50, e / 2)
         yield f"{place}.shear_modulus", f"{g:.6g} Pa is {g / e:.2g} times Young's modulus{meant}"
-    if strength is not None and not LIMITS.weakest * e <= strength <= LIMITS.strongest:
+    if strength is not None and not USUAL.weakest * e <= strength <= USUAL.strongest:
         meant = _likely(strength, "Pa", (("MPa", 1e6), ("kPa", 1e3), ("", 1e-6)), 1e-4 * e, 0.1 * e)
         yield f"{place}.strength", f"{strength:.6g} Pa beside a modulus of {e:.6g} Pa is no strength{meant}"
 
@@ -108,20 +109,20 @@ def _sections(scene: Scene) -> Found:
         key = _key(section, "height", "diameter", "inertia")
         custom = isinstance(section, CustomSection)
         what = "area and inertia make a section" if custom else "the section is"
-        if height < LIMITS.thinnest * length:
+        if height < USUAL.thinnest * length:
             yield place + key, f"{what} {height:.3g} m high, as good as nothing, and {beside}"
-        elif height > LIMITS.highest * length:
+        elif height > USUAL.highest * length:
             meant = "" if custom else _likely(height, "m", (("mm", 1e-3),), 1e-3 * length, 0.5 * length)
             yield place + key, f"{what} {height:.4g} m high, and {beside}: it is no beam{meant}"
         width = section.area / height if isinstance(section, CustomSection) else getattr(section, "width", None)
-        if width is not None and not LIMITS.narrowest <= width / length <= LIMITS.widest:
+        if width is not None and not USUAL.narrowest <= width / length <= USUAL.widest:
             meant = "" if custom else _likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
             yield place + _key(section, "width", "area"), f"{what} {width:.4g} m wide, and {beside}{meant}"
         outer = float(np.abs(rigid.fibre[0]).max())
-        if custom and not radius * (1 - 1e-3) <= outer <= LIMITS.farthest_fibre * radius:
+        if custom and not radius * (1 - 1e-3) <= outer <= USUAL.farthest_fibre * radius:
             yield (
                 f"{place}.fibre",
-                f"the outer fibre is {outer:.4g} m from the neutral line; expected is 1 to {LIMITS.farthest_fibre:g} "
+                f"the outer fibre is {outer:.4g} m from the neutral line; expected is 1 to {USUAL.farthest_fibre:g} "
                 f"times as far as the radius of gyration sqrt(inertia/area), which is {radius:.4g} m",
             )
 
@@ -139,16 +140,16 @@ def _proportions(scene: Scene) -> Found:
         return f"links.{scene.members()[label][0]}.points"
 
     label, longest = lengths[-1]
-    if longest > LIMITS.longest:
-        meant = _likely(longest, "m", (("mm", 1e-3),), 0, LIMITS.longest)
+    if longest > USUAL.longest:
+        meant = _likely(longest, "m", (("mm", 1e-3),), 0, USUAL.longest)
         yield place(label), f"member {label} is {longest:.6g} m long{meant}"
     if len(lengths) > 1:
         second, third = lengths[-2][1], lengths[1][1]
-        if longest > LIMITS.most_alike * second:
+        if longest > USUAL.most_alike * second:
             meant = _likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
             yield (place(label), f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}")
         label, shortest = lengths[0]
-        if shortest < LIMITS.least_alike * third:
+        if shortest < USUAL.least_alike * third:
             meant = _likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
             yield (place(label), f"member {label} is {shortest:.4g} m long, and the next {third:.4g} m{meant}")
 
@@ -159,8 +160,8 @@ def _masses(scene: Scene) -> Found:
     along = np.linspace(0, 1, 11)
     whole = sum(float(scene.rigidity(label, along).line_density.mean()) * lengths[label] for label in lengths)
     for name, point in scene.masses.items():
-        if point.mass > LIMITS.heaviest_point * whole:
-            meant = _likely(point.mass, "kg", (("g", 1e-3),), 0, LIMITS.heaviest_point * whole)
+        if point.mass > USUAL.heaviest_point * whole:
+            meant = _likely(point.mass, "kg", (("g", 1e-3),), 0, USUAL.heaviest_point * whole)
             yield f"masses.{name}.mass", f"{point.mass:.6g} kg, and all members together have {whole:.3g} kg{meant}"
         yield from _of_inertia(f"masses.{name}.inertia", point.inertia, max(point.mass, whole), reach)
     for name, link in scene.links.items():
@@ -169,13 +170,13 @@ def _masses(scene: Scene) -> Found:
             heavy = max(link.rigid.mass, whole)
             yield from _of_inertia(f"links.{name}.rigid.inertia", link.rigid.inertia, heavy, max(size, reach))
     g = math.hypot(*scene.gravity)
-    if g and not LIMITS.weak_gravity <= g <= LIMITS.strong_gravity:
+    if g and not USUAL.weak_gravity <= g <= USUAL.strong_gravity:
         meant = _likely(g, "m/s^2", (("mm/s^2", 1e-3), ("km/s^2", 1e3)), 1, 30)
         yield "gravity", f"{g:.6g} m/s^2, and the earth's is 9.81{meant}"
 
 
 def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
-    largest = LIMITS.largest_inertia * mass * reach**2
+    largest = USUAL.largest_inertia * mass * reach**2
     if inertia > largest:
         meant = _likely(inertia, "kg m^2", (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9)), 0, largest / 100)
         yield place, f"{inertia:.6g} kg m^2 is that of {mass:.3g} kg at {math.sqrt(inertia / mass):.3g} m{meant}"
@@ -184,8 +185,8 @@ def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
 def _angles(scene: Scene) -> Found:
     """Look for degrees without their unit, which are read as radians."""
     for place, angle in _stated_angles(scene):
-        whole = angle == round(angle) and abs(angle) > LIMITS.largest_whole
-        if whole or abs(angle) > LIMITS.largest_angle * (1 + 1e-9):
+        whole = angle == round(angle) and abs(angle) > USUAL.largest_whole
+        if whole or abs(angle) > USUAL.largest_angle * (1 + 1e-9):
             text = f"{angle:.6g} rad are {angle / TURN:.3g} turns"
             yield place, f'{text}: "{angle:.6g} deg" is likely meant, as a number without a unit is in rad'
 
@@ -263,13 +264,13 @@ def _motion(scene: Scene) -> Found:
         acceleration = arm * (sharpest + (fastest**2 if _turns(scene, drive) else 0.0))
         strain, label = max((_bent_by(scene, name, acceleration), name) for name in lengths)
         rpm = f": {fastest:.6g} rpm = {fastest * TURN / 60:.4g} rad/s may be meant" * (drive.speed is not None)
-        if strain > LIMITS.largest_strain:
+        if strain > USUAL.largest_strain:
             yield (
                 f"{place}.{key}",
                 f"{what} accelerates links by about {acceleration:.3g} m/s^2, which strains member {label} by about "
                 f"{strain:.2g} (metals yield at 0.001 to 0.01){rpm}",
             )
-        elif arm * fastest > LIMITS.fastest_tip:
+        elif arm * fastest > USUAL.fastest_tip:
             yield f"{place}.{key}", f"{what} moves the driven link's end at {arm * fastest:.4g} m/s{rpm}"
 
 
@@ -286,7 +287,7 @@ def _strain(rigid: Rigidity, moment: float) -> float:
 
 def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
     mean, swing = float(angle.mean()), float(np.ptp(angle))
-    if drive.law is not None and max(abs(mean), swing) > LIMITS.largest_angle:
+    if drive.law is not None and max(abs(mean), swing) > USUAL.largest_angle:
         yield (
             place,
             f"the law swings by {swing:.4g} rad about {mean:.4g} rad, or {swing / TURN:.3g} turns: degrees are likely "
@@ -295,7 +296,7 @@ def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
 
 
 def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
-    if (size := float(np.ptp(stroke))) > LIMITS.longest_stroke * longest:
+    if (size := float(np.ptp(stroke))) > USUAL.longest_stroke * longest:
         meant = _likely(size, "m", (("mm", 1e-3),), 0, longest)
         yield place, f"the stroke is {size:.4g} m, and no member is longer than {longest:.4g} m{meant}"
 
@@ -315,7 +316,7 @@ def _loads(scene: Scene) -> Found:
             size = math.hypot(*load.force)
             key, unit, moment = "force", "N", size * length * float(s) * (1 - float(s))
         strain = _strain(rigid, largest * moment)
-        if strain > LIMITS.largest_strain:
+        if strain > USUAL.largest_strain:
             yield (
                 f"loads.{name}.{key}",
                 f"{largest * size:.6g} {unit} across member {label} strains it by about {strain:.2g}, where metals "
@@ -326,38 +327,38 @@ def _loads(scene: Scene) -> Found:
 def _damping(scene: Scene) -> Found:
     damping = scene.damping
     ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
-    if (ratio := max(ratios)) >= LIMITS.largest_ratio:
+    if (ratio := max(ratios)) >= USUAL.largest_ratio:
         what = f"{ratio:.6g} is {100 * ratio:.4g} % of critical damping, and structures have 0.1 to 10 %"
         yield "damping.ratio", f'{what}: "{ratio:.6g} %" may be meant'
     if not scene.drives:
         return
     rate = abs(scene.cycle_rate)
-    if damping.material * rate > LIMITS.longest_retardation:
-        meant = _likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, LIMITS.longest_retardation / rate / 10)
+    if damping.material * rate > USUAL.longest_retardation:
+        meant = _likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, USUAL.longest_retardation / rate / 10)
         yield (
             "damping.material",
             f"{damping.material:.6g} s is long beside a cycle of {scene.period:.4g} s: the material would creep rather "
             f"than vibrate{meant}",
         )
     for name, drag in (("external", damping.external), ("relative", damping.relative)):
-        if drag > LIMITS.largest_drag * rate:
+        if drag > USUAL.largest_drag * rate:
             what = f"{drag:.6g} 1/s stops the links' vibration within {1 / drag:.2g} s, "
             yield f"damping.{name}", what + f"and a cycle takes {scene.period:.4g} s"
 
 
 def _numerics(scene: Scene) -> Found:
     for quantity, share in scene.tolerances.items():
-        if share >= LIMITS.largest_tolerance:
+        if share >= USUAL.largest_tolerance:
             place = "tolerance" if isinstance(scene.tolerance, float) else f"tolerance.{quantity}"
             yield place, f'{share:.6g} is {100 * share:.4g} % of the {quantity}: "{share:.6g} %" may be meant'
     size = sum(_lengths(scene).values())
     for name, spring in scene.springs.items():
-        if isinstance(spring, LineSpring) and (spring.length or 0.0) > LIMITS.longest_spring * size:
+        if isinstance(spring, LineSpring) and (spring.length or 0.0) > USUAL.longest_spring * size:
             meant = _likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
             yield f"springs.{name}.length", f"{spring.length:.6g} m, and all members together have {size:.4g} m{meant}"
     for place, drive in _drives(scene):
-        if (drive.run_up or 0.0) > LIMITS.longest_run_up * scene.period:
-            meant = _likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, LIMITS.longest_run_up * scene.period)
+        if (drive.run_up or 0.0) > USUAL.longest_run_up * scene.period:
+            meant = _likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, USUAL.longest_run_up * scene.period)
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
 
 

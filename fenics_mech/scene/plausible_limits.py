@@ -1,9 +1,8 @@
 """What machines have: limits beyond which a number of a scene is hardly meant."""
 
-import math
 from dataclasses import dataclass
 
-TURN = 2 * math.pi
+from fenics_mech._constants import TURN
 
 
 @dataclass(frozen=True)
@@ -45,4 +44,4 @@ class Plausible:
     longest_spring: float = 10.0  # free length over the size of the linkage
 
 
-LIMITS = Plausible()
+USUAL = Plausible()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,15 +9,11 @@ from functools import lru_cache
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.scene.formulas.expression import Formula
 from fenics_mech.scene.formulas.interval import bounds_over
 
-CYCLE = 2 * math.pi
-SAMPLES = 2**17  # of a function in a cycle: one for each 48 microrad
-PIECES = 4096  # equal parts of a cycle that are looked at, at least
-
-
-POINTS, WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
+CELL_POINTS, CELL_WEIGHTS = ((1 + np.polynomial.legendre.leggauss(6)[0]) / 2, np.polynomial.legendre.leggauss(6)[1] / 2)
 
 
 @dataclass(frozen=True)
@@ -30,9 +25,13 @@ class SamplingLimits:
     largest_cell: float = 1e-6  # of a formula's integral over the cycle that one of its pieces may hide
     nothing_known: float = 1e-3  # of the largest hidden integral: counts as the whole one where that is not known
     narrowest: float = 1e-14  # rad, of pieces: rounding of angles is 1e-15
+    samples: int = 2**17  # of a function in a cycle: one for each 48 microrad
+    pieces: int = 4096  # equal parts of a cycle that are looked at, at least
+    same: float = 1e-9  # rad between drive angles, or difference of values, that counts as none
+    unresolved: float = 0.1  # of the largest value of a factor, that points of a cycle may miss before that is remarked
 
 
-LIMITS = SamplingLimits()
+SAMPLING = SamplingLimits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +52,7 @@ class SampledFunction:
 
     def mean(self, values: Array) -> float:
         """Mean of other values at the points over the cycle."""
-        return float(self.weights @ values) / CYCLE
+        return float(self.weights @ values) / TURN
 
     @property
     def variance(self) -> float:
@@ -63,7 +62,7 @@ class SampledFunction:
     @classmethod
     def equally(cls, values: Array) -> SampledFunction:
         """Take values at equal steps of a cycle from 0 on."""
-        step = CYCLE / len(values)
+        step = TURN / len(values)
         return cls(step * np.arange(len(values)), np.full(len(values), step), values)
 
     @classmethod
@@ -85,7 +84,7 @@ def gauss_points(edges: Array) -> tuple[Array, Array]:
         Ascending edges, ``(pieces + 1,)``.
     """
     width = np.diff(edges)[:, None]
-    return (edges[:-1, None] + width * POINTS).ravel(), (width * WEIGHTS).ravel()
+    return (edges[:-1, None] + width * CELL_POINTS).ravel(), (width * CELL_WEIGHTS).ravel()
 
 
 def enough_angles(values_at: Callable[[int], Array], whole: SampledFunction, least: int, jumps: bool = False) -> int:
@@ -106,8 +105,8 @@ def enough_angles(values_at: Callable[[int], Array], whole: SampledFunction, lea
         Whether the function jumps.
     """
     variance, count = whole.variance, least
-    allowed = LIMITS.missed * max(variance, LIMITS.rounding * whole.mean(whole.values**2))
-    while count < SAMPLES:
+    allowed = SAMPLING.missed * max(variance, SAMPLING.rounding * whole.mean(whole.values**2))
+    while count < SAMPLING.samples:
         seen = values_at(2 * count)
         same = np.abs(seen.reshape(count, 2).var(axis=0) - variance) <= allowed
         if np.all(same) and (jumps or whole.mean((whole.values - _lines(seen, whole.angles)) ** 2) <= allowed):
@@ -129,12 +128,12 @@ def equal_steps(count: int) -> Array:
     numpy.ndarray
         Shape ``(count,)``.
     """
-    return CYCLE / count * np.arange(count)
+    return TURN / count * np.arange(count)
 
 
 def _lines(seen: Array, angles: Array) -> Array:
     """Values at angles (rad) on straight lines between equally spaced ones."""
-    return np.interp(angles * (len(seen) / CYCLE), np.arange(len(seen) + 1), [*seen, seen[0]])
+    return np.interp(angles * (len(seen) / TURN), np.arange(len(seen) + 1), [*seen, seen[0]])
 
 
 @lru_cache(maxsize=32)
@@ -143,7 +142,7 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
 
     Or its second derivative, where that is asked for. Interval arithmetic gives bounds in every piece. Pieces are
     halved until bounds and width leave open no more than `largest_cell` of the integral, or until there are as many as
-    `SAMPLES`.
+    `SAMPLING.samples`.
 
     Parameters
     ----------
@@ -152,14 +151,15 @@ def pieces_of(text: str, *, of_second: bool = False) -> Array:
     of_second
         Whether its second derivative is looked at instead.
     """
-    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, CYCLE, PIECES + 1)
-    while len(edges) < SAMPLES:
+    formula, edges = Formula(text, ("theta",)), np.linspace(0.0, TURN, SAMPLING.pieces + 1)
+    while len(edges) < SAMPLING.samples:
         low, high = bounds_over(formula, edges[:-1], edges[1:], of_second=of_second)
         width = np.diff(edges)
         hidden = (high - low) * width
         least = float(np.abs(np.clip(0.0, low, high)) @ width)  # that the integral of the magnitude is
         largest = float(hidden[np.isfinite(hidden)].max(initial=0.0))
-        wide = (hidden > LIMITS.largest_cell * max(least, LIMITS.nothing_known * largest)) & (width > LIMITS.narrowest)
+        most_hidden = SAMPLING.largest_cell * max(least, SAMPLING.nothing_known * largest)
+        wide = (hidden > most_hidden) & (width > SAMPLING.narrowest)
         if not wide.any():
             break
         edges = np.sort(np.concatenate([edges, (edges[:-1] + edges[1:])[wide] / 2]))

@@ -8,16 +8,17 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 
 from fenics_mech.errors import SceneError, shortened
+from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.units import in_unit
 
 QUANTITIES = ("strain", "deflection", "joint_force", "torque")  # that a tolerance may name
-SMALLEST, LARGEST = 1e-8, 1.0  # of a tolerance
 
 
 def _share(value: Any) -> float:
     share = float(in_unit("1")(value))
-    if not SMALLEST < share < LARGEST:
-        raise ValueError(f"must be more than {SMALLEST:g} and less than {LARGEST:g}, found {shortened(value)}")
+    smallest, largest = SCENE.smallest_tolerance, SCENE.largest_tolerance
+    if not smallest < share < largest:
+        raise ValueError(f"must be more than {smallest:g} and less than {largest:g}, found {shortened(value)}")
     return share
 
 

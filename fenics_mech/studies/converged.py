@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.quantities import SMALL_MEMBER
+from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
 from fenics_mech.studies.cost_grid import meshed
 
-STEPS = ((240, 4), (360, 3))  # sub-intervals and Radau points: of the answer, and of its check
+CONVERGED_STEPS = ((240, 4), (360, 3))  # sub-intervals and Radau points: of the answer, and of its check
 QUICK = ((120, 3), (80, 4))
 REDUCED = ((64, 20_000.0), (32, 8_000.0))  # elements and cutoff (Hz) where members are reduced
-ORDERS = {True: 4, False: 2}  # of the strains in the length of the elements: with coupling, and without
+MESH_ORDERS = {True: 4, False: 2}  # of the strains in the length of the elements: with coupling, and without
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def difference(strain: Array, other: Array) -> Difference:
     of the other is evaluated at the angles of the first.
     """
     largest = np.abs(other).max(axis=(0, 2, 3))
-    measure = np.maximum(largest, SMALL_MEMBER * largest.max())
+    measure = np.maximum(largest, MEASURE.small_member * largest.max())
     one, two = at_common_angles(strain, other)
     relative = np.abs(one - two).max(axis=(0, 3)) / measure[:, None]
     return Difference(float(relative.max()), float(relative[:, relative.shape[1] // 2].max()))
@@ -115,7 +115,7 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
     MechanismError
         When one of the runs fails.
     """
-    fine, other = QUICK if quick else STEPS
+    fine, other = QUICK if quick else CONVERGED_STEPS
 
     def run(elements: int, steps: tuple[int, int], **reduction: Any) -> Array:
         changed = scene.changed(
@@ -127,7 +127,7 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
     if set(scene.named_effects) == {"coupling"} and not quick:  # the one equation that the reduction changes nothing of
         answer, check = (
             run(elements, steps, analysis__reduction="craig-bampton", analysis__cutoff=cutoff)
-            for steps, (elements, cutoff) in zip(STEPS, REDUCED)
+            for steps, (elements, cutoff) in zip(CONVERGED_STEPS, REDUCED)
         )
         how = (
             f"collocation with {fine[1]} Radau points in {fine[0]} sub-intervals, members of {REDUCED[0][0]} elements "
@@ -136,7 +136,7 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
         )
         return Converged(answer, difference(check, answer), how)
     first, second, third = run(meshes[0], fine), run(meshes[1], fine), run(meshes[2], other)
-    order = ORDERS["coupling" in scene.named_effects]
+    order = MESH_ORDERS["coupling" in scene.named_effects]
     found = extrapolated(first, second, meshes[0] / meshes[1], order)
     check = extrapolated(second, third, meshes[1] / meshes[2], order)
     how = (

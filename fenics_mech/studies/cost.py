@@ -16,8 +16,9 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
+from fenics_mech._constants import TINY
 from fenics_mech.accuracy.estimate import NUMERICAL
-from fenics_mech.accuracy.quantities import SMALL_MEMBER
+from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.recovery import Result
@@ -36,7 +37,7 @@ from fenics_mech.studies.cost_grid import (
 from fenics_mech.studies.run_table import RunTable, labelled
 from fenics_mech.studies.timing import bare_seconds, machine, timed
 
-LONGEST = 12.0  # seconds of a run, after which a method is not made finer
+LONGEST_RUN = 12.0  # seconds of a run, after which a method is not made finer
 NUMBERS = {  # by variable: unit, meaning
     "seconds": ("s", "processor time, median of the repeats"),
     "wall_seconds": ("s", "time on the wall, median of the repeats"),
@@ -56,7 +57,6 @@ TEXTS = {
     "message": "what it said",
 }
 TEXT_SETTINGS = ("join",)
-TINY = float(np.finfo(float).tiny)
 Progress = Callable[[str], None]
 
 
@@ -137,7 +137,7 @@ def measure_costs(scene: Scene, *, quick: bool = False, progress: Progress = lam
         progress(f"{number + 1} of {len(runs)}: {each.method}, {each.equation}")
         outcome = _run(each, known.get(each.equation), known[whole], (each.method, each.equation) in slow)
         outcomes.append(outcome)
-        if outcome.numbers.get("seconds", 0.0) > LONGEST:
+        if outcome.numbers.get("seconds", 0.0) > LONGEST_RUN:
             slow.add((each.method, each.equation))
     progress("overhead")
     described = {
@@ -197,7 +197,7 @@ def _run(run: GridRun, own: Converged | None, whole: Converged, slow: bool) -> R
     """Make one run, whatever it ends with."""
     identity = (run.method, run.equation, run.settings)
     if slow:
-        return RunOutcome(*identity, {}, "not run", f"a coarser run took more than {LONGEST:g} s")
+        return RunOutcome(*identity, {}, "not run", f"a coarser run took more than {LONGEST_RUN:g} s")
     try:
         result, timing = timed(lambda: analyse(run.scene))
     except MechanismError as error:
@@ -218,7 +218,7 @@ def errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[s
     if sources:
         largest = np.abs(found).max(axis=(0, 2, 3))
         of_each = result.data["strain_error"].sel(source=sources).sum("source").to_numpy()
-        numbers["estimate"] = float((of_each / np.maximum(largest, SMALL_MEMBER * largest.max())).max())
+        numbers["estimate"] = float((of_each / np.maximum(largest, MEASURE.small_member * largest.max())).max())
         if own is not None:
             numbers["estimate_ratio"] = numbers["estimate"] / max(numbers["error"], TINY)
     return numbers

@@ -24,8 +24,8 @@ SETTINGS = {  # of the table, and their meaning
     "tolerance": "relative tolerance of an integration in time",
     "cycles": "cycles of an integration in time",
 }
-MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member of references, finest first
-REDUCED = (  # sub-intervals, points in each, elements a link, cutoff (Hz)
+REFERENCE_MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member, finest first
+REDUCED_RUNS = (  # sub-intervals, points in each, elements a link, cutoff (Hz)
     (36, 4, 8, 300), (48, 4, 8, 500), (60, 4, 8, 1000), (80, 3, 8, 1000), (120, 3, 16, 2000), (180, 3, 16, 4000),
     (240, 3, 32, 8000),
 )  # fmt: skip
@@ -94,9 +94,9 @@ def meshed(scene: Scene, elements: int) -> Scene:
 def reference_meshes(scene: Scene, quick: bool = False) -> tuple[int, int, int]:
     """Elements per member of a converged answer: three meshes, the finest first, as fine as time allows."""
     if quick:
-        return MESHES[-1]
+        return REFERENCE_MESHES[-1]
     members = len(scene.members())
-    return next((mesh for mesh in MESHES if mesh[0] * members <= MOST_ELEMENTS), MESHES[-1])
+    return next((mesh for mesh in REFERENCE_MESHES if mesh[0] * members <= MOST_ELEMENTS), REFERENCE_MESHES[-1])
 
 
 def grid(equations: dict[str, Scene], quick: bool = False) -> list[GridRun]:
@@ -178,6 +178,6 @@ def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
 
 def _reduced(equation: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
     """Collocation with reduced members."""
-    for count, stages, elements, cutoff in REDUCED[:1] if quick else REDUCED:
+    for count, stages, elements, cutoff in REDUCED_RUNS[:1] if quick else REDUCED_RUNS:
         yield grid_run("collocation, reduced", equation, scene, solver="collocation", sub_intervals=count,
                     elements=elements, reduction="craig-bampton", cutoff=cutoff, stages=stages)  # fmt: skip

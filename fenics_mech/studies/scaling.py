@@ -22,7 +22,7 @@ from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.run_table import RunTable, labelled
 from fenics_mech.studies.timing import machine, timed
 
-LONGEST = 15.0  # seconds of a run, after which a line is not made longer
+LONGEST_LINE_RUN = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike
 RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, which makes matrices full, and by the material (s)
 SOLVERS = {"sub-intervals": (), "collocation": ("coupling",)}  # and the effects that they are run with
@@ -182,11 +182,11 @@ def measure_scaling(
         row: dict[str, Any] = asdict(size) | {"failure": "", "message": ""}
         try:
             if size.line in slow:
-                raise TimeoutError(f"a smaller run took more than {LONGEST:g} s")
+                raise TimeoutError(f"a smaller run took more than {LONGEST_LINE_RUN:g} s")
             row |= work(size)
         except (MechanismError, TimeoutError) as error:
             row |= {"failure": type(error).__name__, "message": str(error)}
-        if row.get("seconds", 0.0) > LONGEST and size.series != PER_POSITION:
+        if row.get("seconds", 0.0) > LONGEST_LINE_RUN and size.series != PER_POSITION:
             slow.add(size.line)
         rows.append(row)
     return Scaling(

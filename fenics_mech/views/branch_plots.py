@@ -13,7 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
-from fenics_mech.views.figures import COLOURS, DEFLECTION, MICRO, MILLI, STRAIN, empty_figure, finish, save, with_unit
+from fenics_mech._constants import MICRO, MILLI
+from fenics_mech.views.figures import COLOURS, DEFLECTION, STRAIN, empty_figure, finish, save, with_unit
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # of error, for the advice
 LINES, MARKS = ("-", "--", ":", "-."), ("o", "s", "^", "D", "v", "P", "X", "*", "h")
-WIDTH, HEIGHT = 11.0, 5.4  # inches
+WIDTH, COST_HEIGHT = 11.0, 5.4  # inches
 LARGEST, SMALLEST = 3.0, 3e-5  # errors that are drawn; smaller ones stand on the lower edge
 NAMED = {"elements": "elements", "sub_intervals": "sub-intervals", "modes": "modes", "stages": "points",
          "harmonics": "harmonics", "cycles": "cycles", "tolerance": "tolerance"}  # fmt: skip
@@ -76,7 +76,7 @@ def cost_figure(cost: Cost) -> Figure:
 
 def _figure(data: xr.Dataset, panels: dict[str, str], title: str) -> Figure:
     """Draw error over time in panels beside each other, by variable and title."""
-    with panels_of(1, len(panels), (WIDTH, HEIGHT), title) as (figure, ((*all_axes,),)):
+    with panels_of(1, len(panels), (WIDTH, COST_HEIGHT), title) as (figure, ((*all_axes,),)):
         for axes, (variable, name) in zip(all_axes, panels.items()):
             _draw(axes, data, variable)
             axes.set_title(name, fontsize=10)

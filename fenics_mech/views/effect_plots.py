@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from fenics_mech.views.figures import COLOURS, MICRO, STRAIN, curve, finish, new_figure, save
+from fenics_mech._constants import MICRO
+from fenics_mech.views.figures import COLOURS, STRAIN, curve, finish, new_figure, save
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:

@@ -51,8 +51,6 @@ SIZE = (7.2, 4.0)  # inches
 RESOLUTION = 160  # dots per inch
 ENDINGS = (".png", ".pdf", ".svg")
 LEGEND_COLUMNS = 5
-MICRO = 1e6
-MILLI = 1e3
 STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.views.geometry import at_angles, member_ends
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 
-SHARE = 0.08  # of the linkage's size, for the largest deflection as drawn
+DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
 COVERED = 0.98
 ROUND = np.array([1, 2, 2.5, 5, 10])
-MICRO = 1e6
-CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
+BLOCK_CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
         strain=MICRO * strain,
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
-        sliders=along * CORNERS[:, :1] + across * CORNERS[:, 1:],
+        sliders=along * BLOCK_CORNERS[:, :1] + across * BLOCK_CORNERS[:, 1:],
         slider_pins=pins[:, where],
     )
 
@@ -85,12 +85,12 @@ def cycle(result: Result, count: int) -> Array:
 
 
 def default_magnification(result: Result) -> float:
-    """Round factor that draws the largest deflection at about `SHARE` of the linkage's size; 1 where nothing bends."""
+    """Round factor that draws the largest deflection at `DEFLECTED` of the linkage's size; 1 where nothing bends."""
     largest = float(np.linalg.norm(result.data["deflection"].transpose(..., "component"), axis=-1).max())
     if largest == 0:
         return 1.0
     points = member_ends(result.scene, cycle(result, 60)).reshape(-1, 2)
-    wanted = SHARE * float(np.linalg.norm(np.ptp(points, axis=0))) / largest
+    wanted = DEFLECTED * float(np.linalg.norm(np.ptp(points, axis=0))) / largest
     decade = 10.0 ** np.floor(np.log10(wanted))
     return float(decade * ROUND[np.abs(np.log(ROUND * decade / wanted)).argmin()])
 

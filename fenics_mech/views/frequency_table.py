@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.frequency_errors import LARGEST_KNOWN
+from fenics_mech.accuracy.frequency_errors import FREQUENCY
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.tables import number, table_of
 
@@ -32,7 +32,7 @@ def frequency_table(
     assurance
         MAC of each mode with itself at the next position, ``(angles, modes)``.
     off
-        Share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means that or more.
+        Share by which the mesh has them wrong, ``(modes,)``; `FREQUENCY.largest_known` means that or more.
     supported
         Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
     """
@@ -41,7 +41,8 @@ def frequency_table(
     for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
         rigid = not curve.any()
         name = f"{mode}, rigid body" if rigid else str(mode)
-        wrong = f"{LARGEST_KNOWN:.0%} or more" if share >= LARGEST_KNOWN else "" if rigid else f"{100 * share:.2g} %"
+        unknown = share >= FREQUENCY.largest_known
+        wrong = f"{FREQUENCY.largest_known:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
         table.add_row(name, number(curve.min()), number(curve.max()), wrong, f"{mac.min():.3f}")
     if supported:
         table.add_section()

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import Scene
-
-TURN = 2 * np.pi
 
 
 def member_ends(scene: Scene, theta: Array) -> Array:

@@ -13,25 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import MID_SPAN
-from fenics_mech.views.figures import (
-    COLOURS,
-    DEFLECTION,
-    MICRO,
-    MILLI,
-    SIZE,
-    STRAIN,
-    curve,
-    empty_figure,
-    finish,
-    new_figure,
-    save,
-)
+from fenics_mech.views.figures import COLOURS, DEFLECTION, SIZE, STRAIN, curve, empty_figure, finish, new_figure, save
 from fenics_mech.views.geometry import member_ends, member_normals
 from fenics_mech.views.measured import read_measurement
 

@@ -13,23 +13,23 @@ from rich.text import Text
 
 from fenics_mech._arrays import Array
 from fenics_mech._console import text_of
+from fenics_mech._constants import MEGA, MICRO, MILLI
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.errors import percent
 from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.planning.effect_choice import DEFLECTION
+from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import DOUBTFUL, PEAKS, between_positions, doubt
+from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
+from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.scene.models import DEFAULT_NEGLECTED
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.tables import drive_of, number, table_of
 
-MICRO, MILLI, MEGA = 1e6, 1e3, 1e-6
 SOURCES = {  # of errors, in words
     "time": "time steps",
     "harmonics": "harmonics left out",
@@ -52,7 +52,7 @@ class ReportLimits:
     rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding
 
 
-LIMITS = ReportLimits()
+REPORT = ReportLimits()
 
 
 class Summary(Group):
@@ -127,7 +127,7 @@ def _validity(result: Result) -> Text:
             float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
         )
         share = f"{percent(of_strain)} of the strain and {percent(of_deflection)} of the deflection"
-        if of_strain <= DEFAULT_NEGLECTED and of_deflection <= DEFLECTION:
+        if of_strain <= SCENE.neglected and of_deflection <= CHOICE.deflection:
             return Text(f"Inside the linear theory, which leaves out {share}: {worst}; {bent}.")
         text = f"OUTSIDE THE LINEAR THEORY, which leaves out {share} by estimate: {worst}; {bent}. {ADVICE}"
         return Text(text, style="bold red")
@@ -151,7 +151,7 @@ def _energy(result: Result) -> Text:
     if not any(effect.couples for effect in _acting(result)):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
-    if abs(residual) > bound and error > LIMITS.rounding:
+    if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(MILLI * bound)} mW that the estimated errors of the drives explain"
     return Text(f"{text}.")
 
@@ -267,7 +267,7 @@ def _effects(result: Result) -> str:
 def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
     """Say by how much peaks are uncertain where they lie between few positions."""
     by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
-    if max(by_strain, by_force) < DOUBTFUL:
+    if max(by_strain, by_force) < PEAK.doubtful:
         return []
     text = (
         f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
@@ -304,7 +304,7 @@ def _members(result: Result) -> Table:
 def _between_stations(result: Result) -> list[Text]:
     """Say where the strain between stations is larger than at all of them."""
     largest = result.data["largest_strain"]
-    larger = largest[largest > (1 + LIMITS.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
+    larger = largest[largest > (1 + REPORT.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
     peaks = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
     return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
@@ -345,8 +345,8 @@ def _signal(result: Result) -> list[RenderableType]:
     )
     amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
-        heard = np.flatnonzero(amplitude[i] > LIMITS.rounding * amplitude[i].max())
-        largest = heard[np.argsort(-amplitude[i, heard])][: LIMITS.harmonics]
+        heard = np.flatnonzero(amplitude[i] > REPORT.rounding * amplitude[i].max())
+        largest = heard[np.argsort(-amplitude[i, heard])][: REPORT.harmonics]
         cells = [", ".join(f"{n + 1}: {amplitude[i, n]:.3g}" for n in largest)]
         if vibrates:
             size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SERIES = {"elements": "elements per link", "links": "moving links", "positions": "positions in a cycle"}
 PANELS = {"seconds": "processor time (s)", "memory": "peak memory (MB)"}
-WIDTH, HEIGHT = 11.0, 6.2  # inches
+WIDTH, SCALING_HEIGHT = 11.0, 6.2  # inches
 
 
 def write_scaling(scaling: Scaling, folder: Path) -> list[Path]:
@@ -42,7 +42,7 @@ def write_scaling(scaling: Scaling, folder: Path) -> list[Path]:
 def scaling_figure(scaling: Scaling) -> Figure:
     """Draw time and memory against elements, links and positions."""
     title = "Time and memory of a run. Chains of four-bars: 3 links, 3 elements a link, 120 positions unless varied"
-    with panels_of(len(PANELS), len(SERIES), (WIDTH, HEIGHT), title) as (figure, panels):
+    with panels_of(len(PANELS), len(SERIES), (WIDTH, SCALING_HEIGHT), title) as (figure, panels):
         for row, (variable, label) in zip(panels, PANELS.items()):
             row[0].set_ylabel(label)
             for axes, series in zip(row, SERIES):

@@ -15,8 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO
 from fenics_mech.response.stability.floquet import STABILITY
-from fenics_mech.views.figures import MICRO, STRAIN, STYLE, empty_figure
+from fenics_mech.views.figures import STRAIN, STYLE, empty_figure
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.errors import ViewError
-from fenics_mech.views.figures import COLOURS, DEFLECTION, MICRO, MILLI, SIZE, STRAIN, empty_figure, finish, save
+from fenics_mech.views.figures import COLOURS, DEFLECTION, SIZE, STRAIN, empty_figure, finish, save
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 

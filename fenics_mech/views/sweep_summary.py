@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Index
-from fenics_mech.recovery.peaks import DOUBTFUL
-from fenics_mech.views.figures import MICRO
+from fenics_mech._constants import MICRO
+from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
 from fenics_mech.views.tables import number, table_of
 
@@ -50,7 +50,7 @@ def sweep_summary(sweep: Sweep) -> Group:
         for name in ("error", "message", "not_estimated", "warnings")
     )
     doubts = data["peak_doubt"].transpose(*paths).to_numpy() if "peak_doubt" in data else np.zeros(1)
-    if (doubtful := doubts > DOUBTFUL).any():
+    if (doubtful := doubts > PEAK.doubtful).any():
         at = _where(data, paths, np.argwhere(doubtful))
         text = f"Peaks between the positions are uncertain by up to {np.nanmax(doubts):.1%} at {at}"
         parts.append(Text(f"{text}: take more sub_intervals"))

@@ -10,7 +10,7 @@ import pytest
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import SMALL_EFFORT, measures, places_of
+from fenics_mech.accuracy.quantities import MEASURE, measures, places_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.scene import schema, stated_tolerance
 from fenics_mech.scene.build import build
@@ -253,7 +253,7 @@ def test_the_torque_of_what_is_balanced_is_measured_by_the_forces():
     assert float(np.abs(data["drive_effort"]).max()) < 1e-6 * force * 0.5
     assert data.attrs["drive_effort_error_estimate"] < 1e-3
     largest = {"strain": np.zeros(1), "deflection": np.ones(1), "joint_force": np.array([8.0]), "torque": np.zeros(1)}
-    assert measures(blade(), largest)["torque"] == pytest.approx(SMALL_EFFORT * 8.0 * 0.5)
+    assert measures(blade(), largest)["torque"] == pytest.approx(MEASURE.small_effort * 8.0 * 0.5)
 
 
 def test_the_summary_tells_the_quantities_apart():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech.accuracy.feedback import OPEN, fed_back
+from fenics_mech.accuracy.feedback import FEEDBACK, fed_back
 
 ANGLE = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 FORMS = np.array([np.ones_like(ANGLE), np.cos(2 * ANGLE), np.sin(2 * ANGLE), np.cos(7 * ANGLE), np.sin(7 * ANGLE)])
@@ -32,7 +32,7 @@ def test_all_that_an_error_does_to_itself(real, imaginary):
     exact = np.linalg.solve(np.eye(5) - matrix, FIRST)
     largest = max(
         np.linalg.norm(np.linalg.solve(np.eye(5) - share * matrix, FIRST))
-        for share in np.linspace(1 + OPEN[0], 1 + OPEN[1], 2001)
+        for share in np.linspace(1 + FEEDBACK.open[0], 1 + FEEDBACK.open[1], 2001)
     )
     found, _ = fed_back(along(FIRST), lambda motion: applied(matrix, motion), np.array([1.0, 0.0]), 0.0)
     size = np.linalg.norm(np.linalg.lstsq(FORMS.T, found[:, 0], rcond=None)[0])

@@ -98,7 +98,7 @@ def test_harmonics_of_a_load_over_a_phase(uneven, monkeypatch):
     found, numbers = replace(resonances(5.0, 0.01, 0.0), load=load[:, None]), np.array([0, 3, 7, 20])
     phase = np.cumsum(2 * np.pi / 48 * (1 + uneven * np.sin(ANGLE)))
     exact = [load @ np.exp(-1j * number * phase) / 24 for number in numbers]
-    monkeypatch.setattr(missed_resonances, "AT_A_TIME", 100)
+    monkeypatch.setattr(missed_resonances, "RESONANCES", replace(missed_resonances.RESONANCES, at_a_time=100))
     assert found._harmonics_of_load(phase, numbers)[0] == pytest.approx(np.array(exact), abs=1e-12)
 
 

@@ -15,7 +15,7 @@ from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion
 from fenics_mech.response.static import quasi_static
-from fenics_mech.response.static.quasi_static import SMALLER
+from fenics_mech.response.static.equilibrium import STATIC
 from fenics_mech.scene import load
 from fenics_mech.scene.build import build
 from tests.common import DEMOS
@@ -107,12 +107,12 @@ def test_a_tension_is_lowered_to_the_first_power_below_buckling(pressure):
     lowered = quasi_static._lowered(Pressed(stiffness, geometric), np.full((1, 2), -pressure * critical))
     share = 1.0
     while share * pressure >= 1:
-        share *= SMALLER
+        share *= STATIC.smaller
     assert lowered == pytest.approx(np.full((1, 2), -share * pressure * critical), rel=1e-9)
 
 
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):
-    monkeypatch.setattr(assembly, "LIMITS", assembly.BranchLimits(most_steps=200))  # of 10,000, which take a minute
+    monkeypatch.setattr(assembly, "ASSEMBLY", assembly.BranchLimits(most_steps=200))  # of 10,000, which take a minute
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["drive"][0]["law"] = {"kind": "expression", "formula": "0.5*sin(100*theta)"}
     with pytest.raises(AssemblyError, match=r"after 200 steps the drive is at .* link upper_arm turns fastest"):

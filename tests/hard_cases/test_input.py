@@ -181,7 +181,7 @@ def test_cycle_that_does_not_fit_into_memory_is_refused(seed):
 def test_drawing_that_loops_for_ever_is_ended(tmp_path, monkeypatch):
     from fenics_mech.scene.drawing import gmsh_files as files
 
-    monkeypatch.setattr(files, "LIMITS", files.ReaderLimits(patience=3))
+    monkeypatch.setattr(files, "DRAWING", files.ReaderLimits(patience=3))
     (tmp_path / "loop.geo").write_text("For i In {0:1e15}\n  x = i;\nEndFor\n")
     with pytest.raises(SceneError, match=r"gmsh cannot read loop\.geo: it takes longer than 3 s"):
         completed({"drawing": "loop.geo"}, tmp_path)

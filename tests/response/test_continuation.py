@@ -1,5 +1,6 @@
 """Continuation through folds: Duffing's oscillator against its Fourier series, and branches that are lost."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -133,6 +134,6 @@ def test_a_branch_that_is_lost_is_named():
 def test_a_start_that_is_no_motion_is_refused(monkeypatch):
     speeds = family((0.8, 1.5))
     straight = first(speeds)
-    monkeypatch.setattr(continuation, "MOST_ITERATIONS", 1)
+    monkeypatch.setattr(continuation, "BRANCH", replace(continuation.BRANCH, most_iterations=1))
     with pytest.raises(SolverError, match="Newton's method stopped after 1 iterations, changing by"):
         next(continued(speeds, Point(0.8, paced(straight.orbit, 2.0), straight.tension), 20))

@@ -71,7 +71,7 @@ HUGE = {
 @pytest.mark.parametrize("case", HUGE)
 def test_memory_is_bounded(case, tmp_path, monkeypatch):
     half = files.ReaderLimits(memory=700_000_000)  # of what is allowed, for less time
-    monkeypatch.setattr(files, "LIMITS", half)
+    monkeypatch.setattr(files, "DRAWING", half)
     name, text = HUGE[case]
     (tmp_path / name).write_text(text)
     with pytest.raises(SceneError, match=rf"cannot read {name}: "):
@@ -79,7 +79,7 @@ def test_memory_is_bounded(case, tmp_path, monkeypatch):
 
 
 def test_the_number_of_lines_is_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(files, "LIMITS", files.ReaderLimits(most_lines=5))
+    monkeypatch.setattr(files, "DRAWING", files.ReaderLimits(most_lines=5))
     (tmp_path / "d.geo").write_text(GEO)
     with pytest.raises(SceneError, match=r"d\.geo has \d+ lines in named groups, and at most 5 are taken"):
         read(tmp_path, "d.geo")
@@ -87,7 +87,7 @@ def test_the_number_of_lines_is_bounded(tmp_path, monkeypatch):
 
 def test_the_program_needs_less_than_two_gigabytes():
     """The reader and the program beside it, which has 0.3 GB."""
-    limits = files.LIMITS
+    limits = files.DRAWING
     assert limits.memory + limits.largest_file + limits.largest_answer <= 1.7e9
     assert limits.patience <= 30
 

@@ -13,7 +13,7 @@ from fenics_mech.errors import MechanismError, ResultError, SolverError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.studies import scaling as study
 from fenics_mech.studies.scaling import (
-    LONGEST,
+    LONGEST_LINE_RUN,
     PER_POSITION,
     SOLVERS,
     Scaling,
@@ -77,7 +77,7 @@ def test_a_line_ends_after_a_long_run_and_errors_are_kept():
     def run(size):
         if size.links == 5:
             raise SolverError("no answer")
-        return linear(size) | {"seconds": 1.1 * LONGEST if size.links == 7 else 0.1}
+        return linear(size) | {"seconds": 1.1 * LONGEST_LINE_RUN if size.links == 7 else 0.1}
 
     line = [Size("links", "collocation", "none", links=links) for links in (3, 5, 7, 9)]
     data = measure_scaling([*line, Size("links", "sub-intervals", "none", links=9)], run=run).data

@@ -149,11 +149,15 @@ def test_what_falls_too_slowly_is_told_early():
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "found"),
-    [("MOST_DAMPED", 5e3, "so many sub_intervals and elements"), ("MOST_STATIONS", 20, "so many stations")],
+    ("name", "limit", "found"),
+    [
+        ("REFINE", {"most_damped": 5e3}, "so many sub_intervals and elements"),
+        ("SCENE", {"most_stations": 20}, "so many stations"),
+    ],
 )
-def test_what_takes_too_much_is_told_before_it_is_tried(monkeypatch, runs, name, value, found):
-    monkeypatch.setattr(fenics_mech.planning.discretisation, name, value)
+def test_what_takes_too_much_is_told_before_it_is_tried(monkeypatch, runs, name, limit, found):
+    module = fenics_mech.planning.discretisation
+    monkeypatch.setattr(module, name, replace(getattr(module, name), **limit))
     with pytest.raises(SolverError, match=rf"tolerance of 0.0001 is not met.* it would take about .*{found}"):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
     assert all(scene.analysis.sub_intervals * 22 < 5e3 for scene in runs)

@@ -4,7 +4,7 @@ from typing import Any
 
 import ufl
 
-DEGREE = 7  # of the quadrature, four points: the integrands are no polynomials
+QUADRATURE_DEGREE = 7  # of the quadrature, four points: the integrands are no polynomials
 
 
 def shortening(w: Any) -> Any:
@@ -17,7 +17,7 @@ def shortening(w: Any) -> Any:
     w
         Displacement across the member (m).
     """
-    return (1 - ufl.sqrt(1 - w.dx(0) ** 2)) * ufl.dx(degree=DEGREE)
+    return (1 - ufl.sqrt(1 - w.dx(0) ** 2)) * ufl.dx(degree=QUADRATURE_DEGREE)
 
 
 def curvature(w: Any) -> Any:
@@ -41,7 +41,7 @@ def bending_energy_beyond(w: Any, stiffness: Any) -> Any:
     stiffness
         EI as UFL coefficient (N m^2).
     """
-    return stiffness * (curvature(w) ** 2 - w.dx(0).dx(0) ** 2) / 2 * ufl.dx(degree=DEGREE)
+    return stiffness * (curvature(w) ** 2 - w.dx(0).dx(0) ** 2) / 2 * ufl.dx(degree=QUADRATURE_DEGREE)
 
 
 def bending_beyond(w: Any, rate: Any, stiffness: Any, test: Any) -> Any:
@@ -59,4 +59,4 @@ def bending_beyond(w: Any, rate: Any, stiffness: Any, test: Any) -> Any:
     bent = curvature(w)
     moment = bent + ufl.derivative(bent, w, rate)
     linear = (w + rate).dx(0).dx(0) * test.dx(0).dx(0)
-    return stiffness * (moment * ufl.derivative(bent, w, test) - linear) * ufl.dx(degree=DEGREE)
+    return stiffness * (moment * ufl.derivative(bent, w, test) - linear) * ufl.dx(degree=QUADRATURE_DEGREE)

@@ -29,10 +29,6 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit, settled
 from fenics_mech.response.periodic.tableau import Tableau
 
-ITERATIONS, TURN = 5, 0.5  # that a step of the right length takes, and angle (rad) by which the tangent turns in it
-MOST_ITERATIONS = 10
-PARTS = 4  # of the range: one counts as much as the size of the motion
-
 
 @dataclass(frozen=True)
 class BranchLimits:
@@ -44,6 +40,11 @@ class BranchLimits:
     difference: float = 1e-4  # of the range, over which the residual's change with the number is taken
     fold: float = 1e-4  # slope of the number along the branch that counts as none, where 1 is along the number alone
     most_trials: int = 30  # for a fold
+    iterations: int = 5  # that a step of the right length takes
+    turn: float = 0.5  # angle (rad) by which the tangent turns in a step of the right length
+    most_iterations: int = 10  # before a point of the branch counts as not found
+    parts: int = 4  # of the range: one counts as much as the size of the motion
+    negligible: float = 1e-12  # of a matrix: rounding of a power of the rate that it does not have
 
 
 BRANCH = BranchLimits()
@@ -163,7 +164,7 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
         When Newton's method does not come back to the branch, however short the step.
     """
     weight = np.sqrt(family.at(first.value).linear.mass.diagonal[:: len(family.tableau.points)])
-    largest = PARTS / points
+    largest = BRANCH.parts / points
     metric, arc = _metric(family, weight, first), largest
     point, tangent = _corrected(family, metric, first, _Direction(_combined(0.0, first.orbit), 1.0))
     if tangent.value * (family.ends[1] - family.ends[0]) < 0:
@@ -191,13 +192,14 @@ def continued(family: Family, first: Point, points: int) -> Iterator[Point]:
         if ended:
             return
         turn = float(np.arccos(min(1.0, metric.inner(tangent, ahead))))
-        arc = min(largest, arc * float(np.clip(min(ITERATIONS / new.iterations, TURN / max(turn, 1e-3)), 0.5, 2)))
+        factor = min(BRANCH.iterations / new.iterations, BRANCH.turn / max(turn, 1e-3))
+        arc = min(largest, arc * float(np.clip(factor, 0.5, 2)))
         point, tangent = new, ahead
 
 
 def _metric(family: Family, weight: Array, point: Point) -> _Metric:
     size = float(np.linalg.norm(weight * point.orbit.start))
-    return _Metric(weight, size or 1.0, abs(family.ends[1] - family.ends[0]) / PARTS)
+    return _Metric(weight, size or 1.0, abs(family.ends[1] - family.ends[0]) / BRANCH.parts)
 
 
 def _advanced(
@@ -255,7 +257,7 @@ def _corrected(family: Family, metric: _Metric, guess: Point, normal: _Direction
     """
     point, tangent, changes = guess, normal, list[float]()
     while not settled(changes):
-        if len(changes) == MOST_ITERATIONS or (len(changes) > 2 and changes[-1] > min(changes[:-1])):
+        if len(changes) == BRANCH.most_iterations or (len(changes) > 2 and changes[-1] > min(changes[:-1])):
             raise SolverError(f"Newton's method stopped after {len(changes)} iterations, changing by {changes[-1]:.1e}")
         off = metric.inner(normal, _change(guess, point))
         change, tangent = _solved(family, metric, point, normal, off)

@@ -15,7 +15,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces
-from fenics_mech.response.continuation.arc_length import Family, Point, paced
+from fenics_mech.response.continuation.arc_length import BRANCH, Family, Point, paced
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, system_at_points
@@ -27,7 +27,6 @@ from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 
 AtValue = Callable[[float], Scene]
-NEGLIGIBLE = 1e-12  # of a matrix: rounding of a power of the rate that it does not have
 
 
 def refuse_unfollowable(scene: Scene) -> None:
@@ -197,7 +196,7 @@ def _powers(weights: Array, arrays: Sequence[Array]) -> tuple[tuple[int, Array],
     """Give the coefficients of a polynomial from its values, those that are not mere rounding."""
     found = [sum(factor * array for factor, array in zip(row, arrays)) for row in weights]
     sizes = [float(np.abs(array).max(initial=0.0)) for array in found]
-    kept = [power for power, size in enumerate(sizes) if size > NEGLIGIBLE * max(sizes)] or [0]
+    kept = [power for power, size in enumerate(sizes) if size > BRANCH.negligible * max(sizes)] or [0]
     return tuple((power, found[power]) for power in kept)
 
 

@@ -19,9 +19,10 @@ import numpy as np
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech._petsc import name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cyclic import BlockCyclic
+from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic
 from fenics_mech.response.periodic.krylov import krylov
 
 KRYLOV = {
@@ -31,15 +32,6 @@ KRYLOV = {
     "ksp_gmres_cgs_refinement_type": "refine_always",
     "ksp_max_it": 600,
 }
-TOLERANCE = 1e-13  # of the system, relative to what is added in the steps
-OF_CHANGE = 1e-11  # the same where a small change of a known motion is sought
-LEAST_REDUCTION = 1e-2  # of the residual, however good the guess is
-LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
-TINY = float(np.finfo(float).tiny)
-ROUNDING = 100.0  # times the limit of a residual, as a share of the states: what very fine meshes round by is less
-MOST_DIRECT = 5e7  # numbers of the matrices of a cycle, up to which they are made
-TERMS = 4.0  # of the size of a number, that add up to it in a step
-GROWTH = 1e3  # of a state since the last cut, at which the march is cut
 
 
 class LinearSteps(Protocol):
@@ -90,13 +82,13 @@ class Closing:
             while begins[-1] < count:
                 passed = self.steps.march(state, steps=slice(begins[-1], count)) * self.unit
                 sizes = np.linalg.norm(passed, axis=1)
-                grown = np.flatnonzero(sizes > GROWTH * np.minimum.accumulate(sizes))
+                grown = np.flatnonzero(sizes > CYCLIC.growth * np.minimum.accumulate(sizes))
                 begins.append(begins[-1] + int(grown[0]) if len(grown) else count)
                 at = begins[-1] - begins[-2]
                 state = passed[at] / (max(sizes[at], TINY) * self.unit)
         return [slice(first, last) for first, last in pairwise(begins)]
 
-    def solve(self, right: Array, guess: Array | None = None, tolerance: float = TOLERANCE) -> Array:
+    def solve(self, right: Array, guess: Array | None = None, tolerance: float = CYCLIC.tolerance) -> Array:
         """Solve for the states at the starts of all steps, ``(steps, state)``, or of several cycles.
 
         Parameters
@@ -127,11 +119,11 @@ class Closing:
     @property
     def _large(self) -> bool:
         """Whether the matrices of all steps are too many numbers to be made."""
-        return len(self.steps.duration) * len(self.unit) ** 2 > MOST_DIRECT
+        return len(self.steps.duration) * len(self.unit) ** 2 > CYCLIC.most_direct
 
     def terms(self, states: Array) -> Array:
         """Give the size of what adds up to the states at the ends of the steps: a few terms of their own size."""
-        return np.broadcast_to(TERMS * np.abs(states).max(axis=0), states.shape)
+        return np.broadcast_to(CYCLIC.terms * np.abs(states).max(axis=0), states.shape)
 
     @cached_property
     def _direct(self) -> BlockCyclic:
@@ -154,7 +146,7 @@ class Closing:
         if guess is not None and len(cuts) == 1:
             start = guess * self.unit
         load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
-        tolerance = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), LEAST_REDUCTION)
+        tolerance = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), CYCLIC.least_reduction)
         change, reason = krylov(
             lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": tolerance}, self.options
         )
@@ -170,9 +162,9 @@ class Closing:
         gap = np.roll(np.array(ends), 1, axis=0) - states[begins]
         size = max(float(np.linalg.norm(right * self.unit)), TINY)
         if self._large:  # rounding of marches is in proportion to the states, and there is no other way
-            size = max(size, ROUNDING * float(np.linalg.norm(states[begins] * self.unit)))
+            size = max(size, CYCLIC.rounding * float(np.linalg.norm(states[begins] * self.unit)))
         residual = float(np.linalg.norm(gap * self.unit)) / size
-        if not np.isfinite(states).all() or not residual < LARGEST_RESIDUAL:
+        if not np.isfinite(states).all() or not residual < CYCLIC.largest_residual:
             why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
             if len(self.cuts) > 1:
                 why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"

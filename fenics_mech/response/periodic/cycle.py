@@ -21,6 +21,7 @@ from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_tension
 from fenics_mech.response.modal_damping import DampedModes, damped_modes, interpolated_damping, modal_damping
 from fenics_mech.response.periodic.collocation import between
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
@@ -33,8 +34,6 @@ from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene import Scene
 
 States = Callable[[Array], tuple[Array, Array]]  # q and q' at places 0..1 in every step of the cycle
-LARGEST_SPREAD = 1e12  # of the fastest coordinate's frequency over the slowest one's
-FASTEST = 1e14  # rad in a step; measured: right at 5e13, and multipliers next to 1 of no vibration at 5e15
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +180,8 @@ class Cycle:
         mass, stiffness = (part.diagonal[0] for part in (self.start.linear.mass, self.start.linear.stiffness))
         heavy = np.flatnonzero(mass > 0)  # with lumped masses rotations have none
         pace = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
-        lost = pace.max() > FASTEST / float(np.max(self.steps.duration)) and pace.max() > LARGEST_SPREAD * pace.min()
+        too_fast = CYCLIC.fastest / float(np.max(self.steps.duration))
+        lost = pace.max() > max(too_fast, CYCLIC.largest_spread * pace.min())
         return self.system.transformation.names[heavy[int(pace.argmax())]] if lost else None
 
     @contextmanager

@@ -17,9 +17,29 @@ from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
 ITERATIVE = {"ksp_rtol": 1e-12, "ksp_max_it": 1000, "ksp_gmres_restart": 200}
-LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
-MOST_BLOCKS = 24  # that PETSc gets where states grow; else it gets one: products of whole arrays make two steps one
-GROWTH = 10.0  # of the largest coefficient in two steps, beyond which rounding would grow in such products
+
+
+@dataclass(frozen=True)
+class CyclicLimits:
+    """Limits of the system of a cycle: how exactly it is solved, and when its numbers are lost to rounding."""
+
+    tolerance: float = 1e-13  # of the system, relative to what is added in the steps
+    tolerance_of_change: float = 1e-11  # the same where a small change of a known motion is sought
+    least_reduction: float = 1e-2  # of the residual, however good the guess is
+    largest_residual: float = 1e-8  # of the system, relative to its right-hand side
+    rounding: float = 100.0  # times that, as a share of the states: what very fine meshes round by is less
+    most_direct: float = 5e7  # numbers of the matrices of a cycle, up to which they are made
+    terms: float = 4.0  # of the size of a number, that add up to it in a step
+    growth: float = 1e3  # of a state since the last cut, at which the march is cut
+    most_blocks: int = 24  # that PETSc gets where states grow; else it gets one: whole products make two steps one
+    growth_of_pairs: float = 10.0  # of the largest coefficient in two steps: beyond it rounding grows in such products
+    smallest_state: float = 1e-150  # norm, from which a state is scaled up again before it is lost
+    largest_spread: float = 1e12  # of the fastest coordinate's frequency over the slowest one's
+    fastest: float = 1e14  # rad in a step; measured: right at 5e13, and multipliers next to 1 of no vibration at 5e15
+    largest_series_error: float = 1e-3  # of the motion, by the harmonics of a series
+
+
+CYCLIC = CyclicLimits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +74,7 @@ class BlockCyclic:
         """
         if right.ndim == 2:
             return self.solve(right[..., None])[..., 0]
-        if self._march is not None or len(right) == 1 or (len(right) <= MOST_BLOCKS and self._grows):
+        if self._march is not None or len(right) == 1 or (len(right) <= CYCLIC.most_blocks and self._grows):
             return self._solved(right)
         first, second = slice(0, len(right) - 1, 2), slice(1, None, 2)
         over_pairs = right[second] + self.transitions[second] @ right[first]
@@ -87,7 +107,7 @@ class BlockCyclic:
     @cached_property
     def _grows(self) -> bool:
         """Whether the states of two steps grow too much for them to be made one."""
-        return bool(np.abs(self._of_pairs.transitions).max() > GROWTH * np.abs(self.transitions).max())
+        return bool(np.abs(self._of_pairs.transitions).max() > CYCLIC.growth_of_pairs * np.abs(self.transitions).max())
 
     @cached_property
     def _ksp(self) -> PETSc.KSP:
@@ -127,7 +147,7 @@ class BlockCyclic:
         sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
         found = min(reasons, key=np.sign)
         residual = float((np.linalg.norm(left_over, axis=(0, 1)) / sizes).max())
-        if found <= 0 or not residual < LARGEST_RESIDUAL:
+        if found <= 0 or not residual < CYCLIC.largest_residual:
             why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
             if len(right) > 1 and self._grows:
                 why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"

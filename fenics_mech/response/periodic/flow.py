@@ -19,10 +19,10 @@ from fenics_mech._sparse import LANES, FewModes, Stack, kernels, pointer
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices, refuse_rigid_damping
 from fenics_mech.response.periodic.closing import Closing
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.tableau import Tableau
 
 Complex = NDArray[np.complex128]
-SMALLEST = 1e-150  # norm of a state, from which it is scaled up again before it is lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ class Flow:
             if now.imag.any():
                 states[done:] += 1j * self.march(now.imag, steps=steps)
             size = np.linalg.norm(states[done:], axis=1)
-            lost = np.flatnonzero(size[1:] < SMALLEST * size[0])
+            lost = np.flatnonzero(size[1:] < CYCLIC.smallest_state * size[0])
             if not len(lost) or not size[0]:
                 break
             done += max(1, int(lost[0]))

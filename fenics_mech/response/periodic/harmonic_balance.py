@@ -24,10 +24,11 @@ from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.krylov import krylov
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
-KRYLOV = {
+SERIES_KRYLOV = {
     "ksp_type": "gmres",
     "pc_type": "python",
     "ksp_pc_side": "right",
@@ -36,8 +37,6 @@ KRYLOV = {
     "ksp_gmres_cgs_refinement_type": "refine_always",
     "ksp_max_it": 2000,
 }
-LARGEST_RESIDUAL = 1e-8  # of the system, relative to its right-hand side
-LARGEST_ERROR = 1e-3  # of the motion
 
 
 @dataclass(frozen=True)
@@ -110,7 +109,7 @@ def solve_harmonic_balance(
     else:
         solve_nonlinear(equation, solve, tension)
     series = Series(found[0][0], rate, *found[0][1:])
-    if series.error > LARGEST_ERROR:
+    if series.error > CYCLIC.largest_series_error:
         raise UnresolvedError(
             f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
             "analysis.harmonics (and sub_intervals)"
@@ -169,9 +168,9 @@ def _balanced(
     apply: Callable[[Array], Array], right: Array, differences: _Differences, options: Mapping[str, Any]
 ) -> Array:
     """Solve the balance of the harmonics."""
-    answer, reason = krylov(apply, right, KRYLOV, options, differences)
+    answer, reason = krylov(apply, right, SERIES_KRYLOV, options, differences)
     residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
-    if reason <= 0 or not residual < LARGEST_RESIDUAL:
+    if reason <= 0 or not residual < CYCLIC.largest_residual:
         raise SolverError(
             f"the harmonics cannot be balanced (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, relative "
             f"residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, or other "

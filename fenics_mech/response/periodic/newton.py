@@ -18,14 +18,12 @@ from fenics_mech.response.periodic.flow import Flow
 class NewtonLimits:
     """Limits of Newton's method."""
 
-    most_iterations: int = 30
+    most_iterations: int = 30  # before a motion counts as not found
     smallest_rise: float = 1 / 256  # of the load, before it is given up
     most_load_steps: int = 40  # tried, before it is given up: motions that are found take 1 to 5
     tolerance: float = 1e-9  # of the change of the displacement, relative
     far: float = 0.01  # change beyond which a tension is guessed
-    rounding: float = (
-        1e-6  # below which a change that grows no smaller is rounding: close to buckling little load moves much
-    )
+    rounding: float = 1e-6  # change that is rounding where it falls no more: near buckling little load moves much
 
 
 NEWTON = NewtonLimits()

@@ -9,28 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech._constants import TURN
 from fenics_mech.errors import SceneError
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying, factor_pieces
-from fenics_mech.scene.sampling import gauss_points
-
-CYCLE = 2 * math.pi
-SAME = 1e-9  # rad, between drive angles that count as one
+from fenics_mech.scene.sampling import SAMPLING, gauss_points
 
 
 @dataclass(frozen=True)
 class CutLimits:
     """When a step of a cycle is cut."""
 
-    hidden: float = (
-        1e-4  # of the largest mean of a step, by which a step's mean may lie outside the values at its points
-    )
-    most_corners: int = 5000
+    hidden: float = 1e-4  # of the largest mean of a step, by which another's may lie outside the values at its points
+    most_corners: int = 5000  # of the loads in a cycle, at which steps are cut
     short: float = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
-    missed: float = (
-        1e-2  # of the largest mean of a step, that points of a step may miss of it where corners show where to cut
-    )
+    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
 
 
 CUTS = CutLimits()
@@ -71,16 +65,16 @@ class Steps:
         rate = scene.cycle_rate
         equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
         sense = math.copysign(1, rate)
-        blows = np.mod(sense * np.array([i.angle for i in scene.impulses.values()]), CYCLE)
-        jumps = np.mod(sense * np.array([angle for load in scene.loads.values() for angle in load.jumps]), CYCLE)
+        blows = np.mod(sense * np.array([i.angle for i in scene.impulses.values()]), TURN)
+        jumps = np.mod(sense * np.array([angle for load in scene.loads.values() for angle in load.jumps]), TURN)
         turned = equal
-        for angle in (*blows, *jumps, *np.mod(sense * corners, CYCLE)):
-            if _apart(np.array([angle]), turned).min() > SAME:
+        for angle in (*blows, *jumps, *np.mod(sense * corners, TURN)):
+            if _apart(np.array([angle]), turned).min() > SAMPLING.same:
                 turned = np.sort(np.append(turned, angle))
-        jumping = _apart(turned, jumps).min(axis=1, initial=CYCLE) < SAME
+        jumping = _apart(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
         return cls(
             start=sense * turned,
-            duration=np.diff(turned, append=CYCLE) / abs(rate),
+            duration=np.diff(turned, append=TURN) / abs(rate),
             regular=np.isin(turned, equal),
             struck=_apart(blows, turned).argmin(axis=1),
             jumps=np.roll(jumping, -1),
@@ -97,7 +91,7 @@ class Steps:
         The end of a step at which a load jumps is taken just before the jump.
         """
         angles = self.start[:, None] + rate * self.duration[:, None] * places
-        before = math.copysign(2 * SAME, rate) * (self.jumps[:, None] & (places > 1 - SAME))
+        before = math.copysign(2 * SAMPLING.same, rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
         return (angles - before).ravel()
 
 
@@ -131,7 +125,7 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
             continue
         means = _Means.of(load, steps, tableau, scene.cycle_rate)
         wrong = means.outside | (np.abs(means.quadrature - means.exact) > CUTS.missed * means.largest)
-        corners = np.unique(np.mod(sense * np.array(load.factor.corners), CYCLE))
+        corners = np.unique(np.mod(sense * np.array(load.factor.corners), TURN))
         found.append(corners[wrong[np.searchsorted(np.abs(steps.start), corners, side="right") - 1]])
         if len(found[-1]) > CUTS.most_corners:
             raise SceneError(
@@ -147,9 +141,9 @@ def like_blows(scene: Scene) -> bool:
     """Whether loads rise or fall in a small part of a sub-interval, which is cut there: they act like impulses."""
     corners = corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages))
     jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
-    turned = np.unique(np.mod(np.append(corners, jumps), CYCLE))
-    gap = np.diff(turned, append=turned.min(initial=np.inf) + CYCLE)
-    return bool((gap < CUTS.short * CYCLE / scene.analysis.sub_intervals).any())
+    turned = np.unique(np.mod(np.append(corners, jumps), TURN))
+    gap = np.diff(turned, append=turned.min(initial=np.inf) + TURN)
+    return bool((gap < CUTS.short * TURN / scene.analysis.sub_intervals).any())
 
 
 def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:
@@ -186,8 +180,8 @@ class _Means:
         """Integrate a load's factor over steps."""
         assert load.factor is not None
         sense, begin = math.copysign(1, rate), np.abs(steps.start)
-        pieces = np.mod(sense * factor_pieces(load.factor), CYCLE)
-        angles, weights = gauss_points(np.unique(np.concatenate([begin, pieces, [CYCLE]])))
+        pieces = np.mod(sense * factor_pieces(load.factor), TURN)
+        angles, weights = gauss_points(np.unique(np.concatenate([begin, pieces, [TURN]])))
         values, step = load.factor_at(sense * angles), np.searchsorted(begin, angles, side="right") - 1
         width = np.bincount(step, weights, len(begin))
         mean, size = (np.bincount(step, weights * part, len(begin)) / width for part in (values, np.abs(values)))
@@ -200,4 +194,4 @@ class _Means:
 
 def _apart(turned: Array, others: Array) -> Array:
     """Differences of angles around the cycle, ``(angles, others)``."""
-    return np.abs(np.mod(turned[:, None] - others + math.pi, CYCLE) - math.pi)
+    return np.abs(np.mod(turned[:, None] - others + math.pi, TURN) - math.pi)

@@ -29,9 +29,17 @@ from fenics_mech.response.stability.resonance import blaming, magnification, of_
 from fenics_mech.response.static.quasi_static import displacement_under, solve_static
 from fenics_mech.scene import Scene
 
-JOINED = 24  # matrices over the modes of a sub-interval that are held at a time: measured
-LARGEST_RINGING = 0.02  # of the square root of the largest strain energy
-MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
+
+@dataclass(frozen=True)
+class SubIntervalLimits:
+    """Limits of the response by sub-intervals."""
+
+    joined: int = 24  # matrices over the modes of a sub-interval that are held at a time: measured
+    largest_ringing: float = 0.02  # of the square root of the largest strain energy
+    most_advised: int = 1000  # sub-intervals: beyond, other ways cost less
+
+
+SUB_INTERVALS = SubIntervalLimits()
 
 
 def solve_sub_intervals(
@@ -159,7 +167,7 @@ class SubIntervals:
 def require_joined(modes: int, sub_intervals: int) -> None:
     """Raise `TooLargeError` where so many modes in so many sub-intervals do not fit into memory."""
     what = f"{sub_intervals} sub-intervals with {modes} modes"
-    require_memory(JOINED * sub_intervals * modes**2, what, "Take fewer modes, or fewer sub_intervals")
+    require_memory(SUB_INTERVALS.joined * sub_intervals * modes**2, what, "Take fewer modes, or fewer sub_intervals")
 
 
 def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> None:
@@ -186,7 +194,7 @@ def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> No
     ringing = (
         np.sqrt(((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0) / max(energy, 1e-300)) * unresolved
     )
-    if ringing[worst := int(ringing.argmax())] > LARGEST_RINGING:
+    if ringing[worst := int(ringing.argmax())] > SUB_INTERVALS.largest_ringing:
         raise UnresolvedError(
             f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
             f"{ringing[worst]:.0%} of the whole vibration: the solution would be wrong. "
@@ -199,7 +207,7 @@ def _without_ringing(slower: int, count: int) -> str:
     """Say what to do about modes that ring: only so many are slow enough, or so many sub-intervals resolve all."""
     ways = ["take analysis.solver = 'collocation', which needs no modes"]
     ways += [f"keep {slower} mode{'s' * (slower > 1)}"] if slower else []
-    ways += [f"take at least {count} sub_intervals"] if count <= MOST_ADVISED else []
+    ways += [f"take at least {count} sub_intervals"] if count <= SUB_INTERVALS.most_advised else []
     return f"To avoid it, {', or '.join(ways)}; effects = 'auto' finds whether method quasi-static is enough"
 
 

@@ -26,12 +26,11 @@ from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.stability.multipliers import SEARCH, eigenpairs
+from fenics_mech.response.stability.multipliers import MULTIPLIERS, eigenpairs
 from fenics_mech.response.stability.resonance import SINGULARITY, blamed
 from fenics_mech.response.stability.turning import LinkAxes, alike, separated, turns
 
 Complex = NDArray[np.complex128]
-FEW = 6  # multipliers that are kept
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,8 @@ class StabilityLimits:
 
     beside: float = 0.1  # distance of a multiplier from 1, beyond which it shows no resonance
     longest_step: float = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
-    tolerance: float = (
-        1e-4  # of the magnitude: what the steps may make of an undamped motion (7e-6 for 360 on the seed four-bar)
-    )
+    tolerance: float = 1e-4  # of the magnitude: what steps may make of an undamped motion (7e-6 for 360 on the seed)
+    kept: int = 6  # multipliers that are kept
 
 
 STABILITY = StabilityLimits()
@@ -156,7 +154,7 @@ def floquet(
     limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
     followed = 0 < flow.matrices.growth * float(np.max(flow.step)) < STABILITY.longest_step
-    slow = damped() if damped is not None and 2 * n > SEARCH.few_states and not diverging else None
+    slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
     for (values, states), every in eigenpairs(flow, slow, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.pace)
         if followed and damped is not None:
@@ -182,10 +180,10 @@ def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit
     are too fast, as Radau points damp these more than the others.
     """
     order, found = np.argsort(-np.abs(values), kind="stable"), np.zeros(0, dtype=np.int64)
-    for first in range(0, len(order), FEW):
-        some = order[first : first + FEW]
+    for first in range(0, len(order), STABILITY.kept):
+        some = order[first : first + STABILITY.kept]
         nearest = min(np.abs(values[found] - 1).min(initial=np.inf), STABILITY.beside)
-        if len(found) >= FEW and 1 - np.abs(values[some[0]]) > nearest:
+        if len(found) >= STABILITY.kept and 1 - np.abs(values[some[0]]) > nearest:
             return np.sort(found), True
         counts = _slow_enough(flow, states[some], start, limit)
         if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
@@ -208,7 +206,7 @@ def _leading(values: Complex, judged: Index) -> Index:
     """Few of those that count, largest magnitude first, and the one next to 1, which shows a resonance."""
     kept = judged[np.argsort(-np.abs(values[judged]), kind="stable")]
     nearest = kept[np.abs(values[kept] - 1).argsort(kind="stable")][:1]
-    return np.concatenate([kept[:FEW], nearest[~np.isin(nearest, kept[:FEW])]])
+    return np.concatenate([kept[: STABILITY.kept], nearest[~np.isin(nearest, kept[: STABILITY.kept])]])
 
 
 def _slow_enough(flow: Flow, states: Complex, start: Matrices, limit: float) -> NDArray[np.bool_]:

@@ -38,7 +38,7 @@ class MultiplierLimits:
     lost: float = 1e-8  # of the largest multiplier at Radau points: disturbances that are hardly left after a cycle
 
 
-SEARCH = MultiplierLimits()
+MULTIPLIERS = MultiplierLimits()
 
 
 def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Eigenpairs, bool]]:
@@ -58,11 +58,12 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
     SolverError
         When SLEPc does not converge.
     """
-    states, wanted = 2 * flow.size, SEARCH.wanted
-    if damped is None and states > SEARCH.most_states:
+    states, wanted = 2 * flow.size, MULTIPLIERS.wanted
+    if damped is None and states > MULTIPLIERS.most_states:
         damped = flow  # what diverges is the largest there, too
-    while damped is not None and states > SEARCH.few_states and 4 * wanted <= min(states, SEARCH.most_states):
-        yield _slow(flow, damped, wanted, options), 16 * wanted > SEARCH.most_states and states > SEARCH.most_states
+    while damped is not None and states > MULTIPLIERS.few_states and 4 * wanted <= min(states, MULTIPLIERS.most_states):
+        last = min(16 * wanted, states) > MULTIPLIERS.most_states
+        yield _slow(flow, damped, wanted, options), last
         wanted *= 4
     unit = np.tile(flow.unit, 2)
     monodromy = flow.monodromy * unit[:, None] / unit
@@ -81,9 +82,10 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
         return steps.after_cycle(states / unit[:, None]) * unit[:, None]
 
     matrix = products(len(unit), lambda state: carried(state[:, None], damped)[:, 0])
-    krylov = {"eps_type": "krylovschur", "eps_nev": wanted, "eps_tol": SEARCH.tolerance, "eps_max_it": SEARCH.restarts}
+    limits = {"eps_tol": MULTIPLIERS.tolerance, "eps_max_it": MULTIPLIERS.restarts}
+    krylov = {"eps_type": "krylovschur", "eps_nev": wanted} | limits
     values, states = _solved(matrix, krylov, options)
-    kept = states[np.abs(values) > SEARCH.lost * np.abs(values).max(initial=0.0)]
+    kept = states[np.abs(values) > MULTIPLIERS.lost * np.abs(values).max(initial=0.0)]
     if not len(kept):
         return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
     space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]

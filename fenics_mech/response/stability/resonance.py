@@ -22,9 +22,7 @@ class SingularityLimits:
     """When the equations of a cycle count as singular."""
 
     near: float = 1e-5  # distance of a multiplier from 1, at which a failure is put down to it
-    singular: float = (
-        1e-4  # the same, beyond which a large magnification is that of stiff directions, or of the estimate
-    )
+    singular: float = 1e-4  # the same, beyond which a magnification is that of stiff directions or of the estimate
     largest: float = 1e9  # magnification, beyond which rounding changes the motion by more than about 1e-6 of it
 
 

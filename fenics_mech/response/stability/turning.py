@@ -28,13 +28,9 @@ Complex = NDArray[np.complex128]
 class TurningLimits:
     """Limits of the count of turns."""
 
-    least_share: float = (
-        0.3  # of the turns that follow from its speed, which a disturbance has at least where it vibrates
-    )
+    least_share: float = 0.3  # of the turns by its speed, which a disturbance has at least where it vibrates
     equal: float = 1e-6  # relative distance of multipliers that count as one
-    dependent: float = (
-        1e-10  # smallest part of a disturbance that others of the same multiplier do not hold, for them to separate
-    )
+    dependent: float = 1e-10  # part of a disturbance that others of its multiplier do not hold, for them to separate
     even: float = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from petsc4py import PETSc
@@ -16,7 +16,16 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import looked_at, not_positive
 
-LARGEST_LOSS = 1e-3  # of an answer by rounding; measured, the estimate is 3 to 20 times the true loss
+
+@dataclass(frozen=True)
+class StaticLimits:
+    """Limits of positions in equilibrium."""
+
+    largest_loss: float = 1e-3  # of an answer by rounding; measured, the estimate is 3 to 20 times the true loss
+    smaller: float = 0.95  # of a tension that buckles, until it does not
+
+
+STATIC = StaticLimits()
 
 
 def refuse_buckled(system: System, k: int, stiffness: Array) -> None:

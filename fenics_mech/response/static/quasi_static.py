@@ -19,9 +19,7 @@ from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices, not_positive
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
-from fenics_mech.response.static.equilibrium import LARGEST_LOSS, loss, naming_buckled, refuse_buckled, refuse_lost
-
-SMALLER = 0.95  # of a tension that buckles, until it does not
+from fenics_mech.response.static.equilibrium import STATIC, loss, naming_buckled, refuse_buckled, refuse_lost
 
 
 def solve_static(
@@ -50,7 +48,7 @@ def solve_static(
         return _solve_nonlinear(system, options)
     if len(rigid := RigidModes.giving_way(system) if rigid is None else rigid):
         return _relieved(system, rigid)
-    q = displacement_under(system, system.load, options, LARGEST_LOSS)
+    q = displacement_under(system, system.load, options, STATIC.largest_loss)
     return ElasticResponse(displacement=q, inertia=system.rigid_acceleration)
 
 
@@ -139,7 +137,8 @@ def _lowered(equation: Equation, tension: Array) -> Array:
     """Lower a tension to below its buckling load: close to it, the smallest load across bends the members far.
 
     The stiffness is linear in the tension, K without any and K_1 under the whole. With the least eigenvalue of
-    ``K_1 x = lambda K x`` it is singular under the share ``1/(1 - lambda)``, and the next power of `SMALLER` is below.
+    ``K_1 x = lambda K x`` it is singular under the share ``1/(1 - lambda)``, and the next power of
+    `STATIC.smaller` is below.
 
     Raises
     ------
@@ -153,5 +152,5 @@ def _lowered(equation: Equation, tension: Array) -> Array:
     for k in buckled:
         refuse_buckled(equation.system, int(k), free.dense(k))
         (least,) = eigh(whole.dense(k), free.dense(k), eigvals_only=True, subset_by_index=(0, 0))
-        share[k] = SMALLER ** (math.floor(math.log1p(-min(least, 0.0)) / -math.log(SMALLER)) + 1)
+        share[k] = STATIC.smaller ** (math.floor(math.log1p(-min(least, 0.0)) / -math.log(STATIC.smaller)) + 1)
     return share * tension

@@ -9,7 +9,20 @@ import numpy as np
 from fenics_mech._arrays import Array, Index
 from fenics_mech.response.periodic.tableau import Tableau
 
-LONGEST_STEP = 1 / 40  # of a cycle
+
+@dataclass(frozen=True)
+class TransientLimits:
+    """Limits of a motion in time and of its steps."""
+
+    longest_step: float = 1 / 40  # of a cycle
+    most_positions: int = 100_000  # at which a result is held
+    stages: int = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
+    interpolation: float = 1e-2  # of the tolerance of a step, to which matrices are interpolated
+    largest_tolerance: float = 0.02  # beyond it steps are as long as they may be
+    longest_gap: float = 2.0  # between nodes of the interpolation, over the mean one, at most
+
+
+TRANSIENT = TransientLimits()
 
 
 @dataclass(frozen=True)
@@ -41,7 +54,7 @@ class Schedule:
     steady_after: float
     tolerance: float
     tableau: Tableau
-    longest: float = LONGEST_STEP
+    longest: float = TRANSIENT.longest_step
 
     def lead(self, start: float) -> int:
         """Number of samples before cycles are counted, from a start (s)."""

@@ -26,20 +26,15 @@ from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_po
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
-from fenics_mech.response.transient.course import LONGEST_STEP, Course, Schedule, StartState
+from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule, StartState
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import impulses_between, passages
 from fenics_mech.scene import Scene
-from fenics_mech.scene.analysis_options import FINEST_STEPS
+from fenics_mech.scene.base import SCENE
 
 Joined = TypeVar("Joined", ElasticResponse, Loads)
-MOST_POSITIONS = 100_000  # at which a result is held
-STAGES = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
-FINEST = FINEST_STEPS  # error of interpolated matrices
-INTERPOLATION = 1e-2  # of the tolerance of a step, to which matrices are interpolated
-LARGEST_TOLERANCE = 0.02  # beyond it steps are as long as they may be
-SHOWN = math.ceil(STAGES / LONGEST_STEP)  # points of a cycle that show what is not cut at hidden corners
-LONGEST_GAP = 2.0  # between nodes of the interpolation, over the mean one, at most
+# points of a cycle that show what is not cut at hidden corners
+SHOWN = math.ceil(TRANSIENT.stages / TRANSIENT.longest_step)
 
 
 def by_time(scene: Scene, system: System, start: StartState) -> TransientSolution:
@@ -90,9 +85,10 @@ def refuse_in_time(scene: Scene, system: System) -> None:
             place="analysis.tension",
             hint="Take the effect 'large-rotations' in place of 'geometric-stiffness'",
         )
-    if analysis.time_tolerance > LARGEST_TOLERANCE:
+    if analysis.time_tolerance > TRANSIENT.largest_tolerance:
         raise SceneError(
-            f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",
+            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the "
+            "steps in time",
             place="analysis.time_tolerance",
             hint="Take a smaller one: the error of the steps is not known with this one",
         )
@@ -104,13 +100,13 @@ def cycles_of(time: Array, count: int) -> list[slice]:
 
 
 def course_from(
-    scene: Scene, system: System, start: StartState, coefficients: Coefficients, longest: float = LONGEST_STEP
+    scene: Scene, system: System, start: StartState, coefficients: Coefficients, longest: float = TRANSIENT.longest_step
 ) -> Course:
     """Integrate from the start to the end, in steps of at most that share of a cycle."""
     schedule, time = replace(schedule_of(scene), longest=longest), start.time
-    if (positions := schedule.count(time)) > MOST_POSITIONS:
+    if (positions := schedule.count(time)) > TRANSIENT.most_positions:
         raise SceneError(
-            f"{shortened(positions)} positions are more than a result holds, {MOST_POSITIONS}",
+            f"{shortened(positions)} positions are more than a result holds, {TRANSIENT.most_positions}",
             place="analysis.cycles",
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
@@ -121,7 +117,7 @@ def course_from(
 
 def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
     """Give the matrices of the equation at any time from a start on (s)."""
-    tolerance = max(INTERPOLATION * scene.analysis.time_tolerance, FINEST)
+    tolerance = max(TRANSIENT.interpolation * scene.analysis.time_tolerance, SCENE.finest_steps)
     enough = TABLE.nodes * TABLE.windows
     seen = [SHOWN if load.cut_where_needed else load.enough_angles(enough) for load in scene.loads.values()]
     return Coefficients(
@@ -130,17 +126,17 @@ def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
         start,
         schedule_of(scene).steady_after,
         tolerance,
-        max(TABLE.windows, math.ceil(LONGEST_GAP * max([1, *seen]) / TABLE.nodes)),
+        max(TABLE.windows, math.ceil(TRANSIENT.longest_gap * max([1, *seen]) / TABLE.nodes)),
         _corners(scene),
     )
 
 
 def _corners(scene: Scene) -> Callable[[int], Array]:
     """Give the times (s) in a cycle, by its number, at which steps end as loads' factors have hidden corners there."""
-    steps = {"sub_intervals": math.ceil(1 / LONGEST_STEP), "scheme": "radau", "stages": STAGES}
+    steps = {"sub_intervals": math.ceil(1 / TRANSIENT.longest_step), "scheme": "radau", "stages": TRANSIENT.stages}
     longest = scene.changed(analysis=scene.analysis.model_copy(update=steps))
     refuse_hidden_peaks(longest.changed(analysis__sub_intervals=SHOWN))
-    corners = corners_to_cut(longest, Tableau.of("radau", STAGES))
+    corners = corners_to_cut(longest, Tableau.of("radau", TRANSIENT.stages))
 
     def during(cycle: int) -> Array:
         begin, end = scene.period * cycle, scene.period * (cycle + 1)
@@ -159,7 +155,7 @@ def schedule_of(scene: Scene) -> Schedule:
         settled=analysis.settled,
         steady_after=scene.drives[0].run_up or 0.0,
         tolerance=analysis.time_tolerance,
-        tableau=Tableau.of(analysis.scheme, max(analysis.stages, STAGES)),
+        tableau=Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages)),
     )
 
 

@@ -27,7 +27,6 @@ from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 State = Callable[[], Any]  # gives z and its rate
 Prepared = tuple[float, State]  # TS's time over ours, and the state
-SAME = 2 * TABLE.narrowest  # of a cycle, between times that count as one
 
 
 @dataclass(frozen=True)
@@ -35,13 +34,10 @@ class IntegrationLimits:
     """Limits of the time steps."""
 
     most_steps: int = 1_000_000  # of a motion: an hour or so
-    largest_rise: float = (
-        1.0  # in a step, of the logarithm of what grows without vibrating: a longer step would damp it
-    )
-    small_rise: float = (
-        0.1  # the same with PETSc's own steps: they are of order 2, and do not see what is small beside the rest
-    )
+    largest_rise: float = 1.0  # in a step, of the logarithm of what grows without vibrating: a longer one would damp it
+    small_rise: float = 0.1  # the same with PETSc's steps, of order 2: they do not see what is small beside the rest
     largest_motion: float = 1e6  # over the static deflection or the start: such a motion grows without bound
+    same: float = 2 * TABLE.narrowest  # of a cycle, between times that count as one
 
 
 INTEGRATION = IntegrationLimits()
@@ -58,7 +54,7 @@ class _Record:
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; say whether the motion is periodic by now."""
-        known = int(np.searchsorted(self.times, end + SAME * self.schedule.cycle))
+        known = int(np.searchsorted(self.times, end + INTEGRATION.same * self.schedule.cycle))
         if known > self.known:
             self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1)
         while self.known < known and not self.settled:
@@ -68,7 +64,7 @@ class _Record:
 
     def strike(self, time: float, z: Array, rate: Array) -> None:
         """Put a state in the place of the one just before an impulse."""
-        if abs(self.times[self.known - 1] - time) <= SAME * self.schedule.cycle:
+        if abs(self.times[self.known - 1] - time) <= INTEGRATION.same * self.schedule.cycle:
             self.states[self.known - 1] = z, rate
 
     def _is_settled(self, index: int) -> bool:
@@ -107,7 +103,7 @@ def integrate(
     SolverError
         When the time steps fail, or a mass or a tangent matrix is singular.
     """
-    weight, rounding, time = coefficients.weight, SAME * schedule.cycle, start.time
+    weight, rounding, time = coefficients.weight, INTEGRATION.same * schedule.cycle, start.time
     z, z_rate = start.displacement * weight, start.velocity * weight
     record = _Record(schedule, time, z, z_rate)
     impulses = impulses or VelocityJumps(np.zeros(0), np.zeros(0, np.int64), np.zeros((0, len(z))))

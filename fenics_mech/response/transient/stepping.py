@@ -23,7 +23,6 @@ from fenics_mech.response.transient.instant import Instant, growth
 
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
 Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
-SMALLEST_CHANGE, LARGEST_CHANGE, SAFETY = 0.2, 5.0, 0.9  # of a step's length
 
 
 @dataclass(frozen=True)
@@ -34,9 +33,12 @@ class StepLimits:
     newton: float = 1e-3  # of the tolerance of a step, to which it is solved
     shortest: float = 1e-10  # step, of the longest
     margin: float = 1e-9  # of a step, that is not left over at the end
+    smallest_change: float = 0.2  # factor of a step's length from one step to the next
+    largest_change: float = 5.0  # the same
+    safety: float = 0.9  # of the length that the error allows
 
 
-STEP = StepLimits()
+STEPPING = StepLimits()
 
 
 @dataclass
@@ -81,15 +83,15 @@ class Collocation:
         vector, asked = ts.getSolution(), min(ts.getTimeStep(), self.longest)
         z, rate = vector.array_r.copy().reshape(2, -1)
         while True:
-            last = start + asked * (1 + STEP.margin) >= end
+            last = start + asked * (1 + STEPPING.margin) >= end
             length = end - start if last else asked
             made, error = self._trial(start, length, z, rate)
-            change = SAFETY * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
-            change = min(max(change, SMALLEST_CHANGE), LARGEST_CHANGE)
+            change = STEPPING.safety * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
+            change = min(max(change, STEPPING.smallest_change), STEPPING.largest_change)
             if error <= 1:
                 break
             asked = length * change
-            if asked < STEP.shortest * self.longest:
+            if asked < STEPPING.shortest * self.longest:
                 raise SolverError(
                     f"the time steps failed at {start:.6g} s, where they have become {asked:.1e} s long: the motion "
                     "grows without bound or its equation has no solution there. Give more damping, or lower loads"
@@ -123,7 +125,7 @@ class Collocation:
         points, inner = self.tableau.points, self.tableau.inner
         s, n = len(points), len(z)
         found = self._guess(length, n)
-        for _ in range(STEP.most_iterations):
+        for _ in range(STEPPING.most_iterations):
             rates = rate + length * (inner @ found)
             places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
             residual, tangents = [], []
@@ -136,7 +138,7 @@ class Collocation:
             moved = np.abs(length**2 * (self.tableau.square @ change)).max()
             if self.instant.coefficients.law is None:
                 return found, 0.0
-            if moved <= STEP.newton * self.tolerance * self.size:
+            if moved <= STEPPING.newton * self.tolerance * self.size:
                 mass, _, stiffness = (np.stack(part) for part in zip(*tangents))
                 return found, growth(mass, stiffness)
         return None

@@ -35,9 +35,11 @@ class ReaderLimits:
     largest_answer: int = 100_000_000  # bytes, of nodes and groups
     patience: int = 30  # seconds for the reader
     memory: int = 1_500_000_000  # bytes of addresses for the reader
+    corner: float = 1e-6  # rad, smallest angle between two lines that are two members
+    coincident: float = 1e-9  # largest distance between the points of one pin, of the drawing's size
 
 
-LIMITS = ReaderLimits()
+DRAWING = ReaderLimits()
 
 
 @dataclass(frozen=True)
@@ -124,8 +126,8 @@ def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
     if not any(len(cells) for cells in groups.lines.values()):
         raise SceneError(f"{path.name} has no lines in a named physical group", place="drawing", hint=NAME_GROUPS)
     lines = np.concatenate(list(groups.lines.values()))
-    if len(lines) > LIMITS.most_lines:
-        message = f"{path.name} has {len(lines)} lines in named groups, and at most {LIMITS.most_lines} are taken"
+    if len(lines) > DRAWING.most_lines:
+        message = f"{path.name} has {len(lines)} lines in named groups, and at most {DRAWING.most_lines} are taken"
         raise SceneError(message, place="drawing", hint="Mesh the curves with fewer elements")
     names = tuple(name for name, cells in groups.lines.items() for _ in cells)
     points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in groups.points.items()}
@@ -142,7 +144,7 @@ def _check_lines(drawing: Drawing, z: Array) -> None:
     if used[0] < 0 or used[-1] >= len(nodes) or not np.isfinite(nodes[used]).all():
         raise drawing.error("a line or point has no place", "The mesh file is damaged")
     size = float(np.ptp(nodes[lines.ravel()], axis=0).max())
-    if (away := used[np.abs(z[used]) > LIMITS.flat * size]).size:
+    if (away := used[np.abs(z[used]) > DRAWING.flat * size]).size:
         raise drawing.error(
             f"the point {drawing.at(away[0])} has z = {z[away[0]]:.6g} m",
             "A planar linkage is drawn in the plane z = 0",
@@ -166,7 +168,7 @@ def _check_lines(drawing: Drawing, z: Array) -> None:
 def _read(path: Path) -> Groups:
     """Read a file's groups in a process of its own; the file is one of a known format."""
     try:
-        content = read_bounded(path, LIMITS.largest_file)
+        content = read_bounded(path, DRAWING.largest_file)
     except (OSError, ValueError) as error:
         hint = "The path is relative to the scene file's folder"
         raise SceneError(f"cannot read {path.name}: {reason_of(error)}", place="drawing", hint=hint) from error
@@ -196,7 +198,7 @@ def _read_in_own_process(content: bytes, ending: str) -> Groups:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / f"drawing{ending}"
         copy.write_bytes(content)
-        command = [sys.executable, "-P", str(READER), str(copy), str(LIMITS.memory), str(LIMITS.largest_answer)]
+        command = [sys.executable, "-P", str(READER), str(copy), str(DRAWING.memory), str(DRAWING.largest_answer)]
         alone = os.environ | {name: "1" for name in THREADS}
         try:
             done = subprocess.run(
@@ -204,12 +206,12 @@ def _read_in_own_process(content: bytes, ending: str) -> Groups:
                 capture_output=True,
                 cwd=folder,
                 env=alone,
-                timeout=LIMITS.patience,
+                timeout=DRAWING.patience,
                 check=False,
                 stdin=subprocess.DEVNULL,
             )
         except subprocess.TimeoutExpired as error:
-            raise ValueError(f"it takes longer than {LIMITS.patience} s") from error
+            raise ValueError(f"it takes longer than {DRAWING.patience} s") from error
         if done.returncode:
             said = done.stderr.decode(errors="replace").strip().splitlines()
             raise ValueError(

@@ -9,10 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.drawing.gmsh_files import Drawing
+from fenics_mech.scene.drawing.gmsh_files import DRAWING, Drawing
 
-CORNER = 1e-6  # smallest angle between two lines that are two members (rad)
-COINCIDENT = 1e-9  # largest distance between the points of one pin, of the drawing's size
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 
 
@@ -100,7 +98,7 @@ def _points(drawing: Drawing, ends: dict[str, set[int]]) -> tuple[dict[str, dict
 def _check_pin(drawing: Drawing, group: str, nodes: tuple[int, ...], links: list[str], kind: str, size: float) -> None:
     """Raise unless a pin's points lie together and it joins two bodies."""
     for node in nodes:
-        if np.linalg.norm(drawing.nodes[node] - drawing.nodes[nodes[0]]) > COINCIDENT * size:
+        if np.linalg.norm(drawing.nodes[node] - drawing.nodes[nodes[0]]) > DRAWING.coincident * size:
             where = f"{drawing.at(nodes[0])} and {drawing.at(node)}"
             raise drawing.error(f"the points of {group!r} lie apart, at {where}", "Draw the mechanism assembled")
     if kind == "joint" and len(links) < 2:
@@ -170,7 +168,7 @@ def _is_corner(drawing: Drawing, lines: dict[int, tuple[int, int]], node: int, a
         return True
     before, after = (_direction(drawing, lines[i], node) for i in at)
     turn = abs(before[0] * after[1] - before[1] * after[0])
-    return bool(turn > CORNER or before @ after > 0)
+    return bool(turn > DRAWING.corner or before @ after > 0)
 
 
 def _direction(drawing: Drawing, line: tuple[int, int], node: int) -> Array:

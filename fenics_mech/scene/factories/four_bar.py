@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
-
-FOLDED = 1e-12  # rounding of a cosine, where the links lie in line
 
 
 def four_bar(
@@ -104,7 +103,7 @@ def _start_angles(lengths: Sequence[float], branch: str) -> tuple[float, float]:
     crank, coupler, follower, ground = lengths
     diagonal = ground - crank  # from A to C, along x
     cosine = (coupler**2 + diagonal**2 - follower**2) / (2 * coupler * diagonal) if diagonal else 2.0
-    if abs(cosine) > 1 + FOLDED:
+    if abs(cosine) > 1 + SCENE.folded:
         raise SceneError(
             f"lengths {crank:g}, {coupler:g}, {follower:g} and {ground:g} m do not close at drive angle 0",
             hint="Any of the four must be shorter than the sum of the others",

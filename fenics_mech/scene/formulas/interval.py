@@ -25,7 +25,7 @@ class IntervalLimits:
     rounding: float = 1e-9  # by which a square root's argument may seem to be negative where it is 0
 
 
-LIMITS = IntervalLimits()
+INTERVAL = IntervalLimits()
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Interval(Arithmetic):
 
     def from_zero(self, f: Callable[[Array], Array]) -> Interval:
         """Values of an increasing function of positive numbers; no bounds where some are negative."""
-        negative = self.low < -LIMITS.rounding * (1 + np.abs(self.high))
+        negative = self.low < -INTERVAL.rounding * (1 + np.abs(self.high))
         low, high = f(np.maximum(self.low, 0)), f(np.maximum(self.high, 0))
         return Interval(np.where(negative, -np.inf, low), np.where(negative, np.inf, high))
 
@@ -139,16 +139,16 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
         A place at which no bounds were found.
     """
     (name,) = formula.variables
-    edges = np.linspace(low, high, LIMITS.cells + 1)
+    edges = np.linspace(low, high, INTERVAL.cells + 1)
     left, right = edges[:-1], edges[1:]
     with np.errstate(all="ignore"):
-        for _ in range(LIMITS.deepest):
+        for _ in range(INTERVAL.deepest):
             found = formula(FUNCTIONS, **{name: Interval(left, right)})
             if not isinstance(found, Interval):
                 return None if np.isfinite(found) and found > above else low
             unknown = ~(found.bounded & np.asarray(found.low > above))
             left, right = left[unknown], right[unknown]
-            if len(left) > LIMITS.most_cells:
+            if len(left) > INTERVAL.most_cells:
                 break
             if not len(left):
                 return None

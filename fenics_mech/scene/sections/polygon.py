@@ -10,15 +10,21 @@ from pydantic import Field, model_validator
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, check_known
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, lines_from, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import (
+    SECTION,
+    Rigidity,
+    Section,
+    Stock,
+    lines_from,
+    shear_modulus,
+    stated_factor,
+)
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
     from fenics_mech.scene.bodies import Material
 
 Outline = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
-ELEMENTS = 20  # about; a polygon's properties are exact on any triangles
-TOUCHING = 1e-9  # part of the smaller area that two parts may share
 
 
 class PolygonPart(Part):
@@ -85,7 +91,7 @@ class PolygonSection(Section):
             raise ValueError("a polygon has either an outline, with holes, or parts")
         shapes = [_polygon(outline, holes) for outline, holes, _ in self._polygons(None)]
         for i, shape in enumerate(shapes):
-            if any(shape.intersection(o).area > TOUCHING * min(shape.area, o.area) for o in shapes[:i]):
+            if any(shape.intersection(o).area > SECTION.touching * min(shape.area, o.area) for o in shapes[:i]):
                 raise ValueError(f"part {i} lies over another part; parts may share sides only")
         return self
 
@@ -143,7 +149,7 @@ def _integrals(
         stuff = Stuff("", of.modulus, poissons_ratio=0, yield_strength=1, density=of.density, color="w")
         parts.append(Geometry(_polygon(outline, holes, 1 / size), material=stuff))
     whole = CompoundGeometry(parts) if len(parts) > 1 else parts[0]
-    analysis = Analysis(whole.create_mesh([part.calculate_area() / ELEMENTS for part in parts]))
+    analysis = Analysis(whole.create_mesh([part.calculate_area() / SECTION.elements for part in parts]))
     analysis.calculate_geometric_properties()
     ei = analysis.get_eic()[1]  # its x is our y
     return analysis.get_ea() * size**2, ei * size**4, analysis.get_mass() * size**2, analysis.get_c()[0] * size

@@ -18,7 +18,21 @@ if TYPE_CHECKING:
     from fenics_mech.scene.bodies import Material
 
 Positive = Field(gt=0)
-ROUNDING = 1e-9  # of a section's height, up to which two lines in it are one
+
+
+@dataclass(frozen=True)
+class SectionLimits:
+    """How exactly sections are looked at."""
+
+    same_line: float = 1e-9  # of a section's height, up to which two lines in it are one
+    elements: int = 20  # in a polygon, about: its properties are exact on any triangles
+    touching: float = 1e-9  # share of the smaller area that two polygons may have in common
+    places: int = 64  # in an element, at which its section is looked at
+    gauss_points: int = 120  # of Gauss' rule along a member whose section varies
+    fine: int = 4001  # places along a member, at least, at which its section is looked at for peaks
+
+
+SECTION = SectionLimits()
 
 
 @dataclass(frozen=True)
@@ -153,8 +167,8 @@ def lines_from(axis: float, neutral: float, mass_centre: float, height: float) -
     height
         Height of the section (m).
     """
-    neutral = axis if abs(neutral - axis) < ROUNDING * height else neutral
-    mass_centre = neutral if abs(mass_centre - neutral) < ROUNDING * height else mass_centre
+    neutral = axis if abs(neutral - axis) < SECTION.same_line * height else neutral
+    mass_centre = neutral if abs(mass_centre - neutral) < SECTION.same_line * height else mass_centre
     return neutral - axis, mass_centre - axis
 
 

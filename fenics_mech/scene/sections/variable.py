@@ -17,7 +17,7 @@ from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_m
 from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, shear_modulus, stated_factor
 from fenics_mech.scene.units import in_unit
 
-CHECKED = np.linspace(0, 1, 1001)  # places at which values must be positive
+CHECKED_PLACES = np.linspace(0, 1, 1001)  # places at which values must be positive
 
 
 def _read(unit: str) -> Callable[[Any], Any]:
@@ -45,12 +45,12 @@ def _read(unit: str) -> Callable[[Any], Any]:
 
 def _positive(profile: Any) -> Any:
     with np.errstate(all="ignore"):
-        values = values_along(profile, CHECKED)
+        values = values_along(profile, CHECKED_PLACES)
     bad = ~(np.isfinite(values) & (values > 0))
     if bad.any():
         i = int(np.argmax(bad))
         raise ValueError(
-            f"it must be positive everywhere along the member, and is {values[i]:.6g} at s = {CHECKED[i]:g}"
+            f"it must be positive everywhere along the member, and is {values[i]:.6g} at s = {CHECKED_PLACES[i]:g}"
         )
     if isinstance(profile, str) and (where := unbounded_at(Formula(profile, ("s",)), 0.0, 1.0, above=0.0)) is not None:
         raise ValueError(

@@ -20,7 +20,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.reference import NineElementModel, link_strain
 from fenics_mech.reference.nine_element import modes_of
 
-TABLE = 1440  # angles at which SciPy's integrator knows the matrices; between them, cubic splines
+TABLE_ANGLES = 1440  # angles at which SciPy's integrator knows the matrices; between them, cubic splines
 MOST_CYCLES = 40
 
 
@@ -104,7 +104,7 @@ def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: fl
         When SciPy gives up, or the motion does not become periodic.
     """
     model = NineElementModel(elements=elements)
-    table = first_order(model, 2 * np.pi * np.arange(TABLE + 1) / TABLE, damping)
+    table = first_order(model, 2 * np.pi * np.arange(TABLE_ANGLES + 1) / TABLE_ANGLES, damping)
     omega, n = model.parameters.omega1, model.size
     lower, load = (_spline(table.theta, part) for part in (table.matrix[:, n:], table.load[:, n:]))
 

@@ -24,7 +24,7 @@ from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.studies.converged import Converged, converged, difference, extrapolated
 from fenics_mech.studies.cost import Cost, Progress, RunOutcome, dataset
-from fenics_mech.studies.cost_grid import REDUCED, TRUNCATED, meshed
+from fenics_mech.studies.cost_grid import REDUCED_RUNS, TRUNCATED, meshed
 from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage, with_material_damping
 from fenics_mech.studies.peers.exudyn_cycle import Integration, import_exudyn, steady_cycle
 from fenics_mech.studies.peers.peer_runs import COUPLED, EXACT, EXUDYN, OURS, Entry, Note
@@ -52,7 +52,7 @@ COLLOCATION = (  # sub-intervals, Radau points in each, elements a member
     (24, 2, 2), (24, 3, 2), (40, 2, 2), (40, 3, 2), (60, 3, 3), (50, 4, 4), (60, 4, 4), (80, 3, 4), (80, 4, 6),
     (120, 3, 6), (80, 4, 7), (100, 4, 8), (240, 3, 8),
 )  # fmt: skip
-SERIES = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
+SERIES_RUNS = ((48, 3), (60, 4), (60, 6), (72, 8))  # harmonics, elements a member
 
 
 def compare_peers(scene: Scene, *, quick: bool = False, progress: Progress = lambda step: None) -> Cost:
@@ -215,10 +215,10 @@ def _ours(scene: Scene, seed: bool, quick: bool) -> Iterator[Entry]:
         for count, stages, elements in COLLOCATION[3:4] if quick else COLLOCATION:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages}
             yield _analysis(scene, "collocation", equation, settings)
-        for count, stages, elements, cutoff in () if quick else REDUCED:
+        for count, stages, elements, cutoff in () if quick else REDUCED_RUNS:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
             yield _analysis(scene, "collocation", equation, settings, reduction="craig-bampton")
-        for harmonics, elements in () if quick else SERIES:
+        for harmonics, elements in () if quick else SERIES_RUNS:
             settings = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
             yield _analysis(scene, "harmonic-balance", equation, settings)
 

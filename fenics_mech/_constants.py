@@ -1,0 +1,10 @@
+"""Constants of mathematics, of units and of the machine, each with its one name."""
+
+import math
+import sys
+
+TURN = 2 * math.pi  # rad, which is also one cycle of a drive angle
+MICRO, MILLI = 1e6, 1e3  # microstrain in a strain of 1, and mm in 1 m
+MEGA = 1e-6  # MPa in a Pa
+TINY = sys.float_info.min  # smallest number of full precision: keeps a denominator from being zero
+INTERRUPTED = 130  # exit code of a command that was interrupted, as a shell gives it
