@@ -143,7 +143,7 @@ def _positions(scene: Scene, common: CommonParts) -> int:
     most = MOST_AT_CORNERS if scene.tolerance is not None else analysis.sub_intervals
     linkage = common.linkage(scene)
     linkage.branch(scene.drive_angles(analysis.sub_intervals))  # as far as the run follows it
-    return positions_for_corners(scene, linkage, POSITIONS, most)
+    return positions_for_corners(linkage, scene.drive_angles, analysis.method == "periodic", POSITIONS, most)
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
