@@ -194,7 +194,7 @@ def estimate(
         add(source, change.largest, 1 / share, corrected[source].order)
     if not isinstance(solution, StaticSolution) and (kinks := _by_slider_kinks(solution, system)):
         add("mesh", kinks, 1.0, OF_SLIDERS)
-    if (missed := misfit(scene, system.beams)).any():
+    if (missed := misfit(scene.rigidity, system.beams)).any():
         most = {name: missed.max() * size for name, size in largest.items()}
         add("mesh", most | {"strain": missed * largest["strain"]}, 1.0, 1.0)
     if sampling is not None:

@@ -21,7 +21,7 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) 
     loaded = refined(load(scene), refine)
     make_folder(folder)
     beams = mesh_scene(loaded)
-    plane = plane_mesh(loaded, beams, solve_motion(loaded, np.zeros(1)))
+    plane = plane_mesh(loaded.links, loaded.joints, beams, solve_motion(loaded, np.zeros(1)))
     for ending in FORMATS:
         write_whole(folder / f"mesh{ending}", lambda temporary: write_mesh(plane, temporary))
     tell(f"{len(beams.cell)} elements, {len(beams.node_name)} nodes, {len(beams.members)} members")

@@ -33,9 +33,10 @@ def terms(situation: Situation) -> Terms:
     """
     scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
     size = 3 * len(mesh.node_name)
-    for name, spring in scene.springs.items():
-        if isinstance(spring, HingeSpring):
-            _refuse_winding(scene, motion, name, Separation.of(scene, mesh, motion, spring))
+    if scene.analysis.method == "periodic" and scene.drives:
+        for name, spring in scene.springs.items():
+            if isinstance(spring, HingeSpring):
+                _refuse_winding(scene.cycle_rate, name, Separation.of(scene, mesh, motion, spring))
     return total(
         [
             Terms(
@@ -220,9 +221,9 @@ def refuse_too_stiff(scene: Scene) -> None:
         )
 
 
-def _refuse_winding(scene: Scene, motion: Motion, name: str, separation: Separation) -> None:
-    """Raise when a periodic response is asked for and the spring is wound up by a turn in every cycle."""
-    if scene.analysis.method == "periodic" and scene.drives and round(separation.rate.mean() / scene.cycle_rate):
+def _refuse_winding(cycle_rate: float, name: str, separation: Separation) -> None:
+    """Raise `SceneError` when a spring is wound up by a turn in every cycle."""
+    if round(separation.rate.mean() / cycle_rate):
         raise SceneError(
             "the bodies turn against each other without end, which winds the spring up in every cycle",
             place=f"springs.{name}",
