@@ -109,7 +109,7 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
-        names = places_of(scene)
+        names = places_of(scene.members(), scene.joints, scene.drives)
         for what, sources, limit in LIMITS:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:

@@ -120,7 +120,7 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     still = solve_static(system, plain.petsc)
     state = recover_members(system, still, np.linspace(0, 1, 11))
     tension = mean_tension(system, still)
-    return survey(plain, system, modes, still.displacement, tension, bow(plain, state))
+    return survey(plain, system, modes, still.displacement, tension, bow(system.beams.mesh.member_length, state))
 
 
 def _refuse_hidden(scene: Scene) -> None:

@@ -228,7 +228,9 @@ def _quantities(result: Result) -> dict[str, str]:
     if data.sizes["joint"]:
         names["joint_force"] = "joint force"
     if result.scene.drives:
-        names["torque"] = "input torque" if effort_units(result.scene) == ["N m"] else "drive effort"
+        names["torque"] = (
+            "input torque" if effort_units(result.scene.drives, result.scene.joints) == ["N m"] else "drive effort"
+        )
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 

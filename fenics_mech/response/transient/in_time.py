@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from typing import TypeVar
@@ -29,7 +29,7 @@ from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import LONGEST_STEP, Course, Schedule, StartState
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import impulses_between, passages
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Drive, Scene
 from fenics_mech.scene.analysis_options import FINEST_STEPS
 
 Joined = TypeVar("Joined", ElasticResponse, Loads)
@@ -79,12 +79,11 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     )
 
 
-def refuse_in_time(scene: Scene, system: System) -> None:
+def refuse_in_time(analysis: Analysis, drives: Sequence[Drive], system: System) -> None:
     """Raise `SceneError` where a scene has something that is not solved in time."""
-    analysis = scene.analysis
-    if not scene.drives:
+    if not drives:
         raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
-    if settles(scene.analysis.tension, system.terms):
+    if settles(analysis.tension, system.terms):
         raise SceneError(
             "method = 'transient' does not update axial forces",
             place="analysis.tension",
@@ -107,7 +106,8 @@ def course_from(
     scene: Scene, system: System, start: StartState, coefficients: Coefficients, longest: float = LONGEST_STEP
 ) -> Course:
     """Integrate from the start to the end, in steps of at most that share of a cycle."""
-    schedule, time = replace(schedule_of(scene), longest=longest), start.time
+    schedule = replace(schedule_of(scene.analysis, scene.drives, scene.period), longest=longest)
+    time = start.time
     if (positions := schedule.count(time)) > MOST_POSITIONS:
         raise SceneError(
             f"{shortened(positions)} positions are more than a result holds, {MOST_POSITIONS}",
@@ -128,7 +128,7 @@ def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
         partial(equation_in_time, scene, system),
         scene.period,
         start,
-        schedule_of(scene).steady_after,
+        scene.drives[0].run_up or 0.0,
         tolerance,
         max(TABLE.windows, math.ceil(LONGEST_GAP * max([1, *seen]) / TABLE.nodes)),
         _corners(scene),
@@ -149,15 +149,14 @@ def _corners(scene: Scene) -> Callable[[int], Array]:
     return during
 
 
-def schedule_of(scene: Scene) -> Schedule:
+def schedule_of(analysis: Analysis, drives: Sequence[Drive], period: float) -> Schedule:
     """Give what is to be computed."""
-    analysis = scene.analysis
     return Schedule(
-        cycle=scene.period,
+        cycle=period,
         samples=analysis.sub_intervals,
         cycles=analysis.cycles,
         settled=analysis.settled,
-        steady_after=scene.drives[0].run_up or 0.0,
+        steady_after=drives[0].run_up or 0.0,
         tolerance=analysis.time_tolerance,
         tableau=Tableau.of(analysis.scheme, max(analysis.stages, STAGES)),
     )
