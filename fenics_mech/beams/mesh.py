@@ -85,19 +85,21 @@ class BeamMesh:
         return {name: i for i, name in enumerate(self.node_name)}
 
 
-def mesh_scene(scene: Scene) -> BeamMesh:
+def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
     """Mesh all members of a scene with gmsh and read them into dolfinx.
 
     Parameters
     ----------
     scene
         The scene; its `mesh` says how many elements each member has.
+    loads_at_nodes
+        Whether every load needs a node; see `effects.loads_at_nodes`.
     """
     members = scene.members()
     points = {link: {name: np.array(at) for name, at in body.points.items()} for link, body in scene.links.items()}
     axes = [points[link][member.ends[1]] - points[link][member.ends[0]] for link, member in members.values()]
     angles, lengths = [np.arctan2(y, x) for x, y in axes], np.array([np.hypot(x, y) for x, y in axes])
-    stations = [member_nodes(scene, label) for label in members]
+    stations = [member_nodes(scene, label, loads_at_nodes) for label in members]
     start = 2 * (np.cumsum(lengths) - lengths)  # of each member on the x axis; the gaps separate the members
     with _gmsh.model() as model:
         _draw(model, [x + length * s for x, length, s in zip(start, lengths, stations)])

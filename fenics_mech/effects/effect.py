@@ -91,6 +91,8 @@ class Effect:
         Whether axial forces act on the bent axis.
     nonlinear
         Whether its forces are nonlinear in the elastic displacement.
+    loads_at_nodes
+        Whether elements cannot carry loads inside them: each load has a node.
     solver
         The one periodic solver that knows it; empty where several do.
     """
@@ -113,6 +115,7 @@ class Effect:
     couples: bool = False
     stress_stiffening: bool = False
     nonlinear: bool = False
+    loads_at_nodes: bool = False
     solver: str = ""
 
 

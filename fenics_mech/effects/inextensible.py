@@ -40,4 +40,5 @@ EFFECT = Effect(
     source="(7.2) with EA without bound",
     beams=beams,
     refuses=("large-rotations",),
+    loads_at_nodes=True,
 )

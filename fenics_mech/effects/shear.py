@@ -94,4 +94,5 @@ EFFECT = Effect(
     missing_data=missing_data,
     size=lambda survey: 3 * (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
     estimate="3 (pi r/length)^2 x sensitivity x vibration",
+    loads_at_nodes=True,
 )

@@ -199,7 +199,7 @@ def _bound(scene: Scene, spring: HingeSpring) -> float:
     for label, (link, member) in scene.members().items():
         for end in (0, 1):
             if f"{link}.{member.ends[end]}" in points:
-                share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label))[-end]
+                share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label, True))[-end]
                 h = share * math.dist(*scene.member_ends(label))
                 ends.append(4 * float(scene.rigidity(label, np.array([float(end)])).bending[0]) / h)
     return STIFFEST * min(ends, default=math.inf)

@@ -7,53 +7,52 @@ import math
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene import Analysis
+from fenics_mech.scene import Scene
 
 FALL = 4  # of the error of `delayed` where steps are halved; 16 for a smooth stress
 
 
-def elastic_strain(stress: Array, retardation: float, analysis: Analysis, period: float, every: int = 1) -> Array:
+def elastic_strain(scene: Scene, stress: Array, every: int = 1) -> Array:
     """Strain of a stress over the modulus, ``(angles, ...)``, of which a part goes with the strain's rate.
 
     Where only one position of a few is given, `every` says of how many.
 
     Parameters
     ----------
+    scene
+        The scene, for the material's damping.
     stress
         The stress over the modulus.
-    retardation
-        Damping of the material, `Damping.material` (s).
-    analysis, period
-        Method and number of positions, and duration of the cycle (s).
     every
         Number of positions of the motion for each one given.
     """
-    if retardation and analysis.method == "periodic":
-        return elastic_part(stress, retardation, period)
-    if retardation and analysis.method == "transient":
-        return delayed(stress, retardation, every * period / analysis.sub_intervals)
+    retardation = scene.damping.material
+    if retardation and scene.analysis.method == "periodic":
+        return elastic_part(stress, retardation, scene.period)
+    if retardation and scene.analysis.method == "transient":
+        return delayed(stress, retardation, every * scene.period / scene.analysis.sub_intervals)
     return stress
 
 
-def sampling_error(stress: Array, retardation: float, analysis: Analysis, period: float) -> Array:
+def sampling_error(scene: Scene, stress: Array) -> Array:
     """Error of `elastic_strain` by the number of positions, ``(members,)``.
 
     It is taken from the highest quarter of the harmonics, or in time from what half as many positions would give.
 
     Parameters
     ----------
+    scene
+        The scene.
     stress
         Stress over the modulus, ``(angles, members, ...)``.
-    retardation, analysis, period
-        As of `elastic_strain`.
     """
-    strain = elastic_strain(stress, retardation, analysis, period)
-    if analysis.method == "periodic":
+    strain = elastic_strain(scene, stress)
+    if scene.analysis.method == "periodic":
         harmonics = np.fft.rfft(strain, axis=0)
         harmonics[: 3 * len(harmonics) // 4] = 0
         missed = np.fft.irfft(harmonics, n=len(strain), axis=0)
     else:
-        missed = (strain[::2] - elastic_strain(stress[::2], retardation, analysis, period, every=2)) / FALL
+        missed = (strain[::2] - elastic_strain(scene, stress[::2], every=2)) / FALL
     return np.abs(missed).max(axis=(0, *range(2, missed.ndim)))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fenics_mech.beams.element_matrices import Beams, assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.reduction import Reduction
-from fenics_mech.effects import Effect, active, shaped
+from fenics_mech.effects import Effect, active, loads_at_nodes, shaped
 from fenics_mech.scene import Member, Prismatic, Scene, Slot
 from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.meshing import member_nodes, thinned
@@ -29,13 +29,15 @@ def links(scene: Scene) -> Beams:
     scene
         The scene: its members, mesh, effects and reduction.
     """
-    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene)))
+    acting = active(scene)
+    at_nodes = loads_at_nodes(acting)
+    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene, at_nodes)))
     if scene.analysis.reduction == "none":
         return fine
-    members, acting = _reducible(scene.members(), scene.joints, fine), active(scene)
+    members = _reducible(scene.members(), scene.joints, fine)
     varies = fine.inertia.density.varies  # then strains are recovered on all elements
     coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(acting))
-    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
+    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse, at_nodes)))
     cutoff = scene.analysis.cutoff
     highest = None if cutoff == "auto" else 2 * math.pi * cutoff
     return replace(seen, reduction=Reduction.of(fine, seen, members, highest, nonlinear(acting)))
@@ -49,8 +51,8 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     scene
         The scene.
     """
-    nodes = [member_nodes(scene, label).tolist() for label in scene.members()]
     acting = active(scene)
+    nodes = [member_nodes(scene, label, loads_at_nodes(acting)).tolist() for label in scene.members()]
     shapes = [effect.name for effect in acting if effect.beams is not None]
     parts = [getattr(scene, key) for key in OF_LINKS]
     if scene.analysis.reduction == "none":

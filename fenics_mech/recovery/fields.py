@@ -91,8 +91,7 @@ def recover(solution: Solution) -> Fields:
     sampling = None
     if scene.damping.material and not isinstance(solution, StaticSolution):
         axial, bending = _stress_over_modulus(scene.rigidities(s), elastic)
-        stress = axial[..., None] + bending
-        sampling = sampling_error(stress, scene.damping.material, scene.analysis, scene.period)
+        sampling = sampling_error(scene, axial[..., None] + bending)
     return Fields(system, members, variables, coordinates, sampling)
 
 
@@ -117,7 +116,7 @@ def _stress_over_modulus(sections: Sequence[Rigidity], members: MemberState) -> 
 def _elastic_strains(scene: Scene, members: MemberState) -> tuple[Array, Array]:
     """Strains of the axis, and by bending of both fibres, where the material may damp; see `stress_over_modulus`."""
     parts = _stress_over_modulus(scene.rigidities(members.s), members)
-    axial, bending = (elastic_strain(part, scene.damping.material, scene.analysis, scene.period) for part in parts)
+    axial, bending = (elastic_strain(scene, part) for part in parts)
     return axial, bending
 
 

@@ -13,6 +13,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS, NOTHING, Situation, build_terms
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -220,7 +221,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     if len(rigid) and system.terms.law is not None:
         free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid))
         raise SceneError(
-            f"the effect 'large-rotations' needs a mechanism that is held: {free}",
+            f"the effect {LARGE_ROTATIONS.name!r} needs a mechanism that is held: {free}",
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )

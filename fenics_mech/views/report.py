@@ -16,7 +16,7 @@ from fenics_mech._console import text_of
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.effects import EFFECTS, Effect
+from fenics_mech.effects import EFFECTS, Effect, active, loads_at_nodes
 from fenics_mech.errors import percent
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.planning.effect_choice import DEFLECTION
@@ -194,7 +194,9 @@ def _decisions(result: Result) -> Table:
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
-        elements = sum(len(member_nodes(scene, label)) - 1 for label in scene.members())  # it is recovered on fewer
+        at_nodes = loads_at_nodes(active(scene))
+        nodes = [len(member_nodes(scene, label, at_nodes)) for label in scene.members()]
+        elements = sum(nodes) - len(nodes)  # it is recovered on fewer
         rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])

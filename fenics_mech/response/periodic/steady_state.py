@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -182,7 +183,7 @@ def _refuse_without_series(analysis: Analysis, impulses: Mapping[str, Impulse], 
         raise SceneError(
             "harmonic balance does not update axial forces",
             place="analysis.tension",
-            hint="Write solver = 'collocation', or take the effect 'large-rotations'",
+            hint=f"Write solver = 'collocation', or take the effect {LARGE_ROTATIONS.name!r}",
         )
     if impulses:
         raise SceneError(

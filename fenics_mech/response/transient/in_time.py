@@ -12,6 +12,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import Loads
+from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.kinematics import Motion
@@ -87,7 +89,7 @@ def refuse_in_time(analysis: Analysis, drives: Sequence[Drive], system: System) 
         raise SceneError(
             "method = 'transient' does not update axial forces",
             place="analysis.tension",
-            hint="Take the effect 'large-rotations' in place of 'geometric-stiffness'",
+            hint=f"Take the effect {LARGE_ROTATIONS.name!r} in place of {GEOMETRIC_STIFFNESS.name!r}",
         )
     if analysis.time_tolerance > LARGEST_TOLERANCE:
         raise SceneError(
