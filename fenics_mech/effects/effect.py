@@ -19,8 +19,8 @@ class Survey:
 
     Parameters
     ----------
-    scene
-        The scene.
+    needs_vibration
+        Whether something acts that is nothing without vibration: impulses, a motor, a motion in time.
     vibration
         Difference of the response from the quasi-static one, relative.
     sensitivity
@@ -37,7 +37,7 @@ class Survey:
         Quasi-static strains by gravity alone over all quasi-static strains.
     """
 
-    scene: Scene
+    needs_vibration: bool
     vibration: float
     sensitivity: float
     turning: float

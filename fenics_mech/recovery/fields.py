@@ -74,7 +74,9 @@ def recover(solution: Solution) -> Fields:
     members, elastic, found = _with_viscous_forces(system, response, s)
     by_joint = joint_forces(scene.joints, found)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
-    variables = _of_members(scene, system, members, elastic) | _of_springs(scene, system, response)
+    sections, strains = scene.rigidities(s), _elastic_strains(scene, elastic)
+    variables = _of_members(sections, system.beams.mesh.member_length, members, strains)
+    variables |= _of_springs(scene, system, response)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     largest = _largest_strain(scene, system, response, variables["strain"][1])
     variables["largest_strain"] = (("member",), largest)
@@ -90,7 +92,7 @@ def recover(solution: Solution) -> Fields:
     }
     sampling = None
     if scene.damping.material and not isinstance(solution, StaticSolution):
-        axial, bending = _stress_over_modulus(scene.rigidities(s), elastic)
+        axial, bending = stress_over_modulus(sections, elastic.axial_force, elastic.moment)
         sampling = sampling_error(scene, axial[..., None] + bending)
     return Fields(system, members, variables, coordinates, sampling)
 
@@ -109,31 +111,30 @@ def _with_viscous_forces(
     return elastic.with_forces(*forces), elastic, {key: force + viscous[key] for key, force in found.items()}
 
 
-def _stress_over_modulus(sections: Sequence[Rigidity], members: MemberState) -> tuple[Array, Array]:
-    return stress_over_modulus(sections, members.axial_force, members.moment)
-
-
 def _elastic_strains(scene: Scene, members: MemberState) -> tuple[Array, Array]:
     """Strains of the axis, and by bending of both fibres, where the material may damp; see `stress_over_modulus`."""
-    parts = _stress_over_modulus(scene.rigidities(members.s), members)
+    parts = stress_over_modulus(scene.rigidities(members.s), members.axial_force, members.moment)
     axial, bending = (elastic_strain(scene, part) for part in parts)
     return axial, bending
 
 
-def _of_members(scene: Scene, system: System, members: MemberState, elastic: MemberState) -> Variables:
+def _of_members(
+    sections: Sequence[Rigidity], lengths: Array, members: MemberState, strains: tuple[Array, Array]
+) -> Variables:
     """Strains, stresses, section forces and deflections of the members, with their dimensions.
 
     Parameters
     ----------
-    scene, system
-        The scene and its mechanism.
-    members, elastic
-        The members' state, and that without the forces of modal damping, from which the strains are.
+    sections, lengths
+        Rigidity of each member at the stations, and the members' lengths (m), ``(members,)``.
+    members
+        The members' state.
+    strains
+        Strains of the axes and by bending, which are without the forces of modal damping.
     """
-    sections, lengths = scene.rigidities(members.s), system.beams.mesh.member_length
-    whole_axial, whole_bending = _stress_over_modulus(sections, members)
+    whole_axial, whole_bending = stress_over_modulus(sections, members.axial_force, members.moment)
     stress = young_modulus(sections) * (whole_axial[..., None] + whole_bending)
-    axial, bending = _elastic_strains(scene, elastic)
+    axial, bending = strains
     along = ("theta", "member", "s")
     return {
         "strain": ((*along, "fibre"), axial[..., None] + bending),  # (6.38)
