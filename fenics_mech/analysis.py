@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._guard import ADVICE, guarded
 from fenics_mech.accuracy.estimate import estimate
 from fenics_mech.accuracy.validity import refuse_far
+from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
@@ -73,7 +74,9 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
         result = within(scene, lambda trial, choices: as_planned(trial, choices, progress, common), common)
     else:
         result = _by_rungs(scene, progress, common)
-    result.data.attrs["warnings"] = json.dumps([*implausible(scene), *exceeded(scene, result.data)])
+    result.data.attrs["warnings"] = json.dumps(
+        [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
+    )
     return result
 
 
@@ -113,9 +116,9 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
         progress("response")
         if method != "transient":
             return by_statics(scene, system), method
-        refuse_in_time(scene, system)
+        refuse_in_time(scene.analysis, scene.drives, system)
         return by_time(scene, system, start_state(scene, system)), method
-    solver = periodic_solver(scene, system.terms)
+    solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
     check_periodic(scene, system, solver)
     progress("modes")
     modes = scene_modes(scene, system)

@@ -51,7 +51,10 @@ def _no_errors(solution: Solution, *_: object) -> Errors:
     from fenics_mech.accuracy.estimate import Errors
     from fenics_mech.accuracy.quantities import places_of
 
-    sizes = {name: np.ones(len(parts)) for name, parts in places_of(solution.scene).items()}
+    sizes = {
+        name: np.ones(len(parts))
+        for name, parts in places_of(solution.scene.members(), solution.scene.joints, solution.scene.drives).items()
+    }
     return Errors({name: {"time": 0 * size} for name, size in sizes.items()}, {"time": 0.0}, sizes)
 
 

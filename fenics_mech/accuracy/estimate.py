@@ -109,7 +109,7 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
-        names = places_of(scene)
+        names = places_of(scene.members(), scene.joints, scene.drives)
         for what, sources, limit in LIMITS:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
@@ -194,7 +194,7 @@ def estimate(
         add(source, change.largest, 1 / share, corrected[source].order)
     if not isinstance(solution, StaticSolution) and (kinks := _by_slider_kinks(solution, system)):
         add("mesh", kinks, 1.0, OF_SLIDERS)
-    if (missed := misfit(scene, system.beams)).any():
+    if (missed := misfit(scene.rigidity, system.beams)).any():
         most = {name: missed.max() * size for name, size in largest.items()}
         add("mesh", most | {"strain": missed * largest["strain"]}, 1.0, 1.0)
     if sampling is not None:

@@ -49,7 +49,7 @@ def order_of(system: System) -> float:
     if system.beams.inertia.spread is not None:
         return OF_LUMPS
     contacts = system.transformation.constraints.contacts.values()
-    if any(isinstance(contact.scene.joints[contact.joint], Prismatic) for contact in contacts):
+    if any(isinstance(contact.slot, Prismatic) for contact in contacts):
         return OF_SLIDERS
     if _pulled_unevenly(system):
         return OF_PULLED

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +18,9 @@ from fenics_mech.forces.section_forces import deflection_of_nodes, recover_membe
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Drive, Scene
+from fenics_mech.scene.joints import Joint
+from fenics_mech.scene.sections import Rigidity
 
 
 @dataclass(frozen=True)
@@ -74,9 +78,9 @@ class Quantities:
         found = reactions(system, nodal_forces(system, response))
         s = stations_of(system) if s is None else s
         members = recover_members(system, response, s, point_loads(system, found))
-        axial, bending = stress_over_modulus(scene, s, members.axial_force, members.moment)
+        axial, bending = stress_over_modulus(scene.rigidities(s), members.axial_force, members.moment)
         count = len(members.moment)
-        forces = np.array(list(joint_forces(scene, found).values())).reshape(-1, count, 2)
+        forces = np.array(list(joint_forces(scene.joints, found).values())).reshape(-1, count, 2)
         efforts = np.array(list(Forces(scene, system, response, loads).efforts().values())).reshape(-1, count)
         return cls(
             axial=axial,
@@ -117,14 +121,14 @@ class Quantities:
         return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
 
 
-def places_of(scene: Scene) -> dict[str, list[str]]:
+def places_of(members: Iterable[str], joints: Mapping[str, Joint], drives: Sequence[Drive]) -> dict[str, list[str]]:
     """Give the members, joints or drives that each quantity belongs to."""
-    members = list(scene.members())
+    labels = list(members)
     return {
-        "strain": members,
-        "deflection": members,
-        "joint_force": joint_names(scene),
-        "torque": [drive.joint for drive in scene.drives],
+        "strain": labels,
+        "deflection": labels,
+        "joint_force": joint_names(joints),
+        "torque": [drive.joint for drive in drives],
     }
 
 
@@ -144,13 +148,14 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     largest
         As `Quantities.largest`.
     """
-    bent = MEASURE.small_force * _bending_force(scene, largest["strain"])
+    lengths = [math.dist(*scene.member_ends(label)) for label in scene.members()]
+    bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest["strain"])
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
     of_members = {
         name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
         for name in ("strain", "deflection")
     }
-    sliding = np.array([unit == "N" for unit in effort_units(scene)], dtype=bool)
+    sliding = np.array([unit == "N" for unit in effort_units(scene.drives, scene.joints)], dtype=bool)
     arms = np.array([scene.size_at(drive.joint) for drive in scene.drives])
     efforts = np.zeros(len(sliding))
     for same in (sliding, ~sliding):
@@ -163,14 +168,11 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def _bending_force(scene: Scene, strain: Array) -> float:
+def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strain: Array) -> float:
     """Largest force across a member, at its end, that bends it to its largest strain (N): ``strain EI/(c L)``."""
-    forces = [0.0]
-    for label, size in zip(scene.members(), strain):
-        section, ends = scene.rigidity(label, np.array([0.5])), np.array(scene.member_ends(label))
-        outer = np.abs(section.fibre).max()
-        forces.append(size * section.bending[0] / max(outer * np.linalg.norm(ends[1] - ends[0]), TINY))
-    return float(max(forces))
+    arms = [np.abs(section.fibre).max() * length for section, length in zip(sections, lengths)]
+    forces = [size * section.bending[0] / max(arm, TINY) for size, section, arm in zip(strain, sections, arms)]
+    return float(max(forces, default=0.0))
 
 
 def stations_of(system: System) -> Array:

@@ -73,7 +73,7 @@ def own_steps(petsc: Mapping[str, Any]) -> bool:
 def _rough_course(solution: TransientSolution) -> Course:
     """Integrate over the same times with a larger tolerance, and longer steps where that does not govern them."""
     scene, time = solution.scene, solution.course.time
-    lead = schedule_of(scene).lead(float(time[0]))
+    lead = schedule_of(scene.analysis, scene.drives, scene.period).lead(float(time[0]))
     cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
     tolerance = min(ESTIMATES.rougher * scene.analysis.time_tolerance, 0.9)
     rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.section_forces import MemberState
 from fenics_mech.mechanism import System
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Drive, Member, Scene
+from fenics_mech.scene.joints import Joint
+from fenics_mech.scene.sections import Rigidity
 
 
 @dataclass(frozen=True)
@@ -33,36 +35,36 @@ def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
     if scene.analysis.allow_large:
         return
     if system.terms.law is not None:
-        _refuse_turned(scene, system, members)
+        _refuse_turned(_acting_on_rotations(scene.members(), scene.joints, scene.drives), system, members)
         return
-    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
-    moved = np.linalg.norm(members.deflection - members.deflection[:, :, :1], axis=-1).max(axis=2) / lengths
+    moved = np.linalg.norm(members.deflection - members.deflection[:, :, :1], axis=-1).max(axis=2)
+    moved = moved / system.beams.mesh.member_length
     turned = np.abs(members.rotation).max(axis=2)
     if not max(turned.max(), moved.max()) > VALIDITY.farthest:
         return
     k, i = np.unravel_index(np.maximum(turned, moved).argmax(), turned.shape)
     raise SolverError(
-        f"elastic deflection turns member {list(scene.members())[i]!r} by {turned[k, i]:.3g} rad and moves its points "
-        f"by {moved[k, i]:.3g} of its length, at drive angle {np.degrees(system.motion.theta[k]):.6g} deg. The theory "
-        f"of small deflections does not hold near {VALIDITY.farthest:g}. "
+        f"elastic deflection turns member {system.beams.mesh.members[i]!r} by {turned[k, i]:.3g} rad and moves its "
+        f"points by {moved[k, i]:.3g} of its length, at drive angle {np.degrees(system.motion.theta[k]):.6g} deg. "
+        f"The theory of small deflections does not hold near {VALIDITY.farthest:g}. "
         "Lower loads or speed, keep away from resonances, buckling and dead centres, or take stiffer members or more "
         "damping; analysis.allow_large lets it pass"
     )
 
 
-def _refuse_turned(scene: Scene, system: System, members: MemberState) -> None:
-    """Raise `SolverError` where an axis turns by more than exact strains allow."""
+def _refuse_turned(acting: Iterable[tuple[str, list[str]]], system: System, members: MemberState) -> None:
+    """Raise `SolverError` where an axis turns by more than exact strains, or what acts on its rotation, allow."""
     turned = np.abs(members.rotation).max(axis=2)
     if turned.max() > VALIDITY.rotation:
         k, i = np.unravel_index(turned.argmax(), turned.shape)
         raise SolverError(
-            f"elastic deflection turns the axis of member {list(scene.members())[i]!r} by {turned[k, i]:.3g} rad, at "
-            f"drive angle {np.degrees(system.motion.theta[k]):.6g} deg: strains are good up to {VALIDITY.rotation:g} "
-            "rad. Lower loads or speed, keep away from resonances, or take stiffer members; analysis.allow_large lets "
-            "it pass"
+            f"elastic deflection turns the axis of member {system.beams.mesh.members[i]!r} by {turned[k, i]:.3g} rad, "
+            f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: strains are good up to "
+            f"{VALIDITY.rotation:g} rad. Lower loads or speed, keep away from resonances, or take stiffer members; "
+            "analysis.allow_large lets it pass"
         )
-    largest = dict(zip(scene.members(), turned.max(axis=0)))
-    for what, labels in _acting_on_rotations(scene):
+    largest = dict(zip(system.beams.mesh.members, turned.max(axis=0)))
+    for what, labels in acting:
         label = max(labels, key=largest.__getitem__, default=None)
         if label is not None and largest[label] > VALIDITY.acting:
             raise SolverError(
@@ -72,34 +74,36 @@ def _refuse_turned(scene: Scene, system: System, members: MemberState) -> None:
             )
 
 
-def _acting_on_rotations(scene: Scene) -> Iterator[tuple[str, list[str]]]:
+def _acting_on_rotations(
+    members: Mapping[str, tuple[str, Member]], joints: Mapping[str, Joint], drives: Iterable[Drive]
+) -> Iterator[tuple[str, list[str]]]:
     """Name what acts on the rotation of axes as if they were straight, and the members that it may act on."""
-    of_link = {link: [label for label, (of, _) in scene.members().items() if of == link] for link in scene.links}
-    for drive in scene.drives:
+    of_link: dict[str, list[str]] = {}
+    for label, (link, _) in members.items():
+        of_link.setdefault(link, []).append(label)
+    for drive in drives:
         if drive.motor is not None:
-            links = (point.split(".")[0] for point in scene.joints[drive.joint].connect)
+            links = (point.split(".")[0] for point in joints[drive.joint].connect)
             yield f"the motor of joint {drive.joint!r}", [label for link in links for label in of_link.get(link, [])]
-    for name, joint in scene.joints.items():
+    for name, joint in joints.items():
         if getattr(joint, "member", None) is not None:
             yield f"the pin of joint {name!r}", of_link[joint.connect[0].split(".")[0]]
 
 
-def euler_ratio(scene: Scene, members: MemberState) -> np.ndarray:
+def euler_ratio(sections: Sequence[Rigidity], lengths: Array, members: MemberState) -> Array:
     """Largest axial force over the Euler load pi^2 EI/L^2 of each member, in tension or compression, ``(members,)``."""
-    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
-    stiffness = np.array([scene.rigidity(label, members.s).bending.min() for label in scene.members()])
+    stiffness = np.array([section.bending.min() for section in sections])
     euler = np.pi**2 * stiffness / lengths**2
     return np.abs(members.axial_force).max(axis=(0, 2)) / euler
 
 
-def bow(scene: Scene, members: MemberState) -> np.ndarray:
+def bow(lengths: Array, members: MemberState) -> Array:
     """Largest distance of each member's axis from its chord, over its length, ``(members,)``."""
-    lengths = np.array([math.dist(*scene.member_ends(label)) for label in scene.members()])
     s = members.s[:, None]
     chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
     return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths
 
 
-def largest_rotation(members: MemberState) -> np.ndarray:
+def largest_rotation(members: MemberState) -> Array:
     """Largest rotation of each member's axis from its rigid position (rad), ``(members,)``."""
     return np.abs(members.rotation).max(axis=(0, 2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.kinematics.loops import GROUND
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Link
+from fenics_mech.scene.joints import Joint
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
@@ -39,13 +41,13 @@ class Attachment:
     shift: Array
 
     @classmethod
-    def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Attachment:
+    def of(cls, links: Mapping[str, Link], joints: Mapping[str, Joint], mesh: BeamMesh, name: str) -> Attachment:
         """Find the attachment of a point "body.point", of a joint's pin, or of a place "member@0.3" that has a node.
 
         Parameters
         ----------
-        scene
-            The scene.
+        links, joints
+            The linkage, by name.
         mesh
             The mesh of its members.
         name
@@ -53,16 +55,15 @@ class Attachment:
         """
         if "@" in name:
             label, s = name.split("@")
-            link = scene.members()[label][0]
-            node = mesh.node(f"{label}@{float(s):.12g}")
-            return cls(link, list(scene.links).index(link), 3 * node + np.arange(3), np.eye(2, 3))
+            node, link = mesh.node(f"{label}@{float(s):.12g}"), int(mesh.member_link[mesh.members.index(label)])
+            return cls(list(links)[link], link, 3 * node + np.arange(3), np.eye(2, 3))
         if "." not in name:
-            name = next(point for point in scene.joints[name].connect if not point.startswith("ground."))
-        body, point = scene.point(name)
+            name = next(point for point in joints[name].connect if not point.startswith("ground."))
+        body, point = name.split(".")
         if body == "ground":
             return cls(body, GROUND, np.zeros(0, dtype=np.int64), np.zeros((2, 0)))
-        rigid = scene.links[body].rigid
+        rigid = links[body].rigid
         node = mesh.node(name if rigid is None else f"{body}.centre")
-        arm = np.zeros(2) if rigid is None else np.subtract(point, rigid.centre)
+        arm = np.zeros(2) if rigid is None else np.subtract(links[body].points[point], rigid.centre)
         shift = np.column_stack([np.eye(2), QUARTER @ arm])
-        return cls(body, list(scene.links).index(body), 3 * node + np.arange(3), shift)
+        return cls(body, list(links).index(body), 3 * node + np.arange(3), shift)

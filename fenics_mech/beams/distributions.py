@@ -10,7 +10,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.scene import Scene
 
 if TYPE_CHECKING:
     from fenics_mech.beams.layout import Layout
@@ -68,17 +67,17 @@ def means(powers: Array) -> Array:
     return powers @ (1 / np.arange(1, powers.shape[-1] + 1))
 
 
-def along_elements(
-    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
-) -> tuple[Distribution, ...]:
+def along_elements(layout: Layout, properties: Callable[[str, Array], Array], varies: bool) -> tuple[Distribution, ...]:
     """Properties of the members as polynomials in each element, constant ones where no section varies.
 
     Parameters
     ----------
-    scene, layout
-        The scene and its broken space.
+    layout
+        The broken space of the members.
     properties
         Gives them of a member, by label, at places 0..1 along it, ``(properties, places)``.
+    varies
+        Whether a section varies along its member.
 
     Returns
     -------
@@ -90,22 +89,17 @@ def along_elements(
     SceneError
         When a section varies too fast for an element.
     """
-    varies = not all(scene.sections[member.section].constant for _, member in scene.members().values())
-    return (_varying if varies else _constant)(scene, layout, properties)
+    return (_varying if varies else _constant)(layout, properties)
 
 
-def _constant(
-    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
-) -> tuple[Distribution, ...]:
+def _constant(layout: Layout, properties: Callable[[str, Array], Array]) -> tuple[Distribution, ...]:
     """Give properties with one value per element."""
     mesh = layout.mesh
-    values = np.array([properties(scene, label, np.zeros(1)) for label in mesh.members])[mesh.cell_member]
+    values = np.array([properties(label, np.zeros(1)) for label in mesh.members])[mesh.cell_member]
     return tuple(Distribution.constant(layout, column) for column in values[..., 0].T)
 
 
-def _varying(
-    scene: Scene, layout: Layout, properties: Callable[[Scene, str, Array], Array]
-) -> tuple[Distribution, ...]:
+def _varying(layout: Layout, properties: Callable[[str, Array], Array]) -> tuple[Distribution, ...]:
     """Give polynomials of degree `DEGREE`.
 
     They are interpolated in a discontinuous Lagrange space, so that UFL chooses a quadrature that is exact for them:
@@ -117,7 +111,7 @@ def _varying(
     from fenics_mech import _fenicsx  # noqa: PLC0415
 
     mesh = layout.mesh
-    count = len(properties(scene, mesh.members[0], np.zeros(1)))
+    count = len(properties(mesh.members[0], np.zeros(1)))
     space = _fenicsx.broken_space(mesh.mesh, (DEGREE,) * count)
     function = fem.Function(space)
     powers = np.empty((len(mesh.cell), count, DEGREE + 1))
@@ -128,7 +122,7 @@ def _varying(
         values = np.empty_like(s)
         for i, label in enumerate(mesh.members):
             here = mesh.cell_member == i
-            values[here] = properties(scene, label, np.clip(s[here].ravel(), 0, 1))[part].reshape(-1, DEGREE + 1)
+            values[here] = properties(label, np.clip(s[here].ravel(), 0, 1))[part].reshape(-1, DEGREE + 1)
         function.x.array[dofs[mesh.cell]] = values
         powers[:, part] = np.linalg.solve(
             np.vander(xi.ravel(), DEGREE + 1, True).reshape(*xi.shape, -1), values[..., None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.offset_pins import Offsets
-from fenics_mech.scene import PointMass, RigidBody, Scene
+from fenics_mech.scene import Link, PointMass, RigidBody, Scene
 
 if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
@@ -230,25 +230,28 @@ def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:
         When a section varies too fast for an element, or a pin travels along a member whose neutral line is beside
         its axis.
     """
-    layout = Layout.of(mesh, Offsets.of(scene, mesh))
-    ea, ei, density = along_elements(scene, layout, _rigidities)
-    links = Beams(layout, ElementRigidity(ea, ei), Inertia(density, _bodies(scene, mesh)))
+    members = scene.members()
+
+    def properties(label: str, s: Array) -> Array:
+        here = scene.rigidity(label, s)
+        return np.stack([here.axial, here.bending, here.line_density])
+
+    layout = Layout.of(mesh, Offsets.of(mesh, scene.rigidity, members, scene.joints))
+    varies = not all(scene.sections[member.section].constant for _, member in members.values())
+    ea, ei, density = along_elements(layout, properties, varies)
+    links = Beams(layout, ElementRigidity(ea, ei), Inertia(density, _bodies(scene.links, scene.masses, mesh)))
     if links.mass_moment is None or layout.offsets is None:
         return links
     rotary_inertia = Distribution.constant(layout, links.mass_moment * layout.offsets.mass)
     return replace(links, inertia=replace(links.inertia, rotary=rotary_inertia))
 
 
-def _rigidities(scene: Scene, label: str, s: Array) -> Array:
-    """EA (N), EI (N m^2) and rho A (kg/m) of a member at places s, ``(3, places)``."""
-    rigidity = scene.rigidity(label, s)
-    return np.stack([rigidity.axial, rigidity.bending, rigidity.line_density])
-
-
-def _bodies(scene: Scene, mesh: BeamMesh) -> tuple[tuple[int, RigidBody | PointMass], ...]:
+def _bodies(
+    links: Mapping[str, Link], masses: Mapping[str, PointMass], mesh: BeamMesh
+) -> tuple[tuple[int, RigidBody | PointMass], ...]:
     """Nodes of rigid links and point masses, with their inertia."""
-    rigid = [(mesh.node(f"{name}.centre"), link.rigid) for name, link in scene.links.items() if link.rigid]
-    return (*rigid, *((mesh.node(body.at), body) for body in scene.masses.values()))
+    rigid = [(mesh.node(f"{name}.centre"), link.rigid) for name, link in links.items() if link.rigid]
+    return (*rigid, *((mesh.node(body.at), body) for body in masses.values()))
 
 
 def _add_bodies(

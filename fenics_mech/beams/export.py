@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import meshio
@@ -10,12 +11,13 @@ import numpy as np
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.errors import ResultError
 from fenics_mech.kinematics import Motion
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Link
+from fenics_mech.scene.joints import Joint
 
 FORMATS = {".msh": "gmsh", ".vtu": "vtu", ".xdmf": "xdmf"}
 
 
-def plane_mesh(scene: Scene, mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
+def plane_mesh(links: Mapping[str, Link], joints: Mapping[str, Joint], mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
     """Place the nodes in the fixed frame at the first angle of a motion, with the physical groups of a drawing.
 
     Lines are grouped by member, numbered from 1. Points are grouped by joint, numbered from 1 in the order of the
@@ -24,12 +26,12 @@ def plane_mesh(scene: Scene, mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
 
     Parameters
     ----------
-    scene
-        The scene.
+    links, joints
+        The linkage, by name.
     mesh
         The mesh of its members.
     motion
-        A rigid motion of the scene.
+        A rigid motion of it.
 
     Returns
     -------
@@ -40,7 +42,7 @@ def plane_mesh(scene: Scene, mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
     c, s, (x, y) = np.cos(angle), np.sin(angle), mesh.node_xy.T
     turned = np.stack([c * x - s * y, s * x + c * y, np.zeros_like(x)], axis=-1)
     turned[:, :2] += motion.position[0, mesh.node_link]
-    points = _point_groups(scene)
+    points = _point_groups(links, joints)
     joined = [(number, mesh.node(point)) for number, of_group in enumerate(points.values(), 1) for point in of_group]
     point_number, point_node = (np.array(column, dtype=np.int64) for column in zip(*joined))
     groups = [mesh.cell_member + 1, point_number]
@@ -53,21 +55,21 @@ def plane_mesh(scene: Scene, mesh: BeamMesh, motion: Motion) -> meshio.Mesh:
     )
 
 
-def _point_groups(scene: Scene) -> dict[str, list[str]]:
+def _point_groups(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> dict[str, list[str]]:
     """Points of the links that bend, as "link.point", by the name of their group; the joints come first."""
-    bends = {name for name, link in scene.links.items() if link.members}
+    bends = [name for name, link in links.items() if link.members]
     groups: dict[str, list[str]] = {}
     jointed = set()
-    for name, joint in scene.joints.items():
+    for name, joint in joints.items():
         bodies = {point.split(".")[0] for point in joint.connect}
         here = [point for point in joint.connect if point.split(".")[0] in bends]
         kind = "ground" if "ground" in bodies else "joint"
-        groups[f"{kind if joint.kind == 'revolute' and bodies <= bends | {'ground'} else 'point'} {name}"] = here
+        groups[f"{kind if joint.kind == 'revolute' and bodies <= {*bends, 'ground'} else 'point'} {name}"] = here
         jointed.update(here)
-    for link in scene.links:
-        for point in scene.links[link].points if link in bends else ():
-            if f"{link}.{point}" not in jointed:
-                groups.setdefault(f"point {point}", []).append(f"{link}.{point}")
+    for name in bends:
+        for point in links[name].points:
+            if f"{name}.{point}" not in jointed:
+                groups.setdefault(f"point {point}", []).append(f"{name}.{point}")
     return groups
 
 

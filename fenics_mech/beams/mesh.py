@@ -5,6 +5,7 @@ Nodes are numbered link by link, so that the matrices in link axes are banded.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx, _gmsh
 from fenics_mech._arrays import Array, Index
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Link, Member, Scene
 from fenics_mech.scene.meshing import member_nodes
 
 
@@ -84,19 +85,21 @@ class BeamMesh:
         return {name: i for i, name in enumerate(self.node_name)}
 
 
-def mesh_scene(scene: Scene) -> BeamMesh:
+def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
     """Mesh all members of a scene with gmsh and read them into dolfinx.
 
     Parameters
     ----------
     scene
         The scene; its `mesh` says how many elements each member has.
+    loads_at_nodes
+        Whether every load needs a node; see `effects.loads_at_nodes`.
     """
     members = scene.members()
     points = {link: {name: np.array(at) for name, at in body.points.items()} for link, body in scene.links.items()}
     axes = [points[link][member.ends[1]] - points[link][member.ends[0]] for link, member in members.values()]
     angles, lengths = [np.arctan2(y, x) for x, y in axes], np.array([np.hypot(x, y) for x, y in axes])
-    stations = [member_nodes(scene, label) for label in members]
+    stations = [member_nodes(scene, label, loads_at_nodes) for label in members]
     start = 2 * (np.cumsum(lengths) - lengths)  # of each member on the x axis; the gaps separate the members
     with _gmsh.model() as model:
         _draw(model, [x + length * s for x, length, s in zip(start, lengths, stations)])
@@ -115,7 +118,7 @@ def mesh_scene(scene: Scene) -> BeamMesh:
         cell_member=member_of,
         cell_start=ends.min(axis=1) - start[member_of],
         cell_length=np.abs(ends[:, 1] - ends[:, 0]),
-        **_number_nodes(scene, stations),
+        **_number_nodes(scene.links, members, stations),
     )
 
 
@@ -131,7 +134,9 @@ def _draw(model: Any, places: list[Array]) -> None:
         model.addPhysicalGroup(1, [tag], tag)
 
 
-def _number_nodes(scene: Scene, stations: list[Array]) -> dict[str, Any]:
+def _number_nodes(
+    bodies: Mapping[str, Link], members: Mapping[str, tuple[str, Member]], stations: list[Array]
+) -> dict[str, Any]:
     """Number the nodes along the members of each link; nodes at a link's points are shared by its members."""
     links: list[int] = []
     places: list[Array] = []
@@ -145,14 +150,14 @@ def _number_nodes(scene: Scene, stations: list[Array]) -> dict[str, Any]:
             places.append(place)
         return known[name]
 
-    index = {name: i for i, name in enumerate(scene.links)}
-    for (label, (link, member)), s in zip(scene.members().items(), stations):
-        first, second = (np.array(scene.links[link].points[end]) for end in member.ends)
+    index = {name: i for i, name in enumerate(bodies)}
+    for (label, (link, member)), s in zip(members.items(), stations):
+        first, second = (np.array(bodies[link].points[end]) for end in member.ends)
         chain = [node(f"{link}.{member.ends[0]}", index[link], first)]
         chain += [node(f"{label}@{x:.12g}", index[link], first + x * (second - first)) for x in s[1:-1]]
         chain.append(node(f"{link}.{member.ends[1]}", index[link], second))
         cell_nodes.append(np.stack([chain[:-1], chain[1:]], axis=1))
-    for link, body in scene.links.items():
+    for link, body in bodies.items():
         if body.rigid is not None:
             node(f"{link}.centre", index[link], np.array(body.rigid.centre))
     return {

@@ -6,6 +6,7 @@ the member's axis by rigid arms. The mass moves as the centre of mass of its sec
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,12 @@ from fenics_mech.errors import SceneError
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
-    from fenics_mech.scene import Scene
+    from fenics_mech.scene import Member
+    from fenics_mech.scene.joints import Joint
+    from fenics_mech.scene.sections import Rigidity
+
+    Rigidities = Callable[[str, Array], Rigidity]  # of a member, by label, at places 0..1 along it
+    Members = Mapping[str, tuple[str, Member]]  # link and member, by label
 
 
 @dataclass(frozen=True)
@@ -36,26 +42,28 @@ class Offsets:
     mass: Array
 
     @classmethod
-    def of(cls, scene: Scene, mesh: BeamMesh) -> Offsets | None:
-        """Find the offsets of a scene's sections; None where there is none.
+    def of(cls, mesh: BeamMesh, rigidity: Rigidities, members: Members, joints: Mapping[str, Joint]) -> Offsets | None:
+        """Find the offsets of the members' sections; None where there is none.
 
         Parameters
         ----------
-        scene
-            The scene.
         mesh
-            The mesh of its members.
+            The mesh of the members.
+        rigidity, members
+            As `Scene.rigidity` and `Scene.members` give them.
+        joints
+            The joints, by name.
 
         Raises
         ------
         SceneError
             When a pin travels along a member whose neutral line is beside its axis.
         """
-        lines = np.array([_lines(scene, label) for label in mesh.members]).reshape(-1, 2)
+        lines = np.array([_lines(rigidity, label) for label in mesh.members]).reshape(-1, 2)
         if not lines.any():
             return None
         neutral, centre = lines[mesh.cell_member].T
-        _refuse_travelling(scene)
+        _refuse_travelling(rigidity, members, joints)
         return cls(neutral, centre - neutral)
 
     @property
@@ -78,26 +86,26 @@ class Offsets:
         return found
 
 
-def _lines(scene: Scene, label: str) -> tuple[float, float]:
+def _lines(rigidity: Rigidities, label: str) -> tuple[float, float]:
     """Places of the neutral line and of the centre of mass of a member from its axis (m), the same all along it."""
-    rigidity = scene.rigidity(label, np.zeros(1))
-    return float(rigidity.neutral[0]), float(rigidity.mass_centre[0])
+    here = rigidity(label, np.zeros(1))
+    return float(here.neutral[0]), float(here.mass_centre[0])
 
 
-def refuse_offsets(scene: Scene, effect: str, neutral_only: bool = False) -> None:
+def refuse_offsets(rigidity: Rigidities, members: Members, effect: str, neutral_only: bool = False) -> None:
     """Raise `SceneError` where a section has offsets that an effect does not know.
 
     Parameters
     ----------
-    scene
-        The scene.
+    rigidity, members
+        As `Scene.rigidity` and `Scene.members` give them.
     effect
         Name of the effect.
     neutral_only
         Whether it knows a centre of mass beside the neutral line, and does not know pins beside it.
     """
-    for label, (_, member) in scene.members().items():
-        neutral, centre = _lines(scene, label)
+    for label, (_, member) in members.items():
+        neutral, centre = _lines(rigidity, label)
         if neutral or (centre and not neutral_only):
             raise SceneError(
                 f"the neutral line of this section is {neutral:.4g} m, and its centre of mass {centre:.4g} m, beside "
@@ -108,17 +116,17 @@ def refuse_offsets(scene: Scene, effect: str, neutral_only: bool = False) -> Non
             )
 
 
-def _refuse_travelling(scene: Scene) -> None:
+def _refuse_travelling(rigidity: Rigidities, members: Members, joints: Mapping[str, Joint]) -> None:
     """Raise `SceneError` where a pin travels along a member whose neutral line is beside its axis."""
-    for name, joint in scene.joints.items():
+    for name, joint in joints.items():
         if (member := getattr(joint, "member", None)) is None:
             continue
-        link = scene.links[joint.connect[0].split(".")[0]]
-        label = next(label for label, (_, other) in scene.members().items() if other is link.members[member])
-        if neutral := _lines(scene, label)[0]:
+        link = joint.connect[0].split(".")[0]
+        label = link if link in members else f"{link}.{member}"
+        if neutral := _lines(rigidity, label)[0]:
             raise SceneError(
                 f"a pin travels along member {label}, and the neutral line of its section "
-                f"{link.members[member].section!r} is {neutral:.4g} m beside the member's axis",
+                f"{members[label][1].section!r} is {neutral:.4g} m beside the member's axis",
                 place=f"joints.{name}.member",
                 hint="Give the section axis = 'neutral', or let no pin travel along it",
             )

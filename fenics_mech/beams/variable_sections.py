@@ -19,7 +19,7 @@ from fenics_mech.scene.sections.rigidity import SECTION
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
-    from fenics_mech.scene import Scene
+    from fenics_mech.scene.sections import Rigidity as SectionRigidity
 
 RULE_POINTS, RULE_WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2  # integrals over 0..1
 
@@ -136,15 +136,15 @@ def _from_first_end(
     return u, w, turned
 
 
-def misfit(scene: Scene, beams: Beams) -> Array:
+def misfit(rigidities: Callable[[str, Array], SectionRigidity], beams: Beams) -> Array:
     """Share of each member's flexibility and mass by which its elements' polynomials miss its section, ``(members,)``.
 
     What notches and steps have between the points of a polynomial no element knows.
 
     Parameters
     ----------
-    scene
-        The scene.
+    rigidities
+        Gives the rigidity of a member at places along it, as `Scene.rigidity`.
     beams
         The links' matrices.
     """
@@ -161,7 +161,7 @@ def misfit(scene: Scene, beams: Beams) -> Array:
         of_member = mesh.cell_member == i
         h = mesh.cell_length[of_member, None]
         s = (mesh.cell_start[of_member, None] + h * places) / mesh.member_length[i]
-        section = scene.rigidity(label, np.clip(s.ravel(), 0, 1))
+        section = rigidities(label, np.clip(s.ravel(), 0, 1))
         true = np.stack([1 / section.bending, section.line_density]).reshape(2, *s.shape)
         shares = np.sum(h * np.abs(fitted[:, of_member] - true), axis=(1, 2)) / np.sum(h * true, axis=(1, 2))
         found[i] = shares.sum()

@@ -14,14 +14,15 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) 
 
     from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
     from fenics_mech.beams.mesh import mesh_scene  # noqa: PLC0415
+    from fenics_mech.effects import active, loads_at_nodes  # noqa: PLC0415
     from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
     from fenics_mech.recovery.result import write_whole  # noqa: PLC0415
     from fenics_mech.scene import load, refined  # noqa: PLC0415
 
     loaded = refined(load(scene), refine)
     make_folder(folder)
-    beams = mesh_scene(loaded)
-    plane = plane_mesh(loaded, beams, solve_motion(loaded, np.zeros(1)))
+    beams = mesh_scene(loaded, loads_at_nodes(active(loaded)))
+    plane = plane_mesh(loaded.links, loaded.joints, beams, solve_motion(loaded, np.zeros(1)))
     for ending in FORMATS:
         write_whole(folder / f"mesh{ending}", lambda temporary: write_mesh(plane, temporary))
     tell(f"{len(beams.cell)} elements, {len(beams.node_name)} nodes, {len(beams.members)} members")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
+from collections.abc import Iterable
 from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -39,6 +40,7 @@ __all__ = [
     "Terms",
     "active",
     "build_terms",
+    "loads_at_nodes",
     "shaped",
 ]
 
@@ -90,6 +92,17 @@ def active(scene: Scene) -> tuple[Effect, ...]:
                 f"{effect.name!r} and {min(clash)!r} exclude each other", place="effects", hint="Take one of them"
             )
     return acting
+
+
+def loads_at_nodes(acting: Iterable[Effect]) -> bool:
+    """Whether loads need nodes, as elements cannot carry them inside.
+
+    Parameters
+    ----------
+    acting
+        The effects that act.
+    """
+    return any(effect.loads_at_nodes for effect in acting)
 
 
 def shaped(scene: Scene, beams: Beams) -> Beams:

@@ -255,7 +255,7 @@ def _rigid(beams: Beams, motion: Motion) -> tuple[Array, Array, Array]:
 def terms(situation: Situation) -> Terms:
     """Give the drag of the rigid motion as a load, and the damping by how it changes with the elastic motion."""
     scene, mesh = situation.scene, situation.beams.mesh
-    refuse_offsets(scene, EFFECT.name)
+    refuse_offsets(scene.rigidity, scene.members(), EFFECT.name)
     if any(drive.motor is not None for drive in scene.drives):
         raise SceneError(
             "air drag is not available with a motor, whose rate it would change",

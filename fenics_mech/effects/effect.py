@@ -19,8 +19,8 @@ class Survey:
 
     Parameters
     ----------
-    scene
-        The scene.
+    needs_vibration
+        Whether something acts that is nothing without vibration: impulses, a motor, a motion in time.
     vibration
         Difference of the response from the quasi-static one, relative.
     sensitivity
@@ -37,7 +37,7 @@ class Survey:
         Quasi-static strains by gravity alone over all quasi-static strains.
     """
 
-    scene: Scene
+    needs_vibration: bool
     vibration: float
     sensitivity: float
     turning: float
@@ -91,6 +91,8 @@ class Effect:
         Whether axial forces act on the bent axis.
     nonlinear
         Whether its forces are nonlinear in the elastic displacement.
+    loads_at_nodes
+        Whether elements cannot carry loads inside them: each load has a node.
     solver
         The one periodic solver that knows it; empty where several do.
     """
@@ -113,6 +115,7 @@ class Effect:
     couples: bool = False
     stress_stiffening: bool = False
     nonlinear: bool = False
+    loads_at_nodes: bool = False
     solver: str = ""
 
 

@@ -18,4 +18,5 @@ EFFECT = Effect(
     refuses=("large-rotations",),
     size=lambda survey: survey.tension * survey.sensitivity,
     estimate="change of a mode's stiffness x sensitivity",
+    loads_at_nodes=True,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,19 +12,24 @@ from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import in_links
 from fenics_mech.kinematics import Motion
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Impulse, Link
+from fenics_mech.scene.joints import Joint
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
 
 
-def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, Array]:
-    """Give the impulses of a scene on the nodal dofs in link axes (N s, N m s), ``(impulses, nodal dofs)`` each.
+def nodal_impulses(
+    impulses: Iterable[Impulse], links: Mapping[str, Link], joints: Mapping[str, Joint], beams: Beams, motion: Motion
+) -> tuple[Array, Array]:
+    """Give impulses on the nodal dofs in link axes (N s, N m s), ``(impulses, nodal dofs)`` each.
 
     Parameters
     ----------
-    scene
-        The scene.
+    impulses
+        The impulses.
+    links, joints
+        The linkage, by name.
     beams
         The links' matrices.
     motion
@@ -34,9 +40,9 @@ def nodal_impulses(scene: Scene, beams: Beams, motion: Motion) -> tuple[Array, A
     tuple
         The impulses, and the same turned by a quarter clockwise: their work on v as a link turns by 1 rad.
     """
-    acting, turned = np.zeros((2, len(scene.impulses), 3 * len(beams.mesh.node_link)))
-    for i, impulse in enumerate(scene.impulses.values()):
-        point = Attachment.of(scene, beams.mesh, impulse.at)
+    acting, turned = np.zeros((2, len(motion.theta), 3 * len(beams.mesh.node_link)))
+    for i, impulse in enumerate(impulses):
+        point = Attachment.of(links, joints, beams.mesh, impulse.at)
         in_link = in_links(motion, np.array(impulse.impulse))[i, point.link]
         acting[i, point.dofs] = in_link @ point.shift + [0.0, 0.0, impulse.angular_impulse]
         turned[i, point.dofs] = in_link @ QUARTER @ point.shift

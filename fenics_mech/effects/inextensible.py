@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def beams(scene: Scene, links: Beams) -> Beams:
     """Make EA infinite: the mechanism then ties the nodes of each member along its axis (`mechanism.inextensible`)."""
-    refuse_offsets(scene, EFFECT.name, neutral_only=True)
+    refuse_offsets(scene.rigidity, scene.members(), EFFECT.name, neutral_only=True)
     none = np.zeros(len(links.mesh.cell))
     axial = replace(links.rigidity.axial, coefficient=links.layout.coefficient(none), mean=none + np.inf)
     return replace(links, rigidity=replace(links.rigidity, axial=axial))
@@ -40,4 +40,5 @@ EFFECT = Effect(
     source="(7.2) with EA without bound",
     beams=beams,
     refuses=("large-rotations",),
+    loads_at_nodes=True,
 )

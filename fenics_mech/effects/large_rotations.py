@@ -156,4 +156,5 @@ EFFECT = Effect(
     refuses=("geometric-stiffness",),
     size=size,
     estimate="change of stiffness x vibration, or (pi^2/4) bow/length",
+    loads_at_nodes=True,
 )

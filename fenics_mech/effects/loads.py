@@ -47,17 +47,17 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     One that follows stays as it is in axes that turn with the point: ``f = F + phi Q F`` with Q a quarter turn. On a
     rigid link its moment about the centre stays the same, as arm and force turn together.
     """
-    mesh, factor = situation.beams.mesh, load.factor_at(situation.motion.theta)[:, None]
+    scene, mesh, factor = situation.scene, situation.beams.mesh, load.factor_at(situation.motion.theta)[:, None]
     label, _, at = load.at.partition("@")
     if at and not mesh.has_node(f"{label}@{float(at):.12g}"):
         return _inside(situation, load, factor)
-    point = Attachment.of(situation.scene, mesh, load.at)
+    point = Attachment.of(scene.links, scene.joints, mesh, load.at)
     force = np.array(load.force)
     in_link = factor * (force if load.follows else in_links(situation.motion, force)[:, point.link])
     on_point, moment = in_link @ point.shift, factor * load.moment
     forces = np.zeros((len(factor), 3 * len(mesh.node_link)))
     forces[:, point.dofs] = on_point + moment * [0.0, 0.0, 1.0]
-    loads, rotation, exact = Loads(force=forces), point.dofs[2:], of_sines(situation.scene)
+    loads, rotation, exact = Loads(force=forces), point.dofs[2:], of_sines(scene.named_effects)
     if not load.follows:
         couple = (RotationForces.of_couples(rotation, moment),) if load.moment and exact else ()
         return Terms(loads=loads, rotation_forces=couple)

@@ -26,7 +26,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
     consistent mass gives it, ``rho A h^3/78`` from each uniform element: Hinton, Rock and Zienkiewicz, Earthquake Eng.
     Struct. Dyn. 4 (1976) 245. Between the nodes the beams have no mass: bending moments run straight there.
     """
-    refuse_offsets(scene, EFFECT.name)
+    refuse_offsets(scene.rigidity, scene.members(), EFFECT.name)
     mesh = links.mesh
     mass = np.stack([links.element_mass[:, i, [0, 3]].sum(axis=1) for i in (0, 3)], axis=1)  # (elements, 2)
     nodes = element_dofs(mesh)[:, [0, 3]] // 3

@@ -22,7 +22,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
     part in the gyroscopic matrix, and none in the centrifugal forces.
     """
     (rotary,) = along_elements(
-        scene, links.layout, lambda scene, label, s: scene.rigidity(label, s).rotary_inertia[None]
+        links.layout, lambda label, s: scene.rigidity(label, s).rotary_inertia[None], links.rigidity.varies
     )
     return replace(links, inertia=replace(links.inertia, rotary=rotary))
 

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.effects.large_rotations import EFFECT
-from fenics_mech.scene import Scene
 
 COUNT, SINES = 3, slice(1, 3)  # of the dofs of a force, and which of them are sines of rotations
 
 
-def of_sines(scene: Scene) -> bool:
+def of_sines(effects: Collection[str]) -> bool:
     """Whether slopes w' are the sines of rotations, and not small rotations themselves.
 
     Parameters
     ----------
-    scene
-        The scene.
+    effects
+        Names of the effects that act.
     """
-    return EFFECT.name in scene.named_effects
+    return EFFECT.name in effects
 
 
 def rotated(slope: Array) -> Array:

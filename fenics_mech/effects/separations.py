@@ -78,7 +78,7 @@ class Separation:
         if isinstance(part, Hinge):
             return cls._of_rotation(scene, mesh, motion, part)
         reaches, turnings, places, velocities = [], [], [], []
-        ends = [Attachment.of(scene, mesh, point) for point in part.between]
+        ends = [Attachment.of(scene.links, scene.joints, mesh, point) for point in part.between]
         for end, name, sign in zip(ends, part.between, (-1.0, 1.0)):
             body, point = scene.point(name)
             place, velocity, _ = motion.of_point(body, point)
@@ -101,12 +101,12 @@ class Separation:
     def _of_rotation(cls, scene: Scene, mesh: BeamMesh, motion: Motion, hinge: Hinge) -> Separation:
         points = {point.split(".")[0]: point for point in scene.joints[hinge.joint].connect}
         bodies = hinge.bodies or tuple(points)
-        first, second = (Attachment.of(scene, mesh, points[body]) for body in bodies)
+        first, second = (Attachment.of(scene.links, scene.joints, mesh, points[body]) for body in bodies)
         angle, omega = (_of_body(a, second.link) - _of_body(a, first.link) for a in (motion.angle, motion.omega))
         signs = np.concatenate([-np.ones(len(first.dofs[2:])), np.ones(len(second.dofs[2:]))])
         reach = np.broadcast_to(signs, (len(angle), 1, len(signs)))
         dofs = np.concatenate([first.dofs[2:], second.dofs[2:]])
-        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None], of_sines(scene))
+        return cls(dofs, reach, np.zeros_like(reach), angle[:, None], omega[:, None], of_sines(scene.named_effects))
 
     @property
     def length(self) -> Array:

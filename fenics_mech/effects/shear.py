@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from fenics_mech.beams.shapes import NORMAL
 from fenics_mech.effects.effect import Effect
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.scene.joints import Joint
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
@@ -31,8 +33,10 @@ def beams(scene: Scene, links: Beams) -> Beams:
     SceneError
         When a material or a section does not say what is needed, or a pin travels along a member that bends.
     """
-    _refuse_travelling(scene)
-    (stiffness,) = along_elements(scene, links.layout, lambda scene, label, s: scene.shear_stiffness(label, s)[None])
+    _refuse_travelling(scene.joints)
+    (stiffness,) = along_elements(
+        links.layout, lambda label, s: scene.shear_stiffness(label, s)[None], links.rigidity.varies
+    )
     angle = _angle(links, stiffness.mean * links.mesh.cell_length)
     return replace(links, layout=links.layout.sheared(angle), rigidity=replace(links.rigidity, shear=stiffness))
 
@@ -65,20 +69,20 @@ def missing_data(scene: Scene) -> str:
     try:
         for label in scene.members():
             scene.shear_stiffness(label, np.zeros(1))
-        _refuse_travelling(scene)
+        _refuse_travelling(scene.joints)
     except SceneError as error:
         return str(error)
     return ""
 
 
-def _refuse_travelling(scene: Scene) -> None:
+def _refuse_travelling(joints: Mapping[str, Joint]) -> None:
     """Raise `SceneError` where the pin of a joint travels along a member."""
-    for name, joint in scene.joints.items():
+    for name, joint in joints.items():
         if getattr(joint, "member", None) is not None:
             raise SceneError(
-                "the effect 'shear' is not available where pins travel along members",
+                f"the effect {EFFECT.name!r} is not available where pins travel along members",
                 place=f"joints.{name}.member",
-                hint="Leave 'shear' out of the effects",
+                hint=f"Leave {EFFECT.name!r} out of the effects",
             )
 
 
@@ -90,4 +94,5 @@ EFFECT = Effect(
     missing_data=missing_data,
     size=lambda survey: 3 * (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
     estimate="3 (pi r/length)^2 x sensitivity x vibration",
+    loads_at_nodes=True,
 )

@@ -31,9 +31,10 @@ def terms(situation: Situation) -> Terms:
     """
     scene, mesh, motion = situation.scene, situation.beams.mesh, situation.motion
     size = 3 * len(mesh.node_name)
-    for name, spring in scene.springs.items():
-        if isinstance(spring, HingeSpring):
-            _refuse_winding(scene, motion, name, Separation.of(scene, mesh, motion, spring))
+    if scene.analysis.method == "periodic" and scene.drives:
+        for name, spring in scene.springs.items():
+            if isinstance(spring, HingeSpring):
+                _refuse_winding(scene.cycle_rate, name, Separation.of(scene, mesh, motion, spring))
     return total(
         [
             Terms(
@@ -196,7 +197,7 @@ def _bound(scene: Scene, spring: HingeSpring) -> float:
     for label, (link, member) in scene.members().items():
         for end in (0, 1):
             if f"{link}.{member.ends[end]}" in points:
-                share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label))[-end]
+                share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label, True))[-end]
                 h = share * math.dist(*scene.member_ends(label))
                 ends.append(4 * float(scene.rigidity(label, np.array([float(end)])).bending[0]) / h)
     return SEPARATION.stiffest * min(ends, default=math.inf)
@@ -218,9 +219,9 @@ def refuse_too_stiff(scene: Scene) -> None:
         )
 
 
-def _refuse_winding(scene: Scene, motion: Motion, name: str, separation: Separation) -> None:
-    """Raise when a periodic response is asked for and the spring is wound up by a turn in every cycle."""
-    if scene.analysis.method == "periodic" and scene.drives and round(separation.rate.mean() / scene.cycle_rate):
+def _refuse_winding(cycle_rate: float, name: str, separation: Separation) -> None:
+    """Raise `SceneError` when a spring is wound up by a turn in every cycle."""
+    if round(separation.rate.mean() / cycle_rate):
         raise SceneError(
             "the bodies turn against each other without end, which winds the spring up in every cycle",
             place=f"springs.{name}",

@@ -4,10 +4,8 @@ from fenics_mech.effects.effect import Effect, Survey
 
 
 def size(survey: Survey) -> float:
-    """Estimate the difference from the quasi-static response; impulses, motors, transients are nothing without it."""
-    scene = survey.scene
-    needed = scene.impulses or scene.analysis.method == "transient" or any(drive.motor for drive in scene.drives)
-    return max(survey.vibration, 1.0) if needed else survey.vibration
+    """Estimate the difference from the quasi-static response."""
+    return max(survey.vibration, 1.0) if survey.needs_vibration else survey.vibration
 
 
 EFFECT = Effect(

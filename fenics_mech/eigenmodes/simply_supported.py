@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy.linalg import eigh
 
+from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes.eigen import EIGENSOLVER
 from fenics_mech.scene import Scene
+from fenics_mech.scene.sections import Rigidity
 from fenics_mech.scene.sections.rigidity import SECTION
 
 
@@ -38,20 +42,20 @@ def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.n
             wave_speed = np.sqrt(here.bending / here.line_density)
             omega = np.arange(1, count + 1) ** 2 * np.pi**2 / length**2 * wave_speed  # (7.6), with m the whole mass
         else:
-            omega = _of_sines(scene, label, count + EIGENSOLVER.spare_sines)[:count] / length**2
+            omega = _of_sines(partial(scene.rigidity, label), count + EIGENSOLVER.spare_sines)[:count] / length**2
         frequencies[label] = omega / (2 * np.pi)
     return frequencies
 
 
-def _of_sines(scene: Scene, label: str, sines: int) -> np.ndarray:
+def _of_sines(rigidity: Callable[[Array], Rigidity], sines: int) -> np.ndarray:
     """Circular frequencies (rad/s) times length^2 (m^2) by Ritz' method, ascending."""
     x, weight = np.polynomial.legendre.leggauss(SECTION.gauss_points)
     s, weight = (1 + x) / 2, weight / 2
-    rigidity = scene.rigidity(label, s)
+    section = rigidity(s)
     wave = np.pi * np.arange(1, sines + 1)
     shapes = np.sin(wave[:, None] * s)
     curvatures = wave[:, None] ** 2 * shapes
     stiffness, mass = (
-        (f * weight * density) @ f.T for f, density in ((curvatures, rigidity.bending), (shapes, rigidity.line_density))
+        (f * weight * density) @ f.T for f, density in ((curvatures, section.bending), (shapes, section.line_density))
     )
     return np.sqrt(eigh(stiffness, mass, eigvals_only=True))

@@ -168,7 +168,7 @@ def point_loads(system: System, found: Reactions) -> list[PointLoad]:
     """
     motion, loads = system.motion, []
     for name, contact in system.transformation.constraints.contacts.items():
-        pin = contact.scene.joints[name].connect[1].split(".")[0]
+        pin = contact.slot.connect[1].split(".")[0]
         force, moment = -found[name, pin, 2], found.get((name, pin, 1))
         element, place = contact.place(motion, 1)
         angle = contact.angle(motion)

@@ -81,7 +81,9 @@ class ImpulseWork:
 
     def _of_impulses(self, rates: Rates) -> Array:
         """Work of the impulses in some rates."""
-        acting, turned = nodal_impulses(self.scene, self.struck.system.beams, self.struck.system.motion)
+        scene, system = self.scene, self.struck.system
+        impulses = scene.impulses.values()
+        acting, turned = nodal_impulses(impulses, scene.links, scene.joints, system.beams, system.motion)
         moved = acting * (rates.rigid + rates.deformation)
         return np.asarray(np.sum(moved + turned * rates.turning * self._forces.shape, axis=1))
 

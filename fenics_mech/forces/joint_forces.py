@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensibility import Inextensible
-from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene import Drive, Prismatic, Slot
+from fenics_mech.scene.joints import Joint
 
 Reactions = dict[tuple[str, str, int], Array]  # by joint, body and number of components
 
@@ -127,13 +128,13 @@ def held_tension(system: System, held: Inextensible, response: ElasticResponse) 
     return held.forces(left_over)
 
 
-def joint_forces(scene: Scene, found: Reactions) -> dict[str, Array]:
+def joint_forces(joints: Mapping[str, Joint], found: Reactions) -> dict[str, Array]:
     """Force (N) that each joint exerts, in the fixed frame, ``(angles, 2)`` each.
 
     Parameters
     ----------
-    scene
-        The linkage.
+    joints
+        The joints, by name.
     found
         From `reactions`.
 
@@ -143,37 +144,39 @@ def joint_forces(scene: Scene, found: Reactions) -> dict[str, Array]:
         By name, see `joint_names`: the force of a joint's first body on its second, or of its pin on a body.
     """
     forces: list[Array] = []
-    for name, joint in scene.joints.items():
+    for name, joint in joints.items():
         bodies = [point.split(".")[0] for point in joint.connect]
         held = {body: found[name, body, 2] for body in bodies if (name, body, 2) in found}
         for body in bodies:  # a body that has no equation takes what the others leave
             if body not in held:
                 held[body] = -np.sum(list(held.values()), axis=0)
         forces += [held[body] for body in bodies[1:]]
-    return dict(zip(joint_names(scene), forces))
+    return dict(zip(joint_names(joints), forces))
 
 
-def joint_names(scene: Scene) -> list[str]:
+def joint_names(joints: Mapping[str, Joint]) -> list[str]:
     """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first.
 
     Parameters
     ----------
-    scene
-        The scene.
+    joints
+        The joints, by name.
     """
-    bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in scene.joints.items()}
+    bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in joints.items()}
     return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
 
 
-def effort_units(scene: Scene) -> list[str]:
+def effort_units(drives: Sequence[Drive], joints: Mapping[str, Joint]) -> list[str]:
     """Give the unit of each drive's effort: N where it slides, N m where it turns.
 
     Parameters
     ----------
-    scene
-        The scene.
+    drives
+        The drives.
+    joints
+        The joints, by name.
     """
-    return ["N" if isinstance(scene.joints[drive.joint], Slot | Prismatic) else "N m" for drive in scene.drives]
+    return ["N" if isinstance(joints[drive.joint], Slot | Prismatic) else "N m" for drive in drives]
 
 
 def _turned(vectors: Array, angle: Array) -> Array:

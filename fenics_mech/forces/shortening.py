@@ -21,7 +21,7 @@ from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
-from fenics_mech.effects import NOTHING, shaped
+from fenics_mech.effects import NOTHING, active, loads_at_nodes, shaped
 from fenics_mech.effects.inextensible import with_stretching
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System, build_system
@@ -63,7 +63,7 @@ class Shortening:
             return None
         if system.transformation.held is not None:
             other = with_stretching(scene)
-            beams = shaped(other, assemble_beams(other, mesh_scene(other)))
+            beams = shaped(other, assemble_beams(other, mesh_scene(other, loads_at_nodes(active(other)))))
             system = build_system(other, beams, system.motion, system.terms)
         return cls(system, jets)
 

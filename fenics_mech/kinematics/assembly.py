@@ -310,7 +310,7 @@ def _refuse_free(loops: Loops, q: Array) -> None:
     """Raise where there are fewer equations than coordinates, and name what can move while the drives stand still."""
     if len(loops.names) >= len(q):
         return
-    left = describe(loops.scene, q, free_motions(loops, q))
+    left = describe(loops.scene.links, loops.scene.joints, q, free_motions(loops, q))
     drives, freedoms = ("1 drive" if loops.drives == 1 else f"{loops.drives} drives"), "freedom" + "s" * (len(left) > 1)
     raise SceneError(
         f"the linkage is under-driven: with its {drives} held it has {len(left)} {freedoms} left: {'; '.join(left)}",

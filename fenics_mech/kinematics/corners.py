@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import coordinates_at, derivatives
 from fenics_mech.kinematics.linkage import Linkage, Path
-from fenics_mech.kinematics.motion import Motion
-from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
 
@@ -46,30 +46,28 @@ class Corner:
     enough: int
 
 
-def missed_corner(scene: Scene, motion: Motion) -> Corner | None:
-    """Find a corner of the motion, as at a small transmission angle, that the angles of a cycle miss.
+def missed_corner(path: Path, vibrates: bool) -> Corner | None:
+    """Find a corner of a motion, as at a small transmission angle, that the angles of a cycle miss.
 
     A link's velocity turns sharply there. Its acceleration is larger between the angles than at any of them by
     `CORNERS.largest_between`. Where the links vibrate, a turn within one step counts too.
 
     Parameters
     ----------
-    scene
-        The linkage and its drives.
-    motion
-        Its motion at all angles of the cycle.
+    path
+        Positions at all angles of the cycle.
+    vibrates
+        Whether the links vibrate, as in a periodic response.
 
     Returns
     -------
     Corner or None
         The sharpest turn, where the angles miss it.
     """
-    periodic = scene.analysis.method == "periodic"
-    path = motion.path or Linkage(scene).path(motion.theta)
-    return path.once("corner", (), lambda: _missed_corner(path, periodic), key=periodic)
+    return path.once("corner", (), lambda: _missed_corner(path, vibrates), key=vibrates)
 
 
-def _missed_corner(path: Path, periodic: bool) -> Corner | None:
+def _missed_corner(path: Path, vibrates: bool) -> Corner | None:
     loops, branch = path.linkage.loops, path.linkage.branch(path.theta)
     inside = np.clip(branch.theta, path.theta.min(), path.theta.max())
     highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
@@ -82,35 +80,40 @@ def _missed_corner(path: Path, periodic: bool) -> Corner | None:
         return None
     missed = peak > CORNERS.largest_between * np.abs(path.curvature[:, 2::3]).max()
     enough, count = int(np.ceil(2 * np.pi * peak / rate)), len(path.theta)
-    missed = missed or (periodic and count < enough)
+    missed = missed or (vibrates and count < enough)
     enough = 2 * count if count >= enough else enough  # as many may lie on both sides of it
     return Corner(loops.links[link], float(theta[place]), peak, enough) if missed else None
 
 
-def positions_for_corners(scene: Scene, linkage: Linkage, count: int, most: int = SCENE.most_sub_intervals) -> int:
+def positions_for_corners(
+    linkage: Linkage, angles: Callable[[int], Array], vibrates: bool, count: int, most: int = SCENE.most_sub_intervals
+) -> int:
     """Give a number of equal steps of a cycle that miss no corner of the motion; see `missed_corner`.
 
     Parameters
     ----------
-    scene, linkage
-        The scene, and its links as its drives move them.
+    linkage
+        The links as their drives move them.
+    angles
+        Drive angles (rad) of so many equal steps of the cycle, as `Scene.drive_angles`.
+    vibrates
+        As of `missed_corner`.
     count, most
         Steps to begin with, and the largest number of them.
     """
     while count < most:
-        motion = linkage.path(scene.drive_angles(count)).motion(scene.cycle_rate)
-        if (corner := missed_corner(scene, motion)) is None:
+        if (corner := missed_corner(linkage.path(angles(count)), vibrates)) is None:
             break
         count = int(min(max(2 * count, corner.enough), most))
     return count
 
 
-def refuse_unresolved(scene: Scene, motion: Motion) -> None:
+def refuse_unresolved(path: Path, vibrates: bool) -> None:
     """Refuse a motion whose angles miss a corner.
 
     Parameters
     ----------
-    scene, motion
+    path, vibrates
         As of `missed_corner`.
 
     Raises
@@ -118,10 +121,10 @@ def refuse_unresolved(scene: Scene, motion: Motion) -> None:
     SceneError
         With the link, the place of the corner and the number of positions that it takes.
     """
-    if (corner := missed_corner(scene, motion)) is not None:
+    if (corner := missed_corner(path, vibrates)) is not None:
         raise SceneError(
             f"link {corner.link} has a corner of its motion near drive angle "
-            f"{np.degrees(corner.theta):.6g} deg, which {len(motion.theta)} positions miss (angular "
+            f"{np.degrees(corner.theta):.6g} deg, which {len(path.theta)} positions miss (angular "
             f"acceleration {corner.peak:.3g} rad for each rad^2 of the drive)",
             place="analysis.sub_intervals",
             hint=f"Take at least {corner.enough}, or lengths that keep away from dead centres; analysis.allow_coarse "

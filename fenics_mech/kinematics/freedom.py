@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.kinematics.conditioning import CONDITION
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Link
+from fenics_mech.scene.joints import Joint
 
 
 def free_motions(loops: Loops, q: Array) -> Array:
@@ -27,7 +30,7 @@ def free_motions(loops: Loops, q: Array) -> Array:
         x, y of the links' origins (m) and their rotations (rad), ``(motions, links, 3)``. Each motion has a link of its
         own that it turns, or where none turns shifts, and that the other motions leave.
     """
-    size = _size(loops.scene)
+    size = _size(loops.scene.links)
     unit = np.tile([size, size, 1.0], len(loops.links))
     lengths = 2 * len(loops.points) + len(loops.lines)
     rows = np.ones(len(loops.names))
@@ -67,13 +70,13 @@ def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
     return left
 
 
-def describe(scene: Scene, q: Array, motions: Array) -> list[str]:
+def describe(links: Mapping[str, Link], joints: Mapping[str, Joint], q: Array, motions: Array) -> list[str]:
     """Say of each motion which link it moves most, about or along which joint, and which links go with it.
 
     Parameters
     ----------
-    scene
-        The linkage.
+    links, joints
+        The linkage, by name.
     q
         Coordinates, ``(3 links,)``.
     motions
@@ -84,23 +87,24 @@ def describe(scene: Scene, q: Array, motions: Array) -> list[str]:
     list of str
         A sentence for each motion.
     """
-    return [_described(scene, q.reshape(-1, 3), motion) for motion in motions]
+    return [_described(links, joints, q.reshape(-1, 3), motion) for motion in motions]
 
 
-def _described(scene: Scene, poses: Array, motion: Array) -> str:
-    links, size = list(scene.links), _size(scene)
+def _described(bodies: Mapping[str, Link], joints: Mapping[str, Joint], poses: Array, motion: Array) -> str:
+    links, size = list(bodies), _size(bodies)
     moves = np.maximum(np.linalg.norm(motion[:, :2], axis=1) / size, np.abs(motion[:, 2]))
     turns = np.abs(motion[:, 2])
     leads = turns if turns.max() > CONDITION.seen * moves.max() else moves
     first = int(leads.argmax())
-    held = {name: [point.split(".")[0] for point in joint.connect] for name, joint in scene.joints.items()}
-    joints = [name for name, bodies in held.items() if links[first] in bodies]
+    held = {name: dict(map(_body_and_point, joint.connect)) for name, joint in joints.items()}
+    held = {name: points for name, points in held.items() if links[first] in points}
     if leads is turns:
-        least = CONDITION.seen * size * turns[first]
-        still = [name for name in joints if _speed(scene, poses, motion, name, first) < least]
+        places = {name: bodies[links[first]].points[points[links[first]]] for name, points in held.items()}
+        speeds = {name: _speed(poses[first, 2], motion[first], place) for name, place in places.items()}
+        still = [name for name, speed in speeds.items() if speed < CONDITION.seen * size * turns[first]]
         text = f"link {links[first]} can turn freely" + (f" about joint {still[0]}" if still else "")
     else:
-        sliding = [name for name in joints if scene.joints[name].kind in ("slot", "prismatic")]
+        sliding = [name for name in held if joints[name].kind in ("slot", "prismatic")]
         angle = np.degrees(np.arctan2(motion[first, 1], motion[first, 0])) % 180
         text = f"link {links[first]} can move freely along {angle:.4g} deg"
         text += f", in joint {sliding[0]}" if sliding else ""
@@ -110,17 +114,19 @@ def _described(scene: Scene, poses: Array, motion: Array) -> str:
     return text + (f" and moves {', '.join(others[:most])}{more} with it" if others else "")
 
 
-def _speed(scene: Scene, poses: Array, motion: Array, joint: str, link: int) -> float:
-    """How far a small motion shifts a link where a joint holds it (m)."""
-    name = list(scene.links)[link]
-    at = next(point for point in scene.joints[joint].connect if point.split(".")[0] == name)
-    x, y = scene.point(at)[1]
-    c, s = np.cos(poses[link, 2]), np.sin(poses[link, 2])
+def _body_and_point(name: str) -> tuple[str, str]:
+    body, point = name.split(".")
+    return body, point
+
+
+def _speed(angle: float, motion: Array, place: tuple[float, float]) -> float:
+    """How far a small motion ``(3,)`` shifts a place of a link (m), given in the frame of the link."""
+    (x, y), c, s = place, np.cos(angle), np.sin(angle)
     arm = np.array([-(s * x + c * y), c * x - s * y])
-    return float(np.linalg.norm(motion[link, :2] + motion[link, 2] * arm))
+    return float(np.linalg.norm(motion[:2] + motion[2] * arm))
 
 
-def _size(scene: Scene) -> float:
+def _size(links: Mapping[str, Link]) -> float:
     """Largest coordinate of a link's point in its frame (m)."""
-    points = [abs(value) for link in scene.links.values() for point in link.points.values() for value in point]
+    points = [abs(value) for link in links.values() for point in link.points.values() for value in point]
     return max([*points, float(np.finfo(float).tiny)])

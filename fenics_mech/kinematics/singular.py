@@ -95,7 +95,7 @@ def reachable_range(scene: Scene) -> Range:
     loops = Loops.of(scene)
     if not scene.drives:
         q = assemble(loops)
-        return Range(0.0, 0.0, False, (), tuple(describe(scene, q, free_motions(loops, q))))
+        return Range(0.0, 0.0, False, (), tuple(describe(scene.links, scene.joints, q, free_motions(loops, q))))
     whole = np.array([-2 * np.pi, 2 * np.pi])
     branch = follow_branch(loops, whole, to_the_end=True)
     limits = [

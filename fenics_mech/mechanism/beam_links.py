@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ from fenics_mech.beams.element_matrices import Beams, assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.beams.span import REDUCTION
-from fenics_mech.effects import active, shaped
-from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.effects import Effect, active, loads_at_nodes, shaped
+from fenics_mech.scene import Member, Prismatic, Scene, Slot
+from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
 
@@ -25,16 +27,18 @@ def links(scene: Scene) -> Beams:
     scene
         The scene: its members, mesh, effects and reduction.
     """
-    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene)))
+    acting = active(scene)
+    at_nodes = loads_at_nodes(acting)
+    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene, at_nodes)))
     if scene.analysis.reduction == "none":
         return fine
-    members = _reducible(scene, fine)
+    members = _reducible(scene.members(), scene.joints, fine)
     varies = fine.inertia.density.varies  # then strains are recovered on all elements
-    coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(scene))
-    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse)))
+    coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(acting))
+    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse, at_nodes)))
     cutoff = scene.analysis.cutoff
     highest = None if cutoff == "auto" else 2 * math.pi * cutoff
-    return replace(seen, reduction=Reduction.of(fine, seen, members, highest, nonlinear(scene)))
+    return replace(seen, reduction=Reduction.of(fine, seen, members, highest, nonlinear(acting)))
 
 
 def links_depend_on(scene: Scene) -> tuple[object, ...]:
@@ -45,44 +49,43 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     scene
         The scene.
     """
-    nodes = [member_nodes(scene, label).tolist() for label in scene.members()]
-    shapes = [effect.name for effect in active(scene) if effect.beams is not None]
+    acting = active(scene)
+    nodes = [member_nodes(scene, label, loads_at_nodes(acting)).tolist() for label in scene.members()]
+    shapes = [effect.name for effect in acting if effect.beams is not None]
     parts = [getattr(scene, key) for key in OF_LINKS]
     if scene.analysis.reduction == "none":
         return parts, nodes, shapes
-    return parts, nodes, shapes, scene.analysis.cutoff, nonlinear(scene), most_recovered(scene)
+    return parts, nodes, shapes, scene.analysis.cutoff, nonlinear(acting), most_recovered(acting)
 
 
-def nonlinear(scene: Scene) -> bool:
+def nonlinear(acting: Iterable[Effect]) -> bool:
     """Whether the strain of the links is nonlinear.
 
     Parameters
     ----------
-    scene
-        The scene.
+    acting
+        The effects that act.
     """
-    return any(effect.nonlinear for effect in active(scene))
+    return any(effect.nonlinear for effect in acting)
 
 
-def most_recovered(scene: Scene) -> int:
+def most_recovered(acting: Collection[Effect]) -> int:
     """Elements of a reduced member on which it is recovered, at most.
 
     Parameters
     ----------
-    scene
-        The scene.
+    acting
+        The effects that act.
     """
-    given = any(effect.stress_stiffening for effect in active(scene)) and not nonlinear(scene)
+    given = any(effect.stress_stiffening for effect in acting) and not nonlinear(acting)
     return REDUCTION.recovered_stiffened if given else REDUCTION.recovered
 
 
-def _reducible(scene: Scene, beams: Beams) -> list[int]:
+def _reducible(members: Mapping[str, tuple[str, Member]], joints: Mapping[str, Joint], beams: Beams) -> list[int]:
     """Members that have inner nodes, and no need of them: no pin travels along them, and they can stretch."""
-    guides = {
-        id(scene.links[joint.connect[0].split(".")[0]].members[joint.member])
-        for joint in scene.joints.values()
-        if isinstance(joint, Slot | Prismatic) and joint.member is not None
-    }
+    sliding = [joint for joint in joints.values() if isinstance(joint, Slot | Prismatic) and joint.member is not None]
+    links = [(joint.connect[0].split(".")[0], joint.member) for joint in sliding]
+    guides = {link if link in members else f"{link}.{member}" for link, member in links}
     owners = beams.mesh.cell_member
     needed = np.append(owners[np.isinf(beams.rigidity.axial.mean)], np.flatnonzero(np.bincount(owners) == 1))
-    return [i for i, (_, member) in enumerate(scene.members().values()) if id(member) not in guides and i not in needed]
+    return [i for i, label in enumerate(members) if label not in guides and i not in needed]

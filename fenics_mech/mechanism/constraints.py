@@ -124,9 +124,10 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
         return own.setdefault(name, 3 * len(mesh.node_name) + len(own))
 
     for name, joint in scene.joints.items():
-        points = [Attachment.of(scene, mesh, point) for point in joint.connect]
+        points = [Attachment.of(scene.links, scene.joints, mesh, point) for point in joint.connect]
         if isinstance(joint, Slot | Prismatic):
-            contact = Contact.of(scene, mesh, name) if joint.member is not None else None
+            places = [scene.point(point)[1] for point in joint.connect]
+            contact = None if joint.member is None else Contact.of(name, joint, places, scene.members(), mesh)
             if contact is not None:
                 contacts[name] = contact
             slide = None if name in driven else column(f"{name}.slide")

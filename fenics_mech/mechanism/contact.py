@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Member, Prismatic, Slot
 from fenics_mech.scene.bodies import MESH
 
 
@@ -28,8 +29,12 @@ class Contact:
     ----------
     joint
         Name of the joint.
-    scene, mesh
-        The scene and its mesh.
+    slot
+        The joint itself.
+    places
+        Points of guide and pin in the frames of their links (m).
+    mesh
+        The mesh of the members.
     member
         Index of the member.
     backwards
@@ -37,29 +42,37 @@ class Contact:
     """
 
     joint: str
-    scene: Scene
+    slot: Slot | Prismatic
+    places: list[tuple[float, float]]
     mesh: BeamMesh
     member: int
     backwards: bool
 
     @classmethod
-    def of(cls, scene: Scene, mesh: BeamMesh, name: str) -> Contact:
+    def of(
+        cls,
+        name: str,
+        joint: Slot | Prismatic,
+        places: list[tuple[float, float]],
+        members: Mapping[str, tuple[str, Member]],
+        mesh: BeamMesh,
+    ) -> Contact:
         """Find the member along which a joint's pin travels.
 
         Parameters
         ----------
-        scene
-            The scene.
-        mesh
-            The mesh of its members.
-        name
+        name, joint
             The joint.
+        places
+            Points of guide and pin in the frames of their links (m).
+        members
+            Link and member, by label.
+        mesh
+            Their mesh.
         """
-        joint = scene.joints[name]
         link, point = joint.connect[0].split(".")
-        labels = {id(member): label for label, (_, member) in scene.members().items()}
-        member = scene.links[link].members[joint.member]  # type: ignore[union-attr, index]
-        return cls(name, scene, mesh, mesh.members.index(labels[id(member)]), member.ends[0] != point)
+        label = link if link in members else f"{link}.{joint.member}"
+        return cls(name, joint, places, mesh, mesh.members.index(label), members[label][1].ends[0] != point)
 
     @cached_property
     def dofs(self) -> Index:
@@ -91,10 +104,9 @@ class Contact:
         AssemblyError
             When the pin leaves the member.
         """
-        joint, mesh = self.scene.joints[self.joint], self.mesh
-        guide, pin = (point.split(".")[0] for point in joint.connect)
-        places = [self.scene.point(point)[1] for point in joint.connect]
-        distance = travelled(motion, guide, pin, places, float(mesh.member_angle[self.member]), orders)
+        mesh = self.mesh
+        guide, pin = (point.split(".")[0] for point in self.slot.connect)
+        distance = travelled(motion, guide, pin, self.places, float(mesh.member_angle[self.member]), orders)
         length = float(mesh.member_length[self.member])
         if self.backwards:
             distance = [length + distance[0], *distance[1:]]

@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech.effects.inextensible import EFFECT as INEXTENSIBLE
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
@@ -202,7 +203,8 @@ def _held_groups(
         if k is not None or len(chosen) < motions.shape[1]:
             raise AssemblyError(
                 f"members that cannot stretch lock the linkage at joint {equations[0].joint}, or hold it more than "
-                f"once, at drive angle {np.degrees(motion.theta[k or 0]):.6g} deg: leave out 'inextensible'"
+                f"once, at drive angle {np.degrees(motion.theta[k or 0]):.6g} deg: leave out "
+                f"{INEXTENSIBLE.name!r}"
             )
         groups.append(group)
     return tuple(groups)

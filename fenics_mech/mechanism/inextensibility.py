@@ -19,6 +19,7 @@ from scipy.sparse.linalg import splu
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.effects.inextensible import EFFECT as INEXTENSIBLE
 from fenics_mech.errors import SceneError
 
 
@@ -104,7 +105,7 @@ class Inextensible:
                 f"the members of link {label.split('.')[0]} brace each other: {len(members) - rank} more than hold its "
                 "points in place, so that the axial forces of members that cannot stretch are not determined",
                 place="effects",
-                hint="Leave 'inextensible' out, or take out members",
+                hint=f"Leave {INEXTENSIBLE.name!r} out, or take out members",
             )
         dofs = (3 * points[:, None] + np.arange(2)).ravel()
         held, free = dofs[order[:rank]], dofs[order[rank:]]

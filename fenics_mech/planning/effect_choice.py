@@ -130,7 +130,7 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     still = solve_static(system, plain.petsc)
     state = recover_members(system, still, np.linspace(0, 1, 11))
     tension = mean_tension(system, still)
-    return survey(plain, system, modes, still.displacement, tension, bow(plain, state))
+    return survey(plain, system, modes, still.displacement, tension, bow(system.beams.mesh.member_length, state))
 
 
 def _refuse_hidden(scene: Scene) -> None:
@@ -153,7 +153,7 @@ def _positions(scene: Scene, common: CommonParts) -> int:
     most = CHOICE.most_at_corners if scene.tolerance is not None else analysis.sub_intervals
     linkage = common.linkage(scene)
     linkage.branch(scene.drive_angles(analysis.sub_intervals))  # as far as the run follows it
-    return positions_for_corners(scene, linkage, CHOICE.positions, most)
+    return positions_for_corners(linkage, scene.drive_angles, analysis.method == "periodic", CHOICE.positions, most)
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:

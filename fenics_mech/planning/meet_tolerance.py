@@ -289,7 +289,7 @@ def _fewest_steps(scene: Scene, common: CommonParts) -> int:
     if not _periodic(scene):
         quasi_static = scene.drives and analysis.method == "quasi-static"
         if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
-            refuse_unresolved(scene, common.motion(scene, scene.drive_angles(analysis.sub_intervals)))
+            refuse_unresolved(common.linkage(scene).path(scene.drive_angles(analysis.sub_intervals)), vibrates=False)
             refuse_undersampled(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
@@ -300,7 +300,9 @@ def _fewest_steps(scene: Scene, common: CommonParts) -> int:
     taken = {"sub_intervals": steps, "stages": REFINE.stages, "scheme": "radau"}
     coarse = scene.changed(analysis=scene.analysis.model_copy(update=taken))
     refuse_undersampled(coarse, REFINE.stages * steps, by_collocation=True)
-    return steps if analysis.allow_coarse else positions_for_corners(scene, common.linkage(scene), steps)
+    if analysis.allow_coarse:
+        return steps
+    return positions_for_corners(common.linkage(scene), scene.drive_angles, True, steps)
 
 
 def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:

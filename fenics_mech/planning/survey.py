@@ -37,7 +37,7 @@ def survey(scene: Scene, system: System, modes: Modes, still: Array, tension: Ar
     """
     moving, vibration, sensitivity = _vibration(scene, system, modes, still)
     return Survey(
-        scene=scene,
+        needs_vibration=_needs_vibration(scene),
         vibration=vibration,
         sensitivity=sensitivity,
         turning=float(np.abs(system.motion.omega).max() / modes.omega.min()),
@@ -46,6 +46,12 @@ def survey(scene: Scene, system: System, modes: Modes, still: Array, tension: Ar
         slenderness=_slenderness(scene, system, moving),
         gravity=_gravity(scene, system, still),
     )
+
+
+def _needs_vibration(scene: Scene) -> bool:
+    """Whether something acts that is nothing without vibration: impulses, a motor, a motion in time."""
+    motor = any(drive.motor for drive in scene.drives)
+    return bool(scene.impulses) or scene.analysis.method == "transient" or motor
 
 
 def _gravity(scene: Scene, system: System, still: Array) -> float:

@@ -17,6 +17,7 @@ from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.element_loads import pin_loads
+from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.section_forces import section_forces
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
@@ -24,7 +25,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.recovery.balance import energy_balance
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.result import Result, stamp
-from fenics_mech.recovery.signal import of_cycle
+from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.solution import MotorSolution, PeriodicSolution, Solution, TransientSolution
 from fenics_mech.response.stability.floquet import Stability
@@ -52,8 +53,10 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     parts = (_of_drives(solution, fields, errors), *_of_kind(solution, fields.system), _of_errors(errors))
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(solution) if isinstance(solution, PeriodicSolution) else None
-    data = xr.merge([data, of_cycle(scene, data, still)], combine_attrs="no_conflicts")
-    return Result(with_units(scene, data))
+    if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
+        data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
+    efforts = effort_units(scene.drives, scene.joints)
+    return Result(with_units(data, efforts, scene.springs.values(), scene.dampers.values()))
 
 
 def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset:
@@ -158,7 +161,7 @@ def _quasi_static(solution: Solution) -> Array:
     linear = replace(system, terms=replace(system.without_axial_forces.terms, law=None, coupled=False))
     response = solve_static(linear, scene.petsc)
     axial, _, moment = section_forces(linear, response, middle, pin_loads(linear, response))
-    by_force, by_moment = stress_over_modulus(scene, middle, axial[..., None], moment[..., None])
+    by_force, by_moment = stress_over_modulus(scene.rigidities(middle), axial[..., None], moment[..., None])
     return by_force[..., 0] + by_moment[..., 0, 0]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +24,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.recovery.peak_places import places_between_stations
 from fenics_mech.response.solution import Solution, StaticSolution
 from fenics_mech.scene import Scene
+from fenics_mech.scene.sections import Rigidity
 
 Variables = dict[str, tuple[tuple[str, ...], Array]]
 
@@ -70,9 +72,11 @@ def recover(solution: Solution) -> Fields:
     system = drag_known(scene, solution.system, response)
     s = np.linspace(0, 1, scene.analysis.stations)
     members, elastic, found = _with_viscous_forces(system, response, s)
-    by_joint = joint_forces(scene, found)
+    by_joint = joint_forces(scene.joints, found)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
-    variables = _of_members(scene, members, elastic) | _of_springs(scene, system, response)
+    sections, strains = scene.rigidities(s), _elastic_strains(scene, elastic)
+    variables = _of_members(sections, system.beams.mesh.member_length, members, strains)
+    variables |= _of_springs(scene, system, response)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
     largest = _largest_strain(scene, system, response, variables["strain"][1])
     variables["largest_strain"] = (("member",), largest)
@@ -88,7 +92,7 @@ def recover(solution: Solution) -> Fields:
     }
     sampling = None
     if scene.damping.material and not isinstance(solution, StaticSolution):
-        axial, bending = _stress_over_modulus(scene, elastic)
+        axial, bending = stress_over_modulus(sections, elastic.axial_force, elastic.moment)
         sampling = sampling_error(scene, axial[..., None] + bending)
     return Fields(system, members, variables, coordinates, sampling)
 
@@ -107,23 +111,30 @@ def _with_viscous_forces(
     return elastic.with_forces(*forces), elastic, {key: force + viscous[key] for key, force in found.items()}
 
 
-def _stress_over_modulus(scene: Scene, members: MemberState) -> tuple[Array, Array]:
-    return stress_over_modulus(scene, members.s, members.axial_force, members.moment)
+def _elastic_strains(scene: Scene, members: MemberState) -> tuple[Array, Array]:
+    """Strains of the axis, and by bending of both fibres, where the material may damp; see `stress_over_modulus`."""
+    parts = stress_over_modulus(scene.rigidities(members.s), members.axial_force, members.moment)
+    axial, bending = (elastic_strain(scene, part) for part in parts)
+    return axial, bending
 
 
-def _of_members(scene: Scene, members: MemberState, elastic: MemberState) -> Variables:
+def _of_members(
+    sections: Sequence[Rigidity], lengths: Array, members: MemberState, strains: tuple[Array, Array]
+) -> Variables:
     """Strains, stresses, section forces and deflections of the members, with their dimensions.
 
     Parameters
     ----------
-    scene
-        The linkage.
-    members, elastic
-        The members' state, and that without the forces of modal damping, from which the strains are.
+    sections, lengths
+        Rigidity of each member at the stations, and the members' lengths (m), ``(members,)``.
+    members
+        The members' state.
+    strains
+        Strains of the axes and by bending, which are without the forces of modal damping.
     """
-    whole_axial, whole_bending = _stress_over_modulus(scene, members)
-    stress = young_modulus(scene, members.s) * (whole_axial[..., None] + whole_bending)
-    axial, bending = (elastic_strain(scene, part) for part in _stress_over_modulus(scene, elastic))
+    whole_axial, whole_bending = stress_over_modulus(sections, members.axial_force, members.moment)
+    stress = young_modulus(sections) * (whole_axial[..., None] + whole_bending)
+    axial, bending = strains
     along = ("theta", "member", "s")
     return {
         "strain": ((*along, "fibre"), axial[..., None] + bending),  # (6.38)
@@ -134,8 +145,8 @@ def _of_members(scene: Scene, members: MemberState, elastic: MemberState) -> Var
         "axial_force": (along, members.axial_force),
         "shear_force": (along, members.shear_force),
         "deflection": ((*along, "component"), members.deflection),
-        "euler_ratio": (("member",), euler_ratio(scene, members)),
-        "bow": (("member",), bow(scene, members)),
+        "euler_ratio": (("member",), euler_ratio(sections, lengths, members)),
+        "bow": (("member",), bow(lengths, members)),
         "rotation": (("member",), largest_rotation(members)),
     }
 
@@ -147,7 +158,7 @@ def _largest_strain(scene: Scene, system: System, response: ElasticResponse, str
         return found
     undamped = response.undamped
     elastic = recover_members(system, undamped, places, pin_loads(system, undamped))
-    axial, bending = (elastic_strain(scene, part) for part in _stress_over_modulus(scene, elastic))
+    axial, bending = _elastic_strains(scene, elastic)
     return np.maximum(found, np.abs(axial[..., None] + bending).max(axis=(0, 2, 3)))
 
 

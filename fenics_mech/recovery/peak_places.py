@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from fenics_mech._arrays import Array
@@ -10,6 +13,7 @@ from fenics_mech.forces.element_loads import pin_loads
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.scene import Scene
+from fenics_mech.scene.sections import Rigidity
 from fenics_mech.scene.sections.rigidity import SECTION
 
 
@@ -30,22 +34,20 @@ def places_between_stations(scene: Scene, system: System, response: ElasticRespo
     """
     stations = scene.analysis.stations
     places = [place for found in scene.loaded_places().values() for place in found]
-    places += [place for label in scene.members() for place in _weakest(scene, label)]
+    for label, (_, member) in scene.members().items():
+        if not scene.sections[member.section].constant:
+            places += _weakest(partial(scene.rigidity, label), stations - 1)
     if system.transformation.constraints.contacts:
         places += _under_pins(system, response)
     step = np.array(places) * (stations - 1)
     return np.unique(np.array(places)[np.abs(step - np.round(step)) > 1e-9])  # type: ignore[no-any-return]
 
 
-def _weakest(scene: Scene, label: str) -> list[float]:
+def _weakest(rigidity: Callable[[Array], Rigidity], gaps: int) -> list[float]:
     """Places where a section is weaker than at the stations beside: strains under a force or a moment have peaks."""
-    _, member = scene.members()[label]
-    if scene.sections[member.section].constant:
-        return []
-    gaps = scene.analysis.stations - 1
     steps = -(-SECTION.fine // gaps)
     s = np.linspace(0, 1, gaps * steps + 1)
-    found = scene.rigidity(label, s)
+    found = rigidity(s)
     places: list[float] = []
     for yielding in (1 / found.axial, np.abs(found.fibre).max(axis=-1) / found.bending):
         highest = yielding[steps * np.arange(gaps)[:, None] + np.arange(steps + 1)].argmax(axis=1)

@@ -8,6 +8,7 @@ that the frequency is known to about that of the drive.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.recovery.result import at_place
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Drive
 
 MID_SPAN, PEAK = "mid-span", "peak"
 
@@ -56,18 +57,18 @@ def harmonics(values: Array, phase: float = 0.0) -> NDArray[np.complex128]:
     return found * np.exp(-1j * phase * np.arange(len(found))).reshape(-1, *(1,) * (values.ndim - 1))
 
 
-def last_cycle(scene: Scene, data: xr.Dataset) -> slice | None:
+def last_cycle(analysis: Analysis, drives: Sequence[Drive], data: xr.Dataset) -> slice | None:
     """Positions of a result that are one cycle of a periodic motion, or None where it has none.
 
     Parameters
     ----------
-    scene
-        The scene.
+    analysis, drives
+        How the motion was computed, and what drives it.
     data
         Its result.
     """
-    count, analysis = data.sizes["theta"], scene.analysis
-    if not scene.drives or analysis.method == "static" or count < 3:
+    count = data.sizes["theta"]
+    if not drives or analysis.method == "static" or count < 3:
         return None
     if analysis.method != "transient":
         return slice(0, count)
@@ -75,29 +76,28 @@ def last_cycle(scene: Scene, data: xr.Dataset) -> slice | None:
     return slice(count - analysis.sub_intervals, count) if periodic else None
 
 
-def of_cycle(scene: Scene, data: xr.Dataset, still: Array | None = None) -> xr.Dataset:
+def of_cycle(data: xr.Dataset, part: slice, period: float, still: Array | None = None) -> xr.Dataset:
     """Harmonics of strains, joint forces and torque, and the vibration of each member's strain.
 
     Parameters
     ----------
-    scene
-        The scene.
     data
         The result.
+    part
+        Positions of it that are one cycle; see `last_cycle`.
+    period
+        Duration of the cycle (s).
     still
         Quasi-static strain of the + fibre at mid-span, ``(angles, members)``, where the response is more than that.
 
     Returns
     -------
     Dataset
-        Empty where the result is no periodic motion. Amplitudes and phases (of a cosine, over the time since drive
+        Amplitudes and phases (of a cosine, over the time since drive
         angle 0) by "harmonic" of the drive, 0 being the mean. Strains have the "gauge" "mid-span", on the + fibre, and
         "peak", where the member's strain is largest: "gauge_s" and "gauge_fibre" say where. Vibrations are those of the
         strain at mid-span about its quasi-static curve.
     """
-    part = last_cycle(scene, data)
-    if part is None:
-        return xr.Dataset()
     cycle = data.isel(theta=part)
     phase = abs(float(cycle["theta"][0]))
     waves, place = _gauged(cycle["strain"])
@@ -110,10 +110,10 @@ def of_cycle(scene: Scene, data: xr.Dataset, still: Array | None = None) -> xr.D
         variables[f"{name}_amplitude"] = (("harmonic", *dims), np.abs(series))
         variables[f"{name}_phase"] = (("harmonic", *dims), np.angle(series))
     order = np.arange(len(series))
-    coordinates = {"harmonic": order, "harmonic_frequency": ("harmonic", order / scene.period)} | place
+    coordinates = {"harmonic": order, "harmonic_frequency": ("harmonic", order / period)} | place
     if still is not None and "frequency" in data:
         frequency = data["frequency"].transpose("theta", "mode").to_numpy()
-        variables |= _vibration(waves[..., 0], still, frequency, scene.period)
+        variables |= _vibration(waves[..., 0], still, frequency, period)
     return xr.Dataset(variables, coordinates)
 
 

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
 from fenics_mech._constants import MEGA
-from fenics_mech.scene import Scene
-from fenics_mech.scene.sections import LaminateSection
+from fenics_mech.scene import Material, Member
+from fenics_mech.scene.sections import AnySection, LaminateSection
 
 
-def exceeded(scene: Scene, data: xr.Dataset) -> tuple[str, ...]:
+def exceeded(
+    members: Mapping[str, tuple[str, Member]],
+    sections: Mapping[str, AnySection],
+    materials: Mapping[str, Material],
+    data: xr.Dataset,
+) -> tuple[str, ...]:
     """Compare the stresses of the outer fibres with the strengths of their materials.
 
     Parameters
     ----------
-    scene
-        The scene.
+    members
+        Link and member, by label.
+    sections, materials
+        Those that the members refer to.
     data
-        Its result, with the stress (Pa) over theta, member, s and fibre.
+        The result, with the stress (Pa) over theta, member, s and fibre.
 
     Returns
     -------
@@ -26,10 +35,10 @@ def exceeded(scene: Scene, data: xr.Dataset) -> tuple[str, ...]:
         One sentence for each member of which an outer fibre exceeds the strength of its material.
     """
     found = []
-    for label in scene.members():
+    for label, (_, member) in members.items():
         most, worst = 1.0, ""
-        for fibre, material in _outer(scene, label).items():
-            strength = None if material is None else scene.materials[material].strength
+        for fibre, material in _outer(member, sections[member.section]).items():
+            strength = None if material is None else materials[material].strength
             stress = data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy()
             k, i = np.unravel_index(int(np.abs(stress).argmax()), stress.shape)
             if strength is None or abs(stress[k, i]) <= most * strength:
@@ -44,10 +53,8 @@ def exceeded(scene: Scene, data: xr.Dataset) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _outer(scene: Scene, label: str) -> dict[str, str | None]:
+def _outer(member: Member, section: AnySection) -> dict[str, str | None]:
     """Materials of a member's outer fibres; None where the section is a polygon of several materials."""
-    _, member = scene.members()[label]
-    section = scene.sections[member.section]
     if isinstance(section, LaminateSection):
         return {"+": section.plies[-1].material, "-": section.plies[0].material}
     return dict.fromkeys("+-", None if section.complete else member.material)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 import xarray as xr
 
 from fenics_mech.accuracy.frequency_errors import FREQUENCY
-from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.scene import Scene
-from fenics_mech.scene.springs_dampers import Hinge
+from fenics_mech.scene.springs_dampers import Damper, Hinge, Spring
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre"),
@@ -72,17 +72,21 @@ ATTRIBUTES = {
 }
 
 
-def with_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
+def with_units(
+    data: xr.Dataset, efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]
+) -> xr.Dataset:
     """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``.
 
     Parameters
     ----------
-    scene
-        The scene.
     data
-        Its result; the attributes are added in place.
+        A result; the attributes are added in place.
+    efforts
+        Unit of each drive's effort.
+    springs, dampers
+        Those that the result has forces of.
     """
-    units = _units(scene)
+    units = _units(efforts, springs, dampers)
     for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:
             data[name].attrs.update(units=units.get(name, unit), long_name=meaning)
@@ -92,12 +96,11 @@ def with_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
     return data
 
 
-def _units(scene: Scene) -> dict[str, str]:
+def _units(efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]) -> dict[str, str]:
     """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
-    efforts = effort_units(scene)
     found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
     found |= dict.fromkeys(("drive_effort", "drive_effort_error"), efforts)
     found["drive_impulse"] = [f"{unit} s" for unit in efforts]
-    for name, parts in (("spring_force", scene.springs), ("damper_force", scene.dampers)):
-        found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts.values()]
+    for name, parts in (("spring_force", springs), ("damper_force", dampers)):
+        found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts]
     return {name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in found.items() if units}

@@ -9,6 +9,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import StressStiffening, Terms
+from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
@@ -64,7 +66,8 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
             return system
     raise SolverError(
         f"the axial forces do not settle: after {TENSION.most_updates} updates they still change by {change:.1e} of "
-        "the largest. Take the effect 'large-rotations' instead of 'geometric-stiffness' with tension = 'settled'"
+        f"the largest. Take the effect {LARGE_ROTATIONS.name!r} instead of {GEOMETRIC_STIFFNESS.name!r} with "
+        "tension = 'settled'"
     )
 
 

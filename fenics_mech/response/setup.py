@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -13,6 +13,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS, NOTHING, Situation, build_terms
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -26,7 +27,8 @@ from fenics_mech.mechanism.beam_links import links_depend_on
 from fenics_mech.mechanism.rigid import RIGID
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.quasi_static import solve_static
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Link, Scene
+from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.springs_dampers import Hinge
 
 
@@ -112,8 +114,8 @@ def mechanism(
         motion = common.motion(scene, np.array([scene.analysis.position])).held()
     else:
         motion = common.motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))
-        if scene.drives and scene.analysis.method != "transient" and not scene.analysis.allow_coarse:
-            refuse_unresolved(scene, motion)
+        if motion.path and scene.analysis.method != "transient" and not scene.analysis.allow_coarse:
+            refuse_unresolved(motion.path, vibrates=scene.analysis.method == "periodic")
     progress("beams")
     return system_at(scene, common.links(scene), motion)
 
@@ -208,7 +210,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
         return solve_static(system, scene.petsc)
     rigid = RigidModes.of(system)
     if unconstrained := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
-        free = "; ".join(freedoms_in_words(scene, system, rigid, unconstrained))
+        free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid, unconstrained))
         raise SceneError(
             f"nothing holds the mechanism against its loads: {free}",
             place="analysis.method",
@@ -216,9 +218,9 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
             "loads and carry their own inertia",
         )
     if len(rigid) and system.terms.law is not None:
-        free = "; ".join(freedoms_in_words(scene, system, rigid))
+        free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid))
         raise SceneError(
-            f"the effect 'large-rotations' needs a mechanism that is held: {free}",
+            f"the effect {LARGE_ROTATIONS.name!r} needs a mechanism that is held: {free}",
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )
@@ -239,13 +241,19 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     return response
 
 
-def freedoms_in_words(scene: Scene, system: System, rigid: RigidModes, which: Sequence[int] | None = None) -> list[str]:
+def freedoms_in_words(
+    links: Mapping[str, Link],
+    joints: Mapping[str, Joint],
+    system: System,
+    rigid: RigidModes,
+    which: Sequence[int] | None = None,
+) -> list[str]:
     """Say of freedoms that nothing holds what moves in them.
 
     Parameters
     ----------
-    scene
-        The scene.
+    links, joints
+        The linkage, by name.
     system
         Its mechanism.
     rigid
@@ -256,7 +264,7 @@ def freedoms_in_words(scene: Scene, system: System, rigid: RigidModes, which: Se
     motion = system.motion
     motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)
     q = np.concatenate([motion.position[0], motion.angle[0][:, None]], axis=1)
-    return describe(scene, q, motions if which is None else motions[list(which)])
+    return describe(links, joints, q, motions if which is None else motions[list(which)])
 
 
 def boundary_load(scene: Scene, system: System) -> Array | None:

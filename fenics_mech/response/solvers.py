@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from fenics_mech.effects import Terms, active
+from fenics_mech.effects import Effect, Terms
 from fenics_mech.effects.motor import EFFECT as MOTOR
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
@@ -21,7 +21,7 @@ from fenics_mech.response.periodic.sub_intervals import require_joined
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import modes_kept, static_response
 from fenics_mech.response.solution import PeriodicSolution, StaticSolution
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Impulse, Scene
 
 SOLVERS: dict[str, Callable[[Scene, System, Modes], PeriodicSolution]] = {
     "sub-intervals": by_sub_intervals,
@@ -31,29 +31,33 @@ SOLVERS: dict[str, Callable[[Scene, System, Modes], PeriodicSolution]] = {
 }
 
 
-def periodic_solver(scene: Scene, terms: Terms) -> str:
+def periodic_solver(analysis: Analysis, acting: Sequence[Effect], terms: Terms, impulses: Mapping[str, Impulse]) -> str:
     """Give the solver of a periodic response: the one asked for, or the simplest that knows all effects.
 
     Parameters
     ----------
-    scene
-        The scene.
+    analysis
+        The solver asked for, and whether axial forces settle.
+    acting
+        The effects that act.
     terms
-        What its effects add.
+        What they add.
+    impulses
+        The impulses, by name.
 
     Raises
     ------
     SceneError
         When the solver asked for does not know them.
     """
-    asked = scene.analysis.solver
-    if needed := next((effect.solver for effect in active(scene) if effect.solver), ""):
+    asked = analysis.solver
+    if needed := next((effect.solver for effect in acting if effect.solver), ""):
         return needed
     damped = bool(terms.damping.material or terms.damping.drag or terms.matrices.damping)
     beyond = bool(terms.coupled or terms.law or damped or terms.matrices.follower)
-    beyond = beyond or bool(scene.impulses) or settles(scene.analysis.tension, terms)
+    beyond = beyond or bool(impulses) or settles(analysis.tension, terms)
     if beyond and asked == "sub-intervals":
-        names = ", ".join(effect.name for effect in active(scene))
+        names = ", ".join(effect.name for effect in acting)
         raise SceneError(
             f"solver = 'sub-intervals' does not support all effects of the scene ({names})",
             place="analysis.solver",

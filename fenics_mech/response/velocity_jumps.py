@@ -53,7 +53,8 @@ def jumps_at(scene: Scene, system: System, theta: Array) -> Array:
     """
     motion = solve_motion(scene, theta, near=system.motion)
     struck = replace(system, motion=motion, terms=NOTHING)
-    momenta = struck.on_coordinates(nodal_impulses(scene, system.beams, motion)[0])
+    impulses, _ = nodal_impulses(scene.impulses.values(), scene.links, scene.joints, system.beams, motion)
+    momenta = struck.on_coordinates(impulses)
     return Equation(struck).linear.mass.solve(momenta)
 
 

@@ -13,8 +13,6 @@ from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.bodies import MESH, Mesh
 from fenics_mech.scene.models import Scene
 
-CARRIED_BY_NODES = {"shear", "inextensible", "geometric-stiffness", "large-rotations"}  # loads, with these effects
-
 
 def nodes_of(mesh: Mesh) -> Array:
     """Nodes along a member with this mesh, 0 to 1 of its length, shape ``(elements + 1,)``.
@@ -30,7 +28,7 @@ def nodes_of(mesh: Mesh) -> Array:
     return np.concatenate([[0.0], np.cumsum(lengths)[:-1] / lengths.sum(), [1.0]])
 
 
-def member_nodes(scene: Scene, label: str) -> Array:
+def member_nodes(scene: Scene, label: str, loads_at_nodes: bool) -> Array:
     """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``.
 
     A load inside the member has a node, which replaces a node of the mesh that is very near. Where it would make a
@@ -43,11 +41,14 @@ def member_nodes(scene: Scene, label: str) -> Array:
         The scene.
     label
         "link", or "link.member" where the link has several members.
+    loads_at_nodes
+        Whether no element carries a load inside it, as with the effects that state so.
     """
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
     distance = np.abs(nodes[:, None] - places)
-    needed = (distance.min(axis=0, initial=1.0) < MESH.closest) | np.isin(places, _in_need_of_nodes(scene, label))
+    in_need = places if loads_at_nodes else _in_need_of_nodes(scene, label)
+    needed = (distance.min(axis=0, initial=1.0) < MESH.closest) | np.isin(places, in_need)
     found = np.sort(np.concatenate([nodes[distance.min(axis=1, initial=1.0) >= MESH.closest], places[needed]]))
     for place in places[~needed]:
         before, after = found[found <= place].max(initial=0.0), found[found > place].min(initial=1.0)
@@ -63,8 +64,7 @@ def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
     the member's axis. What follows the rotation there, and blows, need a node. So do vibrations.
     """
     section = scene.sections[scene.members()[label][1].section]
-    linear = section.constant and not CARRIED_BY_NODES & set(scene.named_effects)
-    linear = linear and not scene.rigidity(label, np.zeros(1)).neutral.any()
+    linear = section.constant and not scene.rigidity(label, np.zeros(1)).neutral.any()
     if not linear or scene.analysis.reduction != "none" or scene.analysis.method not in ("static", "quasi-static"):
         return scene.loaded_places().get(label, [])
     following = [load.at for load in scene.loads.values() if not isinstance(load, LineLoad) and load.follows]
@@ -102,7 +102,7 @@ def refined(scene: Scene, times: int) -> Scene:
         raise SceneError(f"a mesh can be refined 0 or more times, not {times}", place="mesh")
     if times == 0:
         return scene
-    elements = sum(len(member_nodes(scene, label)) - 1 for label in scene.members())
+    elements = sum(len(nodes_of(member.mesh or scene.mesh)) - 1 for _, member in scene.members().values())
     if times > 40 or elements * 2**times > MESH.most_refined:
         raise SceneError(
             f"refining {elements} elements {times} times gives more than {MESH.most_refined:,} elements",

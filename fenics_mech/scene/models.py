@@ -346,6 +346,16 @@ class Scene(Part):
         """
         return self.sections[self.members()[label][1].section].rigidity(s, self._stock(label))
 
+    def rigidities(self, s: Array) -> list[Rigidity]:
+        """Stiffness, mass and fibres of every member at places ``(places,)``, 0..1 along it.
+
+        Parameters
+        ----------
+        s
+            Places along every member.
+        """
+        return [self.rigidity(label, s) for label in self.members()]
+
     def shear_stiffness(self, label: str, s: Array) -> Array:
         """G A_s of a member, by label, at places `s` (0..1) along it (N).
 

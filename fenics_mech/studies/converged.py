@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
+from fenics_mech.effects.coupling import EFFECT as COUPLING
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
@@ -124,7 +125,9 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
         )  # fmt: skip
         return strains(analyse(meshed(changed, elements)))
 
-    if set(scene.named_effects) == {"coupling"} and not quick:  # the one equation that the reduction changes nothing of
+    if (
+        set(scene.named_effects) == {COUPLING.name} and not quick
+    ):  # the one equation that the reduction changes nothing of
         answer, check = (
             run(elements, steps, analysis__reduction="craig-bampton", analysis__cutoff=cutoff)
             for steps, (elements, cutoff) in zip(CONVERGED_STEPS, REDUCED)
@@ -136,7 +139,7 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
         )
         return Converged(answer, difference(check, answer), how)
     first, second, third = run(meshes[0], fine), run(meshes[1], fine), run(meshes[2], other)
-    order = MESH_ORDERS["coupling" in scene.named_effects]
+    order = MESH_ORDERS[COUPLING.name in scene.named_effects]
     found = extrapolated(first, second, meshes[0] / meshes[1], order)
     check = extrapolated(second, third, meshes[1] / meshes[2], order)
     how = (

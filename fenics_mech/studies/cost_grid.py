@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from fenics_mech.effects.coupling import EFFECT as COUPLING
 from fenics_mech.errors import SceneError
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.scene import Scene
@@ -77,7 +78,7 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
             "the cost of accuracy cannot be measured with a motor, which has one solver only", place="drive"
         )
     wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
-    effects = sorted(wanted, key=lambda name: name != "coupling")
+    effects = sorted(wanted, key=lambda name: name != COUPLING.name)
     lenient = {"analysis__stability": False, "analysis__allow_coarse": True, "analysis__allow_large": True}
     plain = scene.changed(effects=(), tolerance=None, **lenient)
     found = {TRUNCATED: plain}

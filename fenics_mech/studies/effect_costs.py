@@ -17,11 +17,16 @@ from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
 from fenics_mech.analysis import analyse
+from fenics_mech.effects import EFFECTS
+from fenics_mech.effects.coupling import EFFECT as COUPLING
+from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 
-ADDED = ("coupling", "geometric-stiffness", "large-rotations")
+ADDED = (COUPLING.name, GEOMETRIC_STIFFNESS.name, LARGE_ROTATIONS.name)
 
 
 @dataclass
@@ -81,12 +86,12 @@ def added_one_by_one(scene: Scene) -> list[Run]:
             hint="Write method = 'periodic', or leave --compare out",
         )
     scene = scene.changed(tolerance=None)
-    scenes = {"vibration": scene.changed(effects=(), analysis__solver="collocation")}
+    scenes = {VIBRATION.name: scene.changed(effects=(), analysis__solver="collocation")}
     if not (scene.impulses or any(drive.motor for drive in scene.drives)):  # these are nothing without vibration
         scenes = {"quasi-static": scene.changed(effects=(), analysis__method="quasi-static")} | scenes
     acting: tuple[str, ...] = ()
     for name in ADDED:
-        acting = (*(other for other in acting if (other, name) != ("geometric-stiffness", "large-rotations")), name)
+        acting = (*(other for other in acting if other != EFFECTS[name].replaces), name)
         scenes[name] = scene.changed(effects=acting)
     runs = {name: counted_run(changed) for name, changed in scenes.items()}
     last = runs[ADDED[-1]][0]

@@ -184,7 +184,7 @@ def follow(
     if not (1 <= points < math.inf and most_points >= 2):
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
-    refuse_unfollowable(scene)
+    refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
     refuse_too_stiff(scene)
     common = CommonParts()
     first, choices = choose(build(placed(scene_data(scene), {path: range_si[0]})), common)

@@ -101,6 +101,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
             "mode": range(1, found.frequency.shape[1] + 1),
             "member": list(supported),
         },
-        stamp(chosen) | {"free": "\n".join(freedoms_in_words(chosen, system, RigidModes.of(system)))},
+        stamp(chosen)
+        | {"free": "\n".join(freedoms_in_words(chosen.links, chosen.joints, system, RigidModes.of(system)))},
     )
     return NaturalFrequencies(data)

@@ -15,6 +15,7 @@ import xarray as xr
 
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
+from fenics_mech.effects.coupling import EFFECT as COUPLING
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
@@ -25,7 +26,7 @@ from fenics_mech.studies.timing import machine, timed
 LONGEST_LINE_RUN = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike
 RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, which makes matrices full, and by the material (s)
-SOLVERS = {"sub-intervals": (), "collocation": ("coupling",)}  # and the effects that they are run with
+SOLVERS = {"sub-intervals": (), "collocation": (COUPLING.name,)}  # and the effects that they are run with
 PER_POSITION = "per position"
 NUMBERS = {  # by variable: unit, meaning
     "seconds": ("s", "processor time, median of the repeats"),

@@ -68,7 +68,7 @@ TEXTS = {
 
 def kept_unit(name: str, scene: Scene) -> str:
     """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the drive slides."""
-    return effort_units(scene)[0] if name == "peak_input_torque" else KEPT[name][1]
+    return effort_units(scene.drives, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def _strains(result: Result, closer: Result, gauge: Gauge) -> dict[str, Array]:
         "peak_strain_s": strain["s"].to_numpy()[s],
         "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
     }
-    if (cycle := last_cycle(result.scene, result.data)) is not None:
+    if (cycle := last_cycle(result.scene.analysis, result.scene.drives, result.data)) is not None:
         wave = result.data["strain"].sel(fibre=gauge.fibre).isel(theta=cycle).transpose("theta", "member", "s")
         along = harmonics(at_place(wave.to_numpy(), wave["s"].to_numpy(), gauge.s))
         found["strain_harmonic"] = np.abs(along).T[:, : 1 + gauge.harmonics]

@@ -17,7 +17,7 @@ from fenics_mech._constants import MEGA, MICRO, MILLI
 from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.effects import EFFECTS, Effect
+from fenics_mech.effects import EFFECTS, Effect, active, loads_at_nodes
 from fenics_mech.errors import percent
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.planning.effect_choice import CHOICE
@@ -194,7 +194,9 @@ def _decisions(result: Result) -> Table:
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
-        elements = sum(len(member_nodes(scene, label)) - 1 for label in scene.members())  # it is recovered on fewer
+        at_nodes = loads_at_nodes(active(scene))
+        nodes = [len(member_nodes(scene, label, at_nodes)) for label in scene.members()]
+        elements = sum(nodes) - len(nodes)  # it is recovered on fewer
         rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
@@ -228,7 +230,9 @@ def _quantities(result: Result) -> dict[str, str]:
     if data.sizes["joint"]:
         names["joint_force"] = "joint force"
     if result.scene.drives:
-        names["torque"] = "input torque" if effort_units(result.scene) == ["N m"] else "drive effort"
+        names["torque"] = (
+            "input torque" if effort_units(result.scene.drives, result.scene.joints) == ["N m"] else "drive effort"
+        )
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 

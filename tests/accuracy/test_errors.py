@@ -459,8 +459,11 @@ def test_too_coarse_a_mesh_is_refused_with_what_to_do():
 def test_forces_are_refused_where_strains_are_not():
     """Named by joint, and by body where a pin holds more than two."""
     machine = load(DEMOS / "jansen.toml")
-    names = joint_names(machine)
-    sizes = {name: np.full(len(parts), 100.0) for name, parts in places_of(machine).items()}
+    names = joint_names(machine.joints)
+    sizes = {
+        name: np.full(len(parts), 100.0)
+        for name, parts in places_of(machine.members(), machine.joints, machine.drives).items()
+    }
     by_quantity = {name: {"mesh": 0.0 * size} for name, size in sizes.items()}
     by_quantity["joint_force"]["mesh"] = 60.0 * (np.array(names) == "BL:left_c")
     errors = Errors(by_quantity, {"mesh": 4.0}, sizes)

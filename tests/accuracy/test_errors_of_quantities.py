@@ -217,12 +217,17 @@ def test_tolerances_as_they_are_stated():
     with pytest.raises(SceneError, match="twice for strain"):
         stated_tolerance(["1e-3", "strain=1e-2"])
     kinds = schema()["properties"]["tolerance"]["anyOf"]
-    assert [set(kind["properties"]) for kind in kinds if kind["type"] == "object"] == [set(places_of(seed()))]
+    assert [set(kind["properties"]) for kind in kinds if kind["type"] == "object"] == [
+        set(places_of(seed().members(), seed().joints, seed().drives))
+    ]
 
 
 def test_half_of_a_deflection_is_refused():
     machine = seed(analysis__allow_coarse=False)
-    sizes = {name: np.full(len(parts), 100.0) for name, parts in places_of(machine).items()}
+    sizes = {
+        name: np.full(len(parts), 100.0)
+        for name, parts in places_of(machine.members(), machine.joints, machine.drives).items()
+    }
     by_quantity = {name: {"mesh": 0.0 * size} for name, size in sizes.items()}
     by_quantity["deflection"]["mesh"][1] = 60.0
     errors = Errors(by_quantity, {"mesh": 4.0}, sizes)

@@ -84,7 +84,7 @@ def test_rigid_link_motion_costs_no_energy_and_has_its_mass(seed):
 def test_export_can_be_read_back(seed, tmp_path, ending):
     mesh = mesh_scene(seed)
     path = tmp_path / f"mesh{ending}"
-    write_mesh(plane_mesh(seed, mesh, solve_motion(seed, np.zeros(1))), path)
+    write_mesh(plane_mesh(seed.links, seed.joints, mesh, solve_motion(seed, np.zeros(1))), path)
     read = meshio.read(path)
     lines = read.cells_dict["line"]
     assert len(lines) == 9
@@ -102,6 +102,6 @@ def test_export_can_be_read_back(seed, tmp_path, ending):
 
 
 def test_unknown_mesh_format_is_refused(seed, tmp_path):
-    plane = plane_mesh(seed, mesh_scene(seed), solve_motion(seed, np.zeros(1)))
+    plane = plane_mesh(seed.links, seed.joints, mesh_scene(seed), solve_motion(seed, np.zeros(1)))
     with pytest.raises(ResultError, match=r"\.stl"):
         write_mesh(plane, tmp_path / "mesh.stl")

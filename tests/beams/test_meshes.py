@@ -118,7 +118,7 @@ def test_nine_hundred_elements_are_one_connected_chain_per_member():
 def test_export_names_the_ground_the_pins_and_other_points():
     scene = load(DEMOS / "quick_return.toml")
     mesh = mesh_scene(scene)
-    plane = plane_mesh(scene, mesh, solve_motion(scene, np.zeros(1)))
+    plane = plane_mesh(scene.links, scene.joints, mesh, solve_motion(scene, np.zeros(1)))
     names = {name for name, (_, dim) in plane.field_data.items() if dim == 0}
     assert names == {"ground O", "ground C", "point A", "joint D", "point E"}
     at = dict(zip(plane.cell_data["gmsh:physical"][1].tolist(), plane.points[plane.cells[1].data[:, 0]].tolist()))

@@ -9,7 +9,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
 from fenics_mech.beams.element_dofs import member_rotation
-from fenics_mech.effects import EFFECTS, Effect, Loads, Terms
+from fenics_mech.effects import EFFECTS, Effect, Loads, Terms, active, loads_at_nodes
 from fenics_mech.effects.terms import in_links
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
@@ -402,9 +402,10 @@ def test_what_needs_a_node_gets_one():
     static = {"loads": near, "mesh": {"elements": 3}}
     reduced = {"analysis": STATIC | {"reduction": "craig-bampton"}}
     for rest, nodes in (({}, 4), ({"loads": follows}, 5), ({"effects": ("shear",)}, 5), (reduced, 5)):
-        assert len(member_nodes(beam({"O": {"kind": "weld"}}, **(static | rest)), "beam")) == nodes
+        scene = beam({"O": {"kind": "weld"}}, **(static | rest))
+        assert len(member_nodes(scene, "beam", loads_at_nodes(active(scene)))) == nodes
     moving = seed_four_bar(loads={"P": {"at": "coupler@0.34", "force": (0, -2.0)}})
-    assert len(member_nodes(moving, "coupler")) == 5
+    assert len(member_nodes(moving, "coupler", loads_at_nodes(active(moving)))) == 5
 
 
 def pull_along_members(situation):

@@ -210,7 +210,7 @@ def test_four_bar_without_a_drive():
     with pytest.raises(SceneError, match=f"there is no period; {freedom}"):
         analyse(case.changed(analysis__method="periodic"))
     system = mechanism(case)
-    assert freedoms_in_words(case, system, RigidModes.of(system)) == [freedom]
+    assert freedoms_in_words(case.links, case.joints, system, RigidModes.of(system)) == [freedom]
     found, driven = frequencies(case), mechanism(seed_four_bar(analysis={"method": "static"}))
     assert found[0] == 0
     # a drive is one constraint: the frequencies with it separate those without (Rayleigh)

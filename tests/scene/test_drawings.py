@@ -76,7 +76,10 @@ def test_elements_are_those_of_the_drawing():
 @pytest.mark.parametrize("demo", ["four_bar", "stephenson", "counterweighted_rocker", "slider_crank"])
 def test_exported_mesh_is_a_drawing_with_the_same_frequencies(demo, tmp_path):
     scene = load(DEMOS / f"{demo}.toml").changed(**QUICK)
-    write_mesh(plane_mesh(scene, mesh_scene(scene), solve_motion(scene, np.zeros(1))), tmp_path / "mesh.msh")
+    write_mesh(
+        plane_mesh(scene.links, scene.joints, mesh_scene(scene), solve_motion(scene, np.zeros(1))),
+        tmp_path / "mesh.msh",
+    )
     data = scene.model_dump(exclude_unset=True, exclude={"mesh", "joints", "ground"}) | {"drawing": "mesh.msh"}
     kept = {"section", "material"}
     for name, link in scene.links.items():

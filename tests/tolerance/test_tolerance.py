@@ -246,10 +246,10 @@ def test_a_corner_of_the_motion_is_not_missed():
         damping={"ratio": 0.02}, tolerance=0.1,
     )  # fmt: skip
     start = fenics_mech.planning.meet_tolerance._start(scene, CommonParts()).sub_intervals
-    missed = missed_corner(scene, solve_motion(scene, scene.drive_angles(24)))
+    missed = missed_corner(solve_motion(scene, scene.drive_angles(24)).path, vibrates=True)
     assert missed is not None
     assert start >= missed.enough > 100
-    assert missed_corner(scene, solve_motion(scene, scene.drive_angles(start))) is None
+    assert missed_corner(solve_motion(scene, scene.drive_angles(start)).path, vibrates=True) is None
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -24,21 +24,20 @@ from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import CommonParts, mechanism, rough_tension, scene_modes
 from fenics_mech.response.solution import CollocationSolution
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Drive, Impulse, Scene
 
 AtValue = Callable[[float], Scene]
 
 
-def refuse_unfollowable(scene: Scene) -> None:
+def refuse_unfollowable(analysis: Analysis, drives: Sequence[Drive], impulses: Mapping[str, Impulse]) -> None:
     """Raise a `SceneError` unless collocation finds the steady state of a scene by its own equation alone."""
-    analysis = scene.analysis
-    settling, motor = analysis.tension == "settled", any(drive.motor for drive in scene.drives)
+    settling, motor = analysis.tension == "settled", any(drive.motor for drive in drives)
     by_others = analysis.solver not in ("auto", "collocation")
     refused = (
-        (analysis.method != "periodic" or not scene.drives, "analysis.method", "only periodic motions are followed"),
+        (analysis.method != "periodic" or not drives, "analysis.method", "only periodic motions are followed"),
         (by_others, "analysis.solver", f"a branch is followed by collocation, not by {analysis.solver}"),
         (motor, "drive.motor", "a branch is followed without a motor's shaft"),
-        (bool(scene.impulses), IMPULSES.name, "a branch is followed without impulses"),
+        (bool(impulses), IMPULSES.name, "a branch is followed without impulses"),
         (settling, "analysis.tension", "a branch has large rotations in place of settled tension"),
     )
     for found, place, message in refused:

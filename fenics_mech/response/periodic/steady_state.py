@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -23,7 +26,7 @@ from fenics_mech.response.solution import AtPoints, CollocationSolution, Harmoni
 from fenics_mech.response.stability.resonance import magnification
 from fenics_mech.response.static.equilibrium import naming_buckled
 from fenics_mech.response.velocity_jumps import jumps_at, velocity_jumps
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Impulse, Scene
 
 
 def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalSolution:
@@ -151,7 +154,7 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
     SceneError
         When impulses act, whose series does not converge, or axial forces are to settle.
     """
-    _refuse_without_series(scene, system)
+    _refuse_without_series(scene.analysis, scene.impulses, system)
     cycle, analysis = Cycle(scene, system), scene.analysis
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
     with cycle.determined(modes):
@@ -174,15 +177,15 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
     )
 
 
-def _refuse_without_series(scene: Scene, system: System) -> None:
+def _refuse_without_series(analysis: Analysis, impulses: Mapping[str, Impulse], system: System) -> None:
     """Raise `SceneError` where harmonic balance does not solve what the scene states."""
-    if settles(scene.analysis.tension, system.terms):
+    if settles(analysis.tension, system.terms):
         raise SceneError(
             "harmonic balance does not update axial forces",
             place="analysis.tension",
-            hint="Write solver = 'collocation', or take the effect 'large-rotations'",
+            hint=f"Write solver = 'collocation', or take the effect {LARGE_ROTATIONS.name!r}",
         )
-    if scene.impulses:
+    if impulses:
         raise SceneError(
             "impulses make velocities jump, which harmonics do not follow",
             place="analysis.solver",

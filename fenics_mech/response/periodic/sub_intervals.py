@@ -85,7 +85,7 @@ def solve_sub_intervals(
     state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
-        _refuse_ringing(scene, modes, state, free)
+        _refuse_ringing(scene.period, modes, state, free)
     return _superpose(system, modes, state, load, scene), joined, condition
 
 
@@ -118,7 +118,9 @@ class SubIntervals:
         if duration is None:
             duration = np.full(len(modes.theta), scene.period / len(modes.theta))
         oscillators = Oscillators(modes.omega, damping_ratios(scene.damping.ratio, modes.omega))
-        return cls(oscillators, duration[:, None], *_joins(scene, modes, duration[:, None, None]), scene.petsc)
+        return cls(
+            oscillators, duration[:, None], *_joins(scene.analysis.join, modes, duration[:, None, None]), scene.petsc
+        )
 
     @cached_property
     def transitions(self) -> Array:
@@ -170,7 +172,7 @@ def require_joined(modes: int, sub_intervals: int) -> None:
     require_memory(SUB_INTERVALS.joined * sub_intervals * modes**2, what, "Take fewer modes, or fewer sub_intervals")
 
 
-def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> None:
+def _refuse_ringing(period: float, modes: Modes, state: Array, free: Array) -> None:
     """Raise when modes that the sub-intervals are too long for vibrate freely.
 
     The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
@@ -178,8 +180,8 @@ def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> No
 
     Parameters
     ----------
-    scene
-        The scene.
+    period
+        Duration of the cycle (s).
     modes
         The modes kept.
     state
@@ -188,7 +190,7 @@ def _refuse_ringing(scene: Scene, modes: Modes, state: Array, free: Array) -> No
         The part of it that is free vibration.
     """
     fastest = modes.frequency.max(axis=0)
-    needed = 2 * fastest * scene.period
+    needed = 2 * fastest * period
     unresolved = needed > len(state)
     energy = np.sum(modes.omega**2 * state[..., 0] ** 2, axis=1).max()
     ringing = (
@@ -222,26 +224,30 @@ def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: S
         elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
         inertia += system.rigid_acceleration
     inertia += system.to_links(superposed(modes, elastic))
-    return _damped(scene, system, modes, state[..., 1], ElasticResponse(displacement=displacement, inertia=inertia))
+    share = 2 * damping_ratios(scene.damping.ratio, modes.omega) * state[..., 1]
+    return _damped(system, modes, share, ElasticResponse(displacement=displacement, inertia=inertia), scene.petsc)
 
 
-def _damped(scene: Scene, system: System, modes: Modes, rate: Array, balanced: ElasticResponse) -> ElasticResponse:
+def _damped(
+    system: System, modes: Modes, share: Array, balanced: ElasticResponse, options: Mapping[str, Any]
+) -> ElasticResponse:
     """Take the forces of modal damping ``M Phi 2 zeta omega y'`` out of the inertia, into the links.
 
     Parameters
     ----------
-    rate
-        y' over omega, ``(angles, modes)``.
+    share
+        ``2 zeta y'/omega``, ``(angles, modes)``.
     balanced
         The response with the inertia that balances the elastic forces.
+    options
+        Options of PETSc.
     """
-    share = 2 * damping_ratios(scene.damping.ratio, modes.omega) * rate
     if not share.any():
         return balanced
     drag = superposed(modes, modes.omega**2 * share)
     if system.symmetric_stiffness:
         forces = system.mass_times(drag[:, None])[:, 0]
-        viscous = displacement_under(replace(system, terms=NOTHING), forces, scene.petsc)
+        viscous = displacement_under(replace(system, terms=NOTHING), forces, options)
     else:
         viscous = superposed(modes, share)  # M Phi omega^2 = P^T k P Phi
     damping = ModalDamping(system.to_links(viscous), system.to_links(drag))
@@ -253,7 +259,7 @@ def superposed(modes: Modes, values: Array) -> Array:
     return np.einsum("kmi,km->ki", modes.shapes, values)
 
 
-def _joins(scene: Scene, modes: Modes, step: Array) -> tuple[Array, Array | None]:
+def _joins(how: str, modes: Modes, step: Array) -> tuple[Array, Array | None]:
     """Matrices J and L of the joins, ``(angles, modes, modes)``: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k + L y_k``.
 
     Projected join: ``J = Phi_{k+1}^T M_{k+1} Phi_k``, and no L. The modes kept turn with the drive, and at a join they
@@ -262,11 +268,11 @@ def _joins(scene: Scene, modes: Modes, step: Array) -> tuple[Array, Array | None
     ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero.
     """
     m = modes.omega.shape[1]
-    if scene.analysis.join == "modal":  # (5.14): each modal coordinate goes on by itself
+    if how == "modal":  # (5.14): each modal coordinate goes on by itself
         join = np.broadcast_to(np.eye(m), modes.transfer.shape).copy()
         join[-1] = modes.closing
         return join, None
-    if scene.analysis.join == "physical":
+    if how == "physical":
         return modes.transfer, modes.transfer @ (np.eye(m) - modes.back @ modes.transfer) / step
     return modes.transfer, None
 

@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import AddedMatrices
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -49,8 +50,8 @@ def refuse_buckled(system: System, k: int, stiffness: Array) -> None:
         raise SolverError(
             f"the mechanism buckles at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: under its axial "
             f"forces its stiffness is not positive, and link {weakest_link(system, k, stiffness)} gives way. Lower the "
-            "load or the speed, or take stiffer members. The effect 'large-rotations' finds a buckled shape, if a "
-            "small load across the members determines to which side they buckle"
+            f"load or the speed, or take stiffer members. The effect {LARGE_ROTATIONS.name!r} finds a buckled shape, "
+            "if a small load across the members determines to which side they buckle"
         ) from None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from typing import TypeVar
@@ -12,6 +12,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import Loads
+from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.kinematics import Motion
@@ -29,7 +31,7 @@ from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule, StartState
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import impulses_between, passages
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Drive, Scene
 from fenics_mech.scene.base import SCENE
 
 Joined = TypeVar("Joined", ElasticResponse, Loads)
@@ -74,16 +76,15 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     )
 
 
-def refuse_in_time(scene: Scene, system: System) -> None:
+def refuse_in_time(analysis: Analysis, drives: Sequence[Drive], system: System) -> None:
     """Raise `SceneError` where a scene has something that is not solved in time."""
-    analysis = scene.analysis
-    if not scene.drives:
+    if not drives:
         raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
-    if settles(scene.analysis.tension, system.terms):
+    if settles(analysis.tension, system.terms):
         raise SceneError(
             "method = 'transient' does not update axial forces",
             place="analysis.tension",
-            hint="Take the effect 'large-rotations' in place of 'geometric-stiffness'",
+            hint=f"Take the effect {LARGE_ROTATIONS.name!r} in place of {GEOMETRIC_STIFFNESS.name!r}",
         )
     if analysis.time_tolerance > TRANSIENT.largest_tolerance:
         raise SceneError(
@@ -103,7 +104,8 @@ def course_from(
     scene: Scene, system: System, start: StartState, coefficients: Coefficients, longest: float = TRANSIENT.longest_step
 ) -> Course:
     """Integrate from the start to the end, in steps of at most that share of a cycle."""
-    schedule, time = replace(schedule_of(scene), longest=longest), start.time
+    schedule = replace(schedule_of(scene.analysis, scene.drives, scene.period), longest=longest)
+    time = start.time
     if (positions := schedule.count(time)) > TRANSIENT.most_positions:
         raise SceneError(
             f"{shortened(positions)} positions are more than a result holds, {TRANSIENT.most_positions}",
@@ -124,7 +126,7 @@ def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
         partial(equation_in_time, scene, system),
         scene.period,
         start,
-        schedule_of(scene).steady_after,
+        scene.drives[0].run_up or 0.0,
         tolerance,
         max(TABLE.windows, math.ceil(TRANSIENT.longest_gap * max([1, *seen]) / TABLE.nodes)),
         _corners(scene),
@@ -145,15 +147,14 @@ def _corners(scene: Scene) -> Callable[[int], Array]:
     return during
 
 
-def schedule_of(scene: Scene) -> Schedule:
+def schedule_of(analysis: Analysis, drives: Sequence[Drive], period: float) -> Schedule:
     """Give what is to be computed."""
-    analysis = scene.analysis
     return Schedule(
-        cycle=scene.period,
+        cycle=period,
         samples=analysis.sub_intervals,
         cycles=analysis.cycles,
         settled=analysis.settled,
-        steady_after=scene.drives[0].run_up or 0.0,
+        steady_after=drives[0].run_up or 0.0,
         tolerance=analysis.time_tolerance,
         tableau=Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages)),
     )

@@ -19,6 +19,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
+from fenics_mech.effects.coupling import EFFECT as COUPLING
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import MechanismError
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
@@ -137,7 +139,7 @@ def scene_of(scene: Scene, equation: str) -> Scene:
     lean = scene.changed(
         tolerance=None,
         analysis={"method": "periodic", "stations": 3, "stability": False, "allow_coarse": True},
-        effects={TRUNCATED: (), COUPLED: ("coupling",), EXACT: ("coupling", "large-rotations")}[equation],
+        effects={TRUNCATED: (), COUPLED: (COUPLING.name,), EXACT: (COUPLING.name, LARGE_ROTATIONS.name)}[equation],
     )
     return with_material_damping(lean) if equation == EXACT else lean
 
