@@ -32,7 +32,6 @@ class FeedbackLimits:
     least_loss: float = 1e-3  # loss factor that is taken where there is less
     few: int = 4  # times that T is applied
     most: int = 8  # the same where a resonance may be near
-    few_in_time: int = 2  # where T is known: errors by the steps of the demos are within 5 % of those with 4
     open: tuple[float, float] = (-0.2, 0.7)  # by which share T may be wrong at an eigenvalue of 1: 0.4 in mode 3
     tried: int = 31  # shares of T, and those at which it has the eigenvalue 1
 
@@ -47,7 +46,6 @@ def fed_back(
     loss: float,
     left_open: tuple[float, float] = FEEDBACK.open,
     within: float = np.inf,
-    few: int = FEEDBACK.few,
 ) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
 
@@ -68,8 +66,6 @@ def fed_back(
         By which share, at most, T may be wrong.
     within
         Size up to which `again` is linear.
-    few
-        How often it is applied at least, where T is not small and no resonance is near.
 
     Returns
     -------
@@ -93,7 +89,7 @@ def fed_back(
         if (
             reach < FEEDBACK.little
             or left * abs(parts[-1]) < FEEDBACK.felt
-            or (count >= few and nearest < FEEDBACK.near)
+            or (count >= FEEDBACK.few and nearest < FEEDBACK.near)
         ):
             break
         basis.append(found / left)

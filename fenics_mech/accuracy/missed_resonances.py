@@ -63,7 +63,7 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
         case CollocationSolution():
             equation, cycle, analysis = solution.equation, solution.cycle, solution.scene.analysis
             resonances = _resonances_of(solution, equation)
-            finer = Tableau.of(*more_accurate(analysis.scheme, analysis.stages, cycle.steps.disturbed))
+            finer = Tableau.of(*more_accurate(analysis.stages))
             by_steps = resonances.by_steps(cycle.tableau, finer, float(cycle.steps.duration.max()))
             at, size = cycle.steps.regular, equation.system.size
             motion = solution.orbit.start[at, :size], solution.orbit.start_velocity[at, :size]

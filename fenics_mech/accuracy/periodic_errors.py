@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
-from fenics_mech.accuracy.feedback import FEEDBACK, fed_back, without_mesh
+from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -32,14 +32,15 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     """
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
     analysis, regular, size = scene.analysis, cycle.steps.regular, equation.system.size
-    points = more_accurate(analysis.scheme, analysis.stages, cycle.steps.disturbed)
+    points = more_accurate(analysis.stages)
+    safety = ESTIMATES.of_blows if cycle.steps.disturbed else ESTIMATES.of_steps
     finer = cycle.flow(*points, cycle.motion(orbit))
     right = (part[regular, :size] for part in corrected(orbit, finer))
     order = 2 * analysis.stages - (analysis.scheme == "radau")
     assert orbit.flow is not None
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
     return {
-        "time": CorrectedResponse(elastic_response(equation, *right), order, ESTIMATES.of_steps),
+        "time": CorrectedResponse(elastic_response(equation, *right), order, safety),
         "mesh": _mesh_error(solution.response, AnswerOfSteps(equation, starts, orbit.flow, regular, step)),
     }
 
@@ -134,29 +135,31 @@ class AnswerOfSteps:
         )
 
 
-def more_accurate(scheme: str, stages: int, disturbed: bool = False) -> tuple[str, int]:
-    """Scheme and number of points that estimate the error of a scheme: more accurate by one order, or by two.
+def more_accurate(stages: int) -> tuple[str, int]:
+    """Scheme and number of points that estimate the error of a scheme: Radau points, of which there is one more.
 
-    Gauss points are at hand, as stability is judged there. Where impulses and jumps disturb a motion, vibrations count
-    that are too fast for the steps; only Radau points damp those.
+    They damp what is too fast for the steps, and so give forces of stiff members, which Gauss points do not.
+
+    Parameters
+    ----------
+    stages
+        Points of a step.
     """
-    return ("gauss", stages) if scheme == "radau" and not disturbed else ("radau", stages + 1)
+    return "radau", stages + 1
 
 
 def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     """Give q and q' at the starts of the steps by a more accurate method, ``(steps, coordinates)`` each.
 
-    Each step is made again from its start by the more accurate method. The change at its end is carried round the cycle
-    by steps that have Radau points, which damp what is too fast for them. The change by Gauss points counts from one
-    step later on: their response to the fastest vibrations has decayed by then. The change itself is also carried by
-    the more accurate method; see `fed_back`.
+    Each step is made again from its start by the more accurate method, which also carries the change at its end round
+    the cycle.
 
     Parameters
     ----------
     orbit
         A motion by collocation.
     finer
-        The same steps with other points, in the equation linearised about the orbit.
+        The same steps with Radau points, one more, in the equation linearised about the orbit.
 
     Raises
     ------
@@ -166,21 +169,9 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     assert orbit.flow is not None
     flow = orbit.flow
     states = flow.states(orbit.start, orbit.start_velocity)
-    carrier = finer if finer.tableau.damps else flow
-    load = np.roll(states, -1, axis=0) - carrier.carried(states)  # with it the answer is the orbit's own
-
-    def carried(defect: Array) -> Array:
-        error = carrier.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change) - states
-        return error if carrier is finer else np.roll(carrier.carried(error), 1, axis=0)
-
-    error = carried(finer.ends(states) - flow.ends(states))
-    if carrier is not finer:
-
-        def again(found: Array) -> Array:
-            return carried(finer.carried(found) - flow.carried(found))
-
-        error, _ = fed_back(error, again, np.tile(flow.unit, 2), 0.0, (0.0, 0.0), few=FEEDBACK.few_in_time)
-    return flow.parts(states + error)
+    load = np.roll(states, -1, axis=0) - finer.carried(states)  # with it the answer is the orbit's own
+    defect = finer.ends(states) - flow.ends(states)
+    return flow.parts(finer.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change))
 
 
 def collocated_motion(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
