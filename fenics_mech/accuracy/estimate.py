@@ -39,15 +39,25 @@ from fenics_mech.response.solution import (
 )
 from fenics_mech.scene import Scene
 
-LARGEST_ERROR = 0.05  # of the largest strain, by all numerical sources
-LARGEST_OF_REST = 0.5  # of the largest deflection and joint force: beyond it not one digit is known
+
+@dataclass(frozen=True)
+class AcceptedErrors:
+    """Largest errors of a result that is not refused, relative to the largest value of a quantity."""
+
+    by_steps: float = 0.02  # of a strain: steps are cheap
+    of_strain: float = 0.05  # by all numerical sources
+    of_rest: float = 0.5  # of deflections and joint forces: beyond it not one digit is known
+    margin: float = 1.2  # factor on the numbers that a refusal asks for
+
+
+ACCEPTED = AcceptedErrors()
 STEPS = ("time", "harmonics")
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
-LIMITS = (
-    ("strain", STEPS, 0.02),
-    ("strain", NUMERICAL, LARGEST_ERROR),
-    ("deflection", NUMERICAL, LARGEST_OF_REST),
-    ("joint_force", NUMERICAL, LARGEST_OF_REST),
+JUDGED = (
+    ("strain", STEPS, ACCEPTED.by_steps),
+    ("strain", NUMERICAL, ACCEPTED.of_strain),
+    ("deflection", NUMERICAL, ACCEPTED.of_rest),
+    ("joint_force", NUMERICAL, ACCEPTED.of_rest),
 )
 PLACES = {  # of an error, in words, and what it is relative to
     "strain": ("strain of", "its largest value"),
@@ -62,7 +72,6 @@ FAULTS = {
     "modes": "the modes kept are too few",
     "harmonics": "the harmonics are too few",
 }
-MARGIN = 1.2  # of the numbers that a refusal asks for
 
 
 @dataclass(frozen=True)
@@ -110,7 +119,7 @@ class Errors:
         if scene.analysis.allow_coarse:
             return
         names = places_of(scene.members(), scene.joints, scene.drives)
-        for what, sources, limit in LIMITS:
+        for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
                 worst = int(errors.argmax())
@@ -127,7 +136,7 @@ class Errors:
     @property
     def too_large(self) -> bool:
         """Whether they are larger than `judge` lets pass."""
-        return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in LIMITS)
+        return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in JUDGED)
 
 
 def _refusal(
@@ -277,20 +286,20 @@ def _advice(scene: Scene, source: str, times: float) -> str:
     """Say how many more it takes."""
     analysis = scene.analysis
     if source == "time" and analysis.method == "transient":
-        tolerance = analysis.time_tolerance / (MARGIN * times)
+        tolerance = analysis.time_tolerance / (ACCEPTED.margin * times)
         return f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
     if source == "modes" and analysis.reduction != "none":
-        return f"Take a cutoff {math.ceil(MARGIN * times * 10) / 10:g} times as high"
+        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times * 10) / 10:g} times as high"
     if source == "mesh" and analysis.reduction != "none":
         if not any(EFFECTS[name].couples for name in scene.named_effects):
             return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
-        return f"Take a cutoff {math.ceil(MARGIN * times**2 * 10) / 10:g} times as high, and finer elements"
+        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times**2 * 10) / 10:g} times as high, and finer elements"
     if source == "mesh":
-        return f"Take {math.ceil(MARGIN * times * 100) / 100:.3g} times as many elements, rounded up"
+        return f"Take {math.ceil(ACCEPTED.margin * times * 100) / 100:.3g} times as many elements, rounded up"
     name, now = {
         "time": ("sub_intervals", analysis.sub_intervals),
         "modes": ("modes", analysis.modes),
         "harmonics": ("harmonics", analysis.harmonics),
     }[source]
     assert not isinstance(now, str)  # all modes leave none out
-    return f"Take at least {math.ceil(MARGIN * now * times)} {name}"
+    return f"Take at least {math.ceil(ACCEPTED.margin * now * times)} {name}"

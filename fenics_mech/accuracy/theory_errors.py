@@ -56,21 +56,20 @@ LADDER = (COUPLING, TENSION, EXACT_STRAINS)  # effects that this estimate judges
 class TheoryLimits:
     """How the theory's error is estimated: two digits are enough."""
 
+    stages: int = 3  # Radau points of a step
     tail: float = 0.003  # of the motion's amplitude, in harmonics that are left to shorter steps
     positions: int = 8  # for the fastest of the other harmonics: with fewer the series has wrong axial forces
     steps: int = 4  # for the same; each has three Radau points
     turn: float = 0.8  # rad of the slowest vibration in a step in time; measured: 0.94 to 1.0 of the truth, 0.3 with 5
     steps_between: int = 8  # of these, between two positions
     fewest: int = 48  # steps
-    most_iterations: int = 8
+    most_iterations: int = 8  # of Newton's method: it converges quadratically where the exact motion is near
     accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
-    converged: float = 1e-4  # change of the motion by an iteration, from which on there is none more: forces in joints
-    # need it, as axial stiffness multiplies what is left
+    converged: float = 1e-4  # change of the motion by the last iteration: axial stiffness makes forces of what is left
 
 
-LIMITS = TheoryLimits()
-STAGES = 3
-POINTS = Tableau.of("radau", STAGES)
+THEORY = TheoryLimits()
+POINTS = Tableau.of("radau", THEORY.stages)
 
 
 def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
@@ -297,8 +296,8 @@ def _steps_between(equation: Equation, between: float) -> int:
         (square,) = eigh(mass, stiffness, eigvals_only=True, subset_by_index=[len(mass) - 1] * 2)  # 1 over omega^2
     except np.linalg.LinAlgError as error:
         raise UnresolvedError("axial forces let the start buckle") from error
-    steps = math.ceil(between / math.sqrt(square) / LIMITS.turn)
-    if steps > LIMITS.steps_between:
+    steps = math.ceil(between / math.sqrt(square) / THEORY.turn)
+    if steps > THEORY.steps_between:
         raise UnresolvedError("the positions are too few for the vibration. Give more sub_intervals")
     return steps
 
@@ -320,16 +319,16 @@ def _answered(
         Where they do not converge.
     """
     known, found, left = rung.residual(*state), state, np.inf
-    for done in range(LIMITS.most_iterations):
+    for done in range(THEORY.most_iterations):
         top = exact(found)
         tangents = top.linearised(found[0], found[1], tension)
         change = answer(tangents, known - top.residual(*found))
         tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])
         found = found + change
         left = float(np.linalg.norm(change[0])) / max(float(np.linalg.norm(found[0])), TINY)
-        if done and left < LIMITS.converged:
+        if done and left < THEORY.converged:
             break
-    if not left < LIMITS.accepted:
+    if not left < THEORY.accepted:
         raise SolverError(f"the exact motion is not near: the last iteration changes it by {left:.1g}")
     return found - state
 
@@ -368,11 +367,11 @@ def _of_harmonics(solution: Solution) -> _Motion | None:
     energy = np.sum(np.abs(amplitudes * unit) ** 2, axis=1)
     energy[0] = 0.0
     beyond = np.cumsum(energy[::-1])[::-1]  # of each harmonic and all above it
-    highest = int(np.count_nonzero(beyond > LIMITS.tail**2 * beyond[0]))
-    if len(q) < LIMITS.positions * highest:
+    highest = int(np.count_nonzero(beyond > THEORY.tail**2 * beyond[0]))
+    if len(q) < THEORY.positions * highest:
         return None
-    steps = min(max(LIMITS.fewest, LIMITS.steps * highest), len(q))
-    taken = {"sub_intervals": steps, "solver": "collocation", "scheme": "radau", "stages": STAGES}
+    steps = min(max(THEORY.fewest, THEORY.steps * highest), len(q))
+    taken = {"sub_intervals": steps, "solver": "collocation", "scheme": "radau", "stages": THEORY.stages}
     scene = solution.scene.changed(analysis=solution.scene.analysis.model_copy(update=taken))
     order, rate = np.arange(len(amplitudes)), abs(scene.cycle_rate)
 

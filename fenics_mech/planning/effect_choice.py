@@ -115,7 +115,7 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     There are enough of them for harmonics of the load up to twice the frequency of the second mode.
     """
     common = common or CommonParts()
-    positions = _positions(scene, common)
+    positions = survey_positions(scene, common)
     plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=CHOICE.modes)
     system = mechanism(plain, common=common)
     modes = scene_modes(plain, system).elastic
@@ -145,7 +145,7 @@ def _refuse_hidden(scene: Scene) -> None:
             )
 
 
-def _positions(scene: Scene, common: CommonParts) -> int:
+def survey_positions(scene: Scene, common: CommonParts) -> int:
     """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states."""
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):

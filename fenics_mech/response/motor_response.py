@@ -28,9 +28,17 @@ from fenics_mech.response.setup import moved, rough_tension
 from fenics_mech.response.solution import AtPoints, MotorSolution
 from fenics_mech.scene import Scene
 
-MOST_ITERATIONS = 20
-TOLERANCE = 1e-9  # of the change of the twist, relative
-STEP = 1e-4  # of the crank's angle (rad) and relative of its rate, in differences of loads: errors of about 1e-8
+
+@dataclass(frozen=True)
+class MotorLimits:
+    """How the crank's own motion is found."""
+
+    most_iterations: int = 20  # of Newton's method, each about the twist found before
+    settled: float = 1e-9  # change of the twist, relative
+    step: float = 1e-4  # crank's angle (rad), and relative its rate, in differences of loads: errors of about 1e-8
+
+
+MOTOR = MotorLimits()
 
 
 def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
@@ -45,7 +53,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
     steps = cycle.steps
     theta = steps.angles(cycle.tableau.points, scene.cycle_rate)
     twist, change = np.zeros((3, len(theta))), np.inf
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(MOTOR.most_iterations):
         try:
             equation = cycle.about_twist(theta, twist)
         except AssemblyError as error:  # so far ahead of the drive that the links' positions are not found
@@ -55,10 +63,10 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
         found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
         change = np.abs(found[0] - twist[0]).max() / max(np.abs(found[0]).max(), np.finfo(float).tiny)
         twist = found
-        if change < TOLERANCE:
+        if change < MOTOR.settled:
             break
     else:
-        raise _not_found(scene, theta, twist[0], f"{MOST_ITERATIONS} iterations still change it by {change:.1e}")
+        raise _not_found(scene, theta, twist[0], f"{MOTOR.most_iterations} iterations still change it by {change:.1e}")
     return _at_starts(cycle, modes, orbit, theta)
 
 
@@ -91,7 +99,7 @@ class MotorCycle(Cycle):
         scene, system, motor = self.scene, self.system, self.scene.drives[0].motor
         assert motor is not None
         plain = scene.changed(effects=())  # effects that a scene names change no load
-        at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-STEP, 0.0, STEP)}
+        at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-MOTOR.step, 0.0, MOTOR.step)}
         one, none = np.ones_like(theta), np.zeros_like(theta)
         units = {ahead: at_rate(motion, scene.cycle_rate, one, none) for ahead, motion in at.items()}  # 1 rad/s
 
@@ -99,7 +107,7 @@ class MotorCycle(Cycle):
             return load_with_torque(_moved(plain, system, at[by[0]], theta, twist + by[:, None]), units[by[0]])
 
         rate = abs(scene.cycle_rate)
-        steps = np.diag([STEP, STEP * rate, STEP * rate**2])
+        steps = np.diag([MOTOR.step, MOTOR.step * rate, MOTOR.step * rate**2])
         tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
         here = self.damped_equation(_moved(scene, system, at[0.0], theta, twist))
         return MotorEquation(

@@ -14,7 +14,7 @@ from rich.text import Text
 from fenics_mech._arrays import Array
 from fenics_mech._console import text_of
 from fenics_mech._constants import MEGA, MICRO, MILLI
-from fenics_mech.accuracy.estimate import LARGEST_ERROR, NUMERICAL
+from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect, active, loads_at_nodes
@@ -213,7 +213,7 @@ def _errors(result: Result) -> str:
     for what, name in _quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
         text = f"{name} {percent(data.attrs[f'{prefix}error_estimate'])}"
-        wrong = float(data[f"{prefix}relative_error"].sel(source=numerical).sum()) > LARGEST_ERROR
+        wrong = float(data[f"{prefix}relative_error"].sel(source=numerical).sum()) > ACCEPTED.of_strain
         parts.append(text + (" (TOO LARGE, do not use it)" if wrong and what != "strain" else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
     shares = ", ".join(f"{SOURCES.get(source, source)} {percent(error)}" for source, error in by_source)

@@ -112,7 +112,7 @@ def test_a_tension_is_lowered_to_the_first_power_below_buckling(pressure):
 
 
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):
-    monkeypatch.setattr(assembly, "ASSEMBLY", assembly.BranchLimits(most_steps=200))  # of 10,000, which take a minute
+    monkeypatch.setattr(assembly, "ASSEMBLY", assembly.AssemblyLimits(most_steps=200))  # of 10,000, which take a minute
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["drive"][0]["law"] = {"kind": "expression", "formula": "0.5*sin(100*theta)"}
     with pytest.raises(AssemblyError, match=r"after 200 steps the drive is at .* link upper_arm turns fastest"):

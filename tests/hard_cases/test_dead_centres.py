@@ -13,7 +13,8 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
-from fenics_mech.planning.effect_choice import choose, examine
+from fenics_mech.planning.effect_choice import choose, survey_positions
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import four_bar
 from tests.common import response_of
@@ -247,7 +248,7 @@ def test_quasi_static_positions_that_miss_the_corner_are_refused():
 def test_effects_are_chosen_where_the_positions_of_the_run_see_the_corner():
     """The survey begins with 48 positions, which miss it, and is no reason to refuse the run."""
     scene = missing(1e-6, effects="auto", damping={"ratio": 0.02}, analysis={"sub_intervals": 960})
-    assert examine(scene).scene.analysis.sub_intervals == 476
+    assert survey_positions(scene, CommonParts()) == 476
     with pytest.raises(SceneError, match="which 300 positions miss"):
         choose(scene.changed(analysis__sub_intervals=300))
 

@@ -62,7 +62,7 @@ def test_what_speed_and_damping_do_not_change_is_made_once(seed, monkeypatch):
     for module, name in (
         (setup, "build_links"),
         (assembly, "assemble"),
-        (linkage, "follow"),
+        (linkage, "coordinates_at"),
         (transformation, "_laid_out"),
         (eigen, "_solve_all"),
     ):
