@@ -199,7 +199,12 @@ class AirFlow:
         return each(self.beams.layout.tie, nodal) if self.beams.layout.tied else nodal
 
     def left_out(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Give the part of the drag in a motion that the linearised drag leaves out; arguments as of `loads`.
+        """Give the part of the drag in a motion that the linearised drag leaves out.
+
+        Parameters
+        ----------
+        v, rate
+            Elastic displacement in link axes, and its velocity, ``(angles, nodal dofs)``.
 
         Returns
         -------
