@@ -293,16 +293,38 @@ class Loops:
         )
 
     def places(self, q: Array, pairs: LoopEquations) -> Array:
-        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``."""
+        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(positions, 3 links)``.
+        pairs
+            The equations whose points are asked for.
+        """
         poses = _with_ground(q)
         return poses[:, pairs.body, :2] + _arms(poses, pairs)
 
     def tangents(self, q: Array, pairs: LoopEquations) -> Array:
-        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``."""
+        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(positions, 3 links)``.
+        pairs
+            The equations whose lines are asked for.
+        """
         return _direction(_with_ground(q), pairs)[0]
 
     def gaps(self, q: Array) -> dict[str, float]:
-        """Distance between each joint's points at one position (m)."""
+        """Distance between each joint's points at one position (m).
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(3 links,)``.
+        """
         poses = _with_ground(q[None])
         found: dict[str, float] = {}
         for name, gap in zip(self.points.name, np.linalg.norm(_gap(poses, self.points)[0], axis=-1)):
