@@ -40,7 +40,7 @@ class PointLoad:
     moment: Array
 
     def at_ends(self, length: Array) -> Array:
-        """Forces at the element's nodes that do the same work, ``(angles, 6)``; length is the element's (m).
+        """Forces at the element's nodes that do the same work, ``(angles, 6)``.
 
         Parameters
         ----------
@@ -50,7 +50,7 @@ class PointLoad:
         return point_equivalent(self.place, np.stack([self.along, self.across, self.moment], axis=-1), length)
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
-        """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'.
+        """What it adds to N, V and M at places of elements, each ``(angles, places)``.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class SpreadLoad:
     arm: Array | None = None
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
-        """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'.
+        """What it adds to N, V and M at places of elements, each ``(angles, places)``.
 
         Parameters
         ----------

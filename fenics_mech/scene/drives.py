@@ -104,7 +104,15 @@ class Harmonics(Part):
         return Jet(self.mean + value, first, second)
 
     def equally(self, count: int, derivative: int = 0) -> Array:
-        """Give a derivative, or the value, at so many equal steps of a cycle by the fast Fourier transform."""
+        """Give a derivative, or the value, at so many equal steps of a cycle by the fast Fourier transform.
+
+        Parameters
+        ----------
+        count
+            Number of steps, from 0 on.
+        derivative
+            Order of the derivative by theta; 0 is the value.
+        """
         n = self.orders
         spectrum = np.zeros(count, complex)
         np.add.at(spectrum, n.astype(np.int64) % count, self.amplitudes * (1j * n) ** derivative)
@@ -322,7 +330,15 @@ class Drive(Part):
         return round(self.cycle_rate / cycle_rate)
 
     def enough_angles(self, least: int, cycle_rate: float) -> int:
-        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them."""
+        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them.
+
+        Parameters
+        ----------
+        least
+            Number of parts to begin with.
+        cycle_rate
+            Rate of the common cycle (rad/s).
+        """
         law, turns = self.law, abs(self.turns_in(cycle_rate))
         if law is None:
             return least
