@@ -258,7 +258,13 @@ def _rigid(beams: Beams, motion: Motion) -> tuple[Array, Array, Array]:
 
 
 def terms(situation: Situation) -> Terms:
-    """Give the drag of the rigid motion as a load, and the damping by how it changes with the elastic motion."""
+    """Give the drag of the rigid motion as a load, and the damping by how it changes with the elastic motion.
+
+    Raises
+    ------
+    SceneError
+        When a section has offsets, or a drive has a motor.
+    """
     scene, mesh = situation.scene, situation.beams.mesh
     refuse_offsets(scene.rigidity, scene.members(), EFFECT.name)
     if any(drive.motor is not None for drive in scene.drives):

@@ -151,7 +151,7 @@ class Loops:
 
     @cached_property
     def scale(self) -> Array:
-        """Size of a unit of each equation: `size` for lengths, 1 for angles."""
+        """Size of a unit of each equation, ``(equations,)``: `size` for lengths, 1 for angles."""
         lengths, angles = 2 * len(self.points) + len(self.lines), len(self.angles) + len(self.driven_angles)
         return np.concatenate(
             [np.full(lengths, self.size), np.ones(angles), np.full(len(self.driven_strokes), self.size)]
@@ -159,7 +159,7 @@ class Loops:
 
     @cached_property
     def unit(self) -> Array:
-        """Size of a unit of each coordinate: `size` for lengths, 1 for angles."""
+        """Size of a unit of each coordinate, ``(3 links,)``: `size` for lengths, 1 for angles."""
         return np.tile([self.size, self.size, 1.0], len(self.links))
 
     @cached_property
@@ -218,7 +218,7 @@ class Loops:
         return jacobian[..., :-3]
 
     def without_units(self, q: Array) -> Array:
-        """Give the Jacobian of equations and coordinates in their units."""
+        """Give the Jacobian of equations and coordinates in their units, ``(positions, equations, 3 links)``."""
         return self.jacobian(q) * self.unit / self.scale[:, None]
 
     @cached_property
@@ -318,7 +318,7 @@ class Loops:
         return _direction(_with_ground(q), pairs)[0]
 
     def gaps(self, q: Array) -> dict[str, float]:
-        """Distance between each joint's points at one position (m).
+        """Distance between each joint's points at one position (m), by joint.
 
         Parameters
         ----------

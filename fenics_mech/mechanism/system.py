@@ -253,7 +253,7 @@ class System:
         return self.to_links(every)[k].reshape(-1, 3)
 
     def bent_most(self, k: int, q: Array) -> str:
-        """Link that coordinates at angle number k bend most."""
+        """Link that coordinates at angle number k, ``(coordinates,)``, bend most."""
         turned, of_link = self.nodes_at(k, q)[:, 2], self.beams.mesh.node_link
         return self.motion.links[int(np.argmax([np.ptp(turned[of_link == i]) for i in range(of_link.max() + 1)]))]
 

@@ -230,6 +230,11 @@ def errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[s
         Converged strains of the equation that it solves, where they are known.
     whole
         Converged strains of the equation with all effects.
+
+    Returns
+    -------
+    dict
+        Of `NUMBERS`, as far as they are known.
     """
     found = strains(result)
     numbers: dict[str, float] = {}

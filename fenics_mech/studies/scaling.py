@@ -209,6 +209,11 @@ def in_own_process(size: Size) -> dict[str, float]:
     size
         What to measure.
 
+    Returns
+    -------
+    dict
+        Of `NUMBERS`.
+
     Raises
     ------
     MechanismError
@@ -228,6 +233,11 @@ def measure_size(size: Size) -> dict[str, float]:
     ----------
     size
         What to measure.
+
+    Returns
+    -------
+    dict
+        Of `NUMBERS`.
     """
     with suppress(MechanismError):  # it compiles, or reads forms
         analyse(replace(size, elements=3, links=3, positions=60).scene())

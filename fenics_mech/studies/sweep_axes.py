@@ -75,7 +75,7 @@ def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
 
 
 def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[Axis, ...]:
-    """Give the swept fields with their values in SI, increasing and each once; errors as of `parse_axes`.
+    """Give the swept fields with their values in SI, increasing and each once.
 
     Parameters
     ----------
@@ -83,6 +83,11 @@ def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[
         The scene.
     values
         Numbers (SI) or texts with a unit, by dotted path.
+
+    Raises
+    ------
+    SceneError
+        When a path is not that of a number of the scene, or a value is missing or not valid there.
     """
     axes = []
     for path, along in values.items():
@@ -131,7 +136,7 @@ def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
 
 
 def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
-    """Give both ends of a range in SI; errors as of `parse_range`.
+    """Give both ends of a range in SI, in the order in which they stand.
 
     Parameters
     ----------
@@ -141,6 +146,11 @@ def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) 
         Dotted path of the number.
     ends
         Numbers (SI), or texts with a unit.
+
+    Raises
+    ------
+    SceneError
+        When the path is not that of a number of the scene that can change continuously, or an end is not valid there.
     """
     if isinstance(ends, str) or len(ends) != 2:
         raise SceneError(f"a range has two ends, found {ends!r}", place=path, hint="Write (start, stop)")

@@ -276,6 +276,11 @@ def stacked(numbers: Sequence[Any]) -> Array:
     ----------
     numbers
         The arrays, or numbers, of each point.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(points, ...)``, the rest as large as the largest of each axis.
     """
     arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
     rank = max(array.ndim for array in arrays)

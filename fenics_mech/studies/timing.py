@@ -65,6 +65,11 @@ def timed(
         The piece of work.
     clock, wall
         Give processor time and time on the wall (s).
+
+    Returns
+    -------
+    tuple
+        What the first run gave, and the median times of the repeats.
     """
     begin, start = wall(), clock()
     found = work()

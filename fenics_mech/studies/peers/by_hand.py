@@ -90,7 +90,7 @@ def strain_of(model: NineElementModel, equation: FirstOrder, state: Array) -> Ar
 
 
 def by_exponentials(intervals: int, elements: int, damping: float = 0.02) -> Array:
-    """Mid-span strains at the middles of sub-intervals with constant coefficients, joined to a cycle.
+    """Mid-span strains in sub-intervals with constant coefficients, joined to a cycle.
 
     Each has the answer of an augmented matrix exponential; the cycle is closed as (5.15) does it.
 
@@ -102,6 +102,11 @@ def by_exponentials(intervals: int, elements: int, damping: float = 0.02) -> Arr
         Elements per link.
     damping
         Damping ratio of all modes.
+
+    Returns
+    -------
+    numpy.ndarray
+        Strains of the + fibres at the middles of the sub-intervals, ``(intervals, links)``.
     """
     model = NineElementModel(elements=elements)
     equation = first_order(model, 2 * np.pi * np.arange(intervals) / intervals, damping)
@@ -137,6 +142,11 @@ def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: fl
         Number of equal steps of the cycle at which strains are given.
     damping
         Damping ratio of all modes.
+
+    Returns
+    -------
+    numpy.ndarray
+        Strains of the + fibres, ``(angles, links)``.
 
     Raises
     ------
