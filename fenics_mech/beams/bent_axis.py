@@ -67,24 +67,58 @@ class BentAxis:
         return replace(self, shape=self.shape @ shape)
 
     def shortening(self, v: Array) -> tuple[Array, Array]:
-        """Give by how much elements are shorter than their axes (m), and its gradient, ``(angles, elements, n)``."""
+        """Give by how much elements are shorter than their axes (m), and its gradient, ``(angles, elements, n)``.
+
+        Parameters
+        ----------
+        v
+            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        """
         w = self._deflection(v)
         return self.kernels[0](w), self._carried(self.kernels[1](w))
 
     def shortening_curvature(self, v: Array) -> Array:
-        """Give the second derivative of the shortening, ``(angles, elements, n, n)``."""
+        """Give the second derivative of the shortening, ``(angles, elements, n, n)``.
+
+        Parameters
+        ----------
+        v
+            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        """
         return self._matrices(self.kernels[2](self._deflection(v)))
 
     def force(self, v: Array, rate: Array) -> Array:
-        """Give the forces of bending, less the linear ones; the rate is times the retardation time."""
+        """Give the forces of bending, less the linear ones; the rate is times the retardation time.
+
+        Parameters
+        ----------
+        v
+            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        rate
+            Its rate times the retardation time of the material, ``(angles, elements, n)``.
+        """
         return self._carried(self.kernels[3](self._deflection(v), self._deflection(rate)))
 
     def energy(self, v: Array) -> Array:
-        """Give the strain energy of bending, less that of linear theory (J), ``(angles, elements)``."""
+        """Give the strain energy of bending, less that of linear theory (J), ``(angles, elements)``.
+
+        Parameters
+        ----------
+        v
+            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        """
         return self.kernels[6](self._deflection(v))
 
     def tangents(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Give the derivatives of these forces by v and by the rate, ``(angles, elements, n, n)`` each."""
+        """Give the derivatives of these forces by v and by the rate, ``(angles, elements, n, n)`` each.
+
+        Parameters
+        ----------
+        v
+            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        rate
+            Its rate times the retardation time of the material, ``(angles, elements, n)``.
+        """
         state = self._deflection(v), self._deflection(rate)
         return self._matrices(self.kernels[4](*state)), self._matrices(self.kernels[5](*state))
 

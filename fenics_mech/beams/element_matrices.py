@@ -152,24 +152,24 @@ class Beams:
 
     @cached_property
     def element_stiffness(self) -> Array:
-        """Matrix k of each element (7.2)."""
+        """Matrix k of each element (7.2) in its member's axes, ``(elements, 6, 6)``."""
         return self.layout.of_elements(self._broken_stiffness)
 
     @cached_property
     def element_mass(self) -> Array:
-        """Matrix m of each element (7.1)."""
+        """Matrix m of each element (7.1) in its member's axes, ``(elements, 6, 6)``."""
         return self.layout.of_elements(self._broken_mass)
 
     @cached_property
     def element_rotary_mass(self) -> Array:
-        """Share of m of each element that the rotation of its sections has."""
+        """Share of m of each element that the rotation of its sections has, ``(elements, 6, 6)``."""
         if self.inertia.rotary is None:
             return np.zeros_like(self.element_mass)
         return self.layout.of_elements(self._broken_rotary)
 
     @cached_property
     def element_gyroscopic(self) -> Array:
-        """Matrix s of each element."""
+        """Matrix s of each element in its member's axes, ``(elements, 6, 6)``."""
         return self.layout.of_elements(self._broken_gyroscopic)
 
     @cached_property

@@ -31,7 +31,13 @@ class Stretching:
     bow: Array
 
     def bowed(self, a: Array, b: Array) -> Array:
-        """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m)."""
+        """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
+
+        Parameters
+        ----------
+        a, b
+            The displacements, ``(angles, elements, n)``.
+        """
         return np.asarray(np.sum(a * each(self.bow, b), axis=-1))
 
     def by(self, shape: Array) -> Stretching:

@@ -233,7 +233,15 @@ class Span:
         return np.asarray((self._bent(shapes) @ self.mass)[:, self._heavy] * self._scale)
 
     def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """Multiply by ``m G m``, for PETSc."""
+        """Multiply by ``m G m``, for PETSc.
+
+        Parameters
+        ----------
+        matrix
+            The shell matrix that PETSc calls this for.
+        x, y
+            The vector, and the one that the product is written into.
+        """
         y.array[:] = self._operated(x.array_r[None])[0]
 
 

@@ -199,7 +199,12 @@ class AirFlow:
         return each(self.beams.layout.tie, nodal) if self.beams.layout.tied else nodal
 
     def left_out(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Give the part of the drag in a motion that the linearised drag leaves out; arguments as of `loads`.
+        """Give the part of the drag in a motion that the linearised drag leaves out.
+
+        Parameters
+        ----------
+        v, rate
+            Elastic displacement in link axes, and its velocity, ``(angles, nodal dofs)``.
 
         Returns
         -------
@@ -253,7 +258,13 @@ def _rigid(beams: Beams, motion: Motion) -> tuple[Array, Array, Array]:
 
 
 def terms(situation: Situation) -> Terms:
-    """Give the drag of the rigid motion as a load, and the damping by how it changes with the elastic motion."""
+    """Give the drag of the rigid motion as a load, and the damping by how it changes with the elastic motion.
+
+    Raises
+    ------
+    SceneError
+        When a section has offsets, or a drive has a motor.
+    """
     scene, mesh = situation.scene, situation.beams.mesh
     refuse_offsets(scene.rigidity, scene.members(), EFFECT.name)
     if any(drive.motor is not None for drive in scene.drives):

@@ -116,7 +116,13 @@ class RotationForces:
 
     @classmethod
     def joined(cls, parts: Sequence[RotationForces]) -> RotationForces:
-        """Give several together."""
+        """Give several together.
+
+        Parameters
+        ----------
+        parts
+            Forces at the same angles, each on dofs of the same kind.
+        """
         dofs, given, shape = zip(*((part.dofs, part.given, part.shape) for part in parts))
         return cls(np.concatenate(dofs), np.concatenate(given, axis=2), np.concatenate(shape))
 
@@ -143,16 +149,33 @@ class RotationForces:
         return replace(self, given=self.given * np.array([share, 1.0, 1.0, share])[:, None])
 
     def force(self, v: Array, rate: Array) -> Array:
-        """Forces from v and v', on the side of the elastic ones, ``(angles, forces, n)``."""
+        """Forces from v and v', on the side of the elastic ones, ``(angles, forces, n)``.
+
+        Parameters
+        ----------
+        v, rate
+            Displacement and velocity over what `dofs` counts, nodal dofs or links' coordinates, ``(angles, ...)``.
+        """
         return self._values(v, rate)[0][..., None] * self.shape[:, 0]
 
     def on_nodes(self, v: Array, rate: Array) -> Array:
-        """Sum those of nodal dofs, ``(angles, nodal dofs)``."""
+        """Sum those of nodal dofs, ``(angles, nodal dofs)``.
+
+        Parameters
+        ----------
+        v, rate
+            Displacement and velocity in link axes, ``(angles, nodal dofs)``.
+        """
         forces = self.force(v, rate)
         return summed(forces.reshape(len(forces), -1), self.dofs.ravel(), v.shape[1])
 
     def linearised(self, v: Array, rate: Array) -> tuple[Array, Array, Array]:
         """Force about v and v', ``constant + by_v v + by_rate v'``.
+
+        Parameters
+        ----------
+        v, rate
+            Displacement and velocity over what `dofs` counts, nodal dofs or links' coordinates, ``(angles, ...)``.
 
         Returns
         -------

@@ -116,6 +116,13 @@ class Separation:
     def direction(self, motion: Motion, name: str) -> Array:
         """Direction of a line from its first to its second point, ``(angles, 2)``; 1 for a rotation.
 
+        Parameters
+        ----------
+        motion
+            The rigid motion, for the drive angle in the message.
+        name
+            Path of the spring or damper in the scene, for the message.
+
         Raises
         ------
         AssemblyError
@@ -133,15 +140,39 @@ class Separation:
         return self.value / length[:, None]
 
     def turned(self, direction: Array, change: Array) -> Array:
-        """Change of the direction by a change of the separation, both ``(angles, n)``; nothing for a rotation."""
+        """Change of the direction by a change of the separation, both ``(angles, n)``; nothing for a rotation.
+
+        Parameters
+        ----------
+        direction
+            Unit vectors, ``(angles, n)``.
+        change
+            Change of the separation, or its rate, ``(angles, n)`` (m, m/s).
+        """
         return (across(direction) @ change[..., None])[..., 0] / self.length[:, None]
 
     def force(self, pull: Array, size: int) -> Array:
-        """Forces on the nodal dofs, ``(angles, size)``: `pull`, ``(angles, n)``, draws the second body to the first."""
+        """Forces on the nodal dofs, ``(angles, size)``: `pull`, ``(angles, n)``, draws the second body to the first.
+
+        Parameters
+        ----------
+        pull
+            Force of a line (N), or moment of a rotation (N m), ``(angles, n)``.
+        size
+            Number of nodal dofs.
+        """
         return summed(-np.einsum("tnk,tn->tk", self.reach, pull), self.dofs, size)
 
     def entries(self, tangent: Array, by: Array | None = None) -> Entries:
-        """Matrix ``reach^T tangent reach`` of a tangent ``(angles, n, n)``, or with another right factor `by`."""
+        """Matrix ``reach^T tangent reach`` of a tangent ``(angles, n, n)``, or with another right factor `by`.
+
+        Parameters
+        ----------
+        tangent
+            Stiffness or damping by the separation (N/m, N s/m; of a rotation N m/rad, N m s/rad), ``(angles, n, n)``.
+        by
+            The right factor, ``(angles, n, k)``; by default `reach`.
+        """
         blocks = self._onto(tangent, self.reach if by is None else by)
         rows, columns = np.meshgrid(self.dofs, self.dofs, indexing="ij")
         return Entries(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
@@ -152,7 +183,15 @@ class Separation:
     def couples(
         self, pull: Array, stiffness: Array | float = 0.0, damping: Array | float = 0.0
     ) -> tuple[RotationForces, ...]:
-        """Give what the moments of `force` and of `entries` are beyond linear theory, where v has sines."""
+        """Give what the moments of `force` and of `entries` are beyond linear theory, where v has sines.
+
+        Parameters
+        ----------
+        pull
+            Moment of a rotation (N m), ``(angles, 1)``.
+        stiffness, damping
+            Its changes by the rotation and its rate (N m/rad, N m s/rad), ``(angles, 1, 1)``.
+        """
         if not self.of_sines:
             return ()
         moment = -np.einsum("tnk,tn->tk", self.reach, pull)
@@ -160,12 +199,24 @@ class Separation:
         return (RotationForces.of_couples(self.dofs, moment, stiffness * one, damping * one),)
 
     def elastic(self, v: Array) -> Array:
-        """What a displacement in link axes, ``(angles, nodal dofs)``, adds to the separation, ``(angles, n)``."""
+        """What a displacement in link axes, ``(angles, nodal dofs)``, adds to the separation, ``(angles, n)``.
+
+        Parameters
+        ----------
+        v
+            The displacement, ``(angles, nodal dofs)``.
+        """
         part = v[:, self.dofs]
         return np.einsum("tnk,tk->tn", self.reach, rotated(part) if self.of_sines else part)
 
     def elastic_rate(self, v: Array, rate: Array) -> Array:
-        """What it and its velocity in link axes add to the separation's rate, ``(angles, n)``."""
+        """What it and its velocity in link axes add to the separation's rate, ``(angles, n)``.
+
+        Parameters
+        ----------
+        v, rate
+            The displacement and its velocity, ``(angles, nodal dofs)``.
+        """
         part, speed = v[:, self.dofs], rate[:, self.dofs]
         if self.of_sines:
             speed = speed / cosine(part)

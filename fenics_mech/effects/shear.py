@@ -28,6 +28,13 @@ def beams(scene: Scene, links: Beams) -> Beams:
     the element, makes its energy of bending and shear stationary. So the element is exact under forces at its ends,
     however thin it is: nothing locks.
 
+    Parameters
+    ----------
+    scene
+        The scene, for the sections' shear stiffness G A_s (N).
+    links
+        The links' matrices, whose members are rigid in shear.
+
     Raises
     ------
     SceneError

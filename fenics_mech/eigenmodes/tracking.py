@@ -53,7 +53,13 @@ class Modes:
         return self.only(~(self.omega == 0).all(axis=0))
 
     def only(self, those: NDArray[np.bool_]) -> Modes:
-        """Some of the modes, ``(modes,)``."""
+        """Some of the modes, ``(modes,)``.
+
+        Parameters
+        ----------
+        those
+            Which of the modes, ``(modes,)``.
+        """
         return Modes(
             self.theta,
             self.omega[:, those],

@@ -53,6 +53,11 @@ def air_loads(scene: Scene, system: System, response: ElasticResponse, rigid: bo
         A motion of it.
     rigid
         Whether only the rigid part of the motion counts.
+
+    Returns
+    -------
+    tuple
+        The drag, and the same loads turned, both spread along the elements.
     """
     return flow_of(scene, system).loads(*(_still(system) if rigid else displacement_and_velocity(system, response)))
 

@@ -40,18 +40,40 @@ class PointLoad:
     moment: Array
 
     def at_ends(self, length: Array) -> Array:
-        """Forces at the element's nodes that do the same work, ``(angles, 6)``; length is the element's (m)."""
+        """Forces at the element's nodes that do the same work, ``(angles, 6)``.
+
+        Parameters
+        ----------
+        length
+            Length of the element at each angle (m), ``(angles,)``.
+        """
         return point_equivalent(self.place, np.stack([self.along, self.across, self.moment], axis=-1), length)
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
-        """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'."""
+        """What it adds to N, V and M at places of elements, each ``(angles, places)``.
+
+        Parameters
+        ----------
+        element, xi
+            Places 0..1 in elements, ``(places,)`` each.
+        length
+            Length of these elements (m), ``(places,)``.
+        """
         passed = (self.element[:, None] == element) & (xi > self.place[:, None])
         arm = (xi - self.place[:, None]) * length
         across = self.across[:, None]
         return -self.along[:, None] * passed, across * passed, (across * arm - self.moment[:, None]) * passed
 
     def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
-        """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)``."""
+        """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)`` (N m, N m^3).
+
+        Parameters
+        ----------
+        element, xi
+            Places 0..1 in elements, ``(places,)`` each.
+        length
+            Length of these elements (m), ``(places,)``.
+        """
         here = self.element[:, None] == element
         a = np.broadcast_to(self.place[:, None], here.shape)
         x = np.broadcast_to(xi, here.shape)
@@ -69,6 +91,11 @@ class PointLoad:
 
         The pin follows the element's shape functions, which have neither. Elements are rigid in shear: the effect
         `shear` refuses such pins.
+
+        Parameters
+        ----------
+        system
+            The mechanism, for the element's length and its EI.
         """
         beams, a, b = system.beams, self.place, 1 - self.place
         length, ei = beams.mesh.cell_length[self.element], beams.rigidity.bending.mean[self.element]
@@ -97,7 +124,15 @@ class SpreadLoad:
     arm: Array | None = None
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
-        """What it adds to N, V and M at places of elements, each ``(angles, places)``; length is the elements'."""
+        """What it adds to N, V and M at places of elements, each ``(angles, places)``.
+
+        Parameters
+        ----------
+        element, xi
+            Places 0..1 in elements, ``(places,)`` each.
+        length
+            Length of these elements (m), ``(places,)``.
+        """
         along, across = self._at(element)
         once, twice = (integral(LINEAR, xi, times) for times in (1, 2))
         axial, moment = -length * np.sum(along * once, -1), length**2 * np.sum(across * twice, -1)
@@ -106,7 +141,15 @@ class SpreadLoad:
         return axial, length * np.sum(across * once, -1), moment
 
     def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
-        """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)``."""
+        """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)`` (N m, N m^3).
+
+        Parameters
+        ----------
+        element, xi
+            Places 0..1 in elements, ``(places,)`` each.
+        length
+            Length of these elements (m), ``(places,)``.
+        """
         along, across = self._at(element)
         u = -(length**2) * np.sum(along * between_fixed_ends(LINEAR, xi), -1)
         shear = None if self.shear_number is None else self.shear_number[element]
@@ -114,7 +157,15 @@ class SpreadLoad:
         return u, w + self.by_arm(element, xi, length)
 
     def by_arm(self, element: Index, xi: Array, length: Array) -> Array:
-        """Of `displacement` the EI w by the moments of loads along the axis on their arm, ``(angles, places)``."""
+        """Of `displacement` the EI w by the moments of loads along the axis on their arm, ``(angles, places)``.
+
+        Parameters
+        ----------
+        element, xi
+            Places 0..1 in elements, ``(places,)`` each.
+        length
+            Length of these elements (m), ``(places,)``.
+        """
         if self.arm is None:
             return np.zeros((len(self.line), len(element)))
         shear = None if self.shear_number is None else self.shear_number[element]

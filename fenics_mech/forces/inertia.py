@@ -79,7 +79,16 @@ def by_mass_beside_axis(
     """Moment, and EI times the deflection between clamped ends, by inertia along the member on the arm of its mass.
 
     Both are ``(angles, places)``. Of that inertia the acceleration of the neutral line counts here; `by_rotary_inertia`
-    has the rest. `mass_moment` is rho A e of the elements (kg).
+    has the rest.
+
+    Parameters
+    ----------
+    system, response
+        The mechanism, and a motion of it.
+    mass_moment
+        rho A e of the elements (kg), ``(elements,)``.
+    element, xi
+        Places 0..1 in elements, ``(places,)`` each.
     """
     h = system.beams.mesh.cell_length[element]
     along = _of_neutral_line(system, response, element)[0]

@@ -70,7 +70,7 @@ class MemberState:
     rotation: Array
 
     def with_forces(self, axial: Array, shear: Array, moment: Array) -> MemberState:
-        """Give this state with section forces added, see `section_forces`."""
+        """Give this state with N, V and M of `section_forces` added, ``(angles, members x stations)`` each."""
         axial, shear, moment = (force.reshape(self.moment.shape) for force in (axial, shear, moment))
         return replace(
             self,

@@ -77,12 +77,26 @@ class Shortening:
         return zero, one, two
 
     def by_drive(self, unit: Motion, swung: Array) -> Array:
-        """Change of u as one drive moves at unit rate and v changes by `swung`, ``(angles, nodal dofs)`` each."""
+        """Change of u as one drive moves at unit rate and v changes by `swung`, ``(angles, nodal dofs)`` each.
+
+        Parameters
+        ----------
+        unit
+            Motion of the links at the same positions as one drive moves at unit rate.
+        swung
+            Rate of v in that motion, ``(angles, nodal dofs)``.
+        """
         v, rate = self.jets[0], self.system.transformation.derivatives(unit)[0]
         return self._moved((self._pair(v, v) / 2, self._pair(swung, v)), (self.system.values, rate))[1]
 
     def by_velocity(self, change: Array) -> Array:
-        """Change of the rate of u by a change of v', ``(angles, nodal dofs)`` each."""
+        """Change of the rate of u by a change of v', ``(angles, nodal dofs)`` each.
+
+        Parameters
+        ----------
+        change
+            Change of v' in link axes, ``(angles, nodal dofs)``.
+        """
         return self._moved((self._pair(change, self.jets[0]),), (self.system.values,))[0]
 
     def _pair(self, a: Array, b: Array) -> Array:

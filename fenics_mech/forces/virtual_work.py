@@ -81,7 +81,17 @@ class Acceleration:
     centripetal: Array
 
     def power(self, system: System, rates: Rates, v: Array) -> Array:
-        """Power of the inertia ``-m a`` in the rates of the mechanism bent by v, ``(angles,)``."""
+        """Power of the inertia ``-m a`` in the rates of the mechanism bent by v, ``(angles,)`` (W).
+
+        Parameters
+        ----------
+        system
+            The mechanism, for its mass.
+        rates
+            Rates in which the inertia does work, true or virtual.
+        v
+            The displacement by which it is bent, in link axes, ``(angles, nodal dofs)``.
+        """
         mass, rotary = system.nodal_mass, system.nodal_rotary_mass
         force, velocity = (mass @ self.of_nodes.T - rotary @ self.centripetal.T).T, rates.rigid + rates.deformation
         if not self.turning.any() and not v.any():  # then nothing calls for the gyroscopic matrix
@@ -134,7 +144,13 @@ class Forces:
         return -np.sum(list(self._works(rates, shorter).values()), axis=0)
 
     def rates_of(self, unit: Motion) -> Rates:
-        """Rates of the mechanism as one drive moves the links so and q is held; of its undeformed shape if not bent."""
+        """Rates of the mechanism as one drive moves the links so and q is held; of its undeformed shape if not bent.
+
+        Parameters
+        ----------
+        unit
+            Motion of the links at the same positions as one drive moves at unit rate.
+        """
         if not self.bent:
             return Rates.of(self.system, unit, self.still)
         rate = self.system.transformation.derivatives(unit)[0]

@@ -160,7 +160,7 @@ def _between(branch: AssemblyBranch, theta: Array) -> Array:
 
 
 def side(loops: Loops, q: Array) -> Array:
-    """Sign of the loop Jacobian's determinant at many positions, ``(positions,)``."""
+    """Sign of the loop Jacobian's determinant, ``(positions,)``, of coordinates ``(positions, 3 links)``."""
     return np.linalg.slogdet(loops.jacobian(q))[0]
 
 

@@ -151,7 +151,7 @@ class Loops:
 
     @cached_property
     def scale(self) -> Array:
-        """Size of a unit of each equation: `size` for lengths, 1 for angles."""
+        """Size of a unit of each equation, ``(equations,)``: `size` for lengths, 1 for angles."""
         lengths, angles = 2 * len(self.points) + len(self.lines), len(self.angles) + len(self.driven_angles)
         return np.concatenate(
             [np.full(lengths, self.size), np.ones(angles), np.full(len(self.driven_strokes), self.size)]
@@ -159,7 +159,7 @@ class Loops:
 
     @cached_property
     def unit(self) -> Array:
-        """Size of a unit of each coordinate: `size` for lengths, 1 for angles."""
+        """Size of a unit of each coordinate, ``(3 links,)``: `size` for lengths, 1 for angles."""
         return np.tile([self.size, self.size, 1.0], len(self.links))
 
     @cached_property
@@ -218,7 +218,7 @@ class Loops:
         return jacobian[..., :-3]
 
     def without_units(self, q: Array) -> Array:
-        """Give the Jacobian of equations and coordinates in their units."""
+        """Give the Jacobian of equations and coordinates in their units, ``(positions, equations, 3 links)``."""
         return self.jacobian(q) * self.unit / self.scale[:, None]
 
     @cached_property
@@ -293,16 +293,38 @@ class Loops:
         )
 
     def places(self, q: Array, pairs: LoopEquations) -> Array:
-        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``."""
+        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(positions, 3 links)``.
+        pairs
+            The equations whose points are asked for.
+        """
         poses = _with_ground(q)
         return poses[:, pairs.body, :2] + _arms(poses, pairs)
 
     def tangents(self, q: Array, pairs: LoopEquations) -> Array:
-        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``."""
+        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(positions, 3 links)``.
+        pairs
+            The equations whose lines are asked for.
+        """
         return _direction(_with_ground(q), pairs)[0]
 
     def gaps(self, q: Array) -> dict[str, float]:
-        """Distance between each joint's points at one position (m)."""
+        """Distance between each joint's points at one position (m), by joint.
+
+        Parameters
+        ----------
+        q
+            Coordinates of the links, ``(3 links,)``.
+        """
         poses = _with_ground(q[None])
         found: dict[str, float] = {}
         for name, gap in zip(self.points.name, np.linalg.norm(_gap(poses, self.points)[0], axis=-1)):

@@ -51,7 +51,15 @@ class Group:
     base: csr_matrix | None = None
 
     def jets(self, motion: Motion, orders: int) -> tuple[Jets, Jets]:
-        """Give G_d, ``(angles, rows, rows)``, and G_i, ``(angles, rows, independent)``, with time derivatives."""
+        """Give G_d, ``(angles, rows, rows)``, and G_i, ``(angles, rows, independent)``, with time derivatives.
+
+        Parameters
+        ----------
+        motion
+            The motion at the angles.
+        orders
+            1 for values, 3 with two time derivatives.
+        """
         parts = [equation.jets(motion, orders, self.columns) for equation in self.equations]
         whole = [np.concatenate(rows, axis=1) for rows in zip(*parts)]
         unknowns = np.sort(np.concatenate([self.dependent, self.independent]))
@@ -62,7 +70,17 @@ class Group:
         return [g[..., d] for g in whole], [g[..., i] for g in whole]
 
     def on_nodes(self, motion: Motion, multipliers: Array, size: int) -> Array:
-        """Forces of the equations on the nodal dofs, ``(angles, size)``, from their multipliers, ``(angles, rows)``."""
+        """Forces of the equations on the nodal dofs, ``(angles, size)``, from their multipliers, ``(angles, rows)``.
+
+        Parameters
+        ----------
+        motion
+            The motion at the angles.
+        multipliers
+            Forces of the equations on their bodies, ``(angles, rows)``.
+        size
+            Number of nodal dofs.
+        """
         parts = [equation.jets(motion, 1, self.columns)[0] for equation in self.equations]
         nodal = self.columns < size
         forces = np.zeros((len(multipliers), size))
@@ -70,7 +88,15 @@ class Group:
         return forces
 
     def solution(self, motion: Motion, orders: int = 1) -> Jets:
-        """Give S of ``d = S i``, ``(angles, dependent, independent)``, with time derivatives where orders is 3."""
+        """Give S of ``d = S i``, ``(angles, dependent, independent)``, with time derivatives where orders is 3.
+
+        Parameters
+        ----------
+        motion
+            The motion at the angles.
+        orders
+            1 for S alone, 3 with two time derivatives.
+        """
         lead, rest = self.jets(motion, orders)
         solution = [-np.linalg.solve(lead[0], rest[0])]
         if orders > 1:

@@ -241,7 +241,13 @@ class Equation:
         )
 
     def straight(self, tension: Array) -> Matrices:
-        """Linearise about straight links at rest under axial forces (N), ``(angles, elements)``."""
+        """Linearise about straight links at rest under axial forces (N), ``(angles, elements)``.
+
+        Parameters
+        ----------
+        tension
+            Axial force of each element (N), ``(angles, elements)``.
+        """
         still = np.zeros((len(tension), self.system.size))
         return self.linearised(still, still, tension)
 
@@ -307,13 +313,25 @@ class Equation:
         return self.system.transformation.backward_at(self.jets[0], dofs, forces)
 
     def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
-        """Displacement v and its velocity v' over the links' coordinates, each ``(angles, links' coordinates)``."""
+        """Displacement v and its velocity v' over the links' coordinates, each ``(angles, links' coordinates)``.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
         (p, first, _), forward = self.jets, self.system.transformation.forward
         v_rate = forward(p, rate)
         return forward(p, q), v_rate if first is None else v_rate + forward(first, q)
 
     def acceleration(self, q: Array, rate: Array) -> Array:
-        """Second derivative of the coordinates at a state, ``(angles, coordinates)``."""
+        """Second derivative of the coordinates at a state, ``(angles, coordinates)``.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
         return self.linear.mass.solve(-self.residual(q, rate, np.zeros_like(q)))
 
     def _link_damping(self) -> Array:
@@ -364,7 +382,13 @@ def require_room(system: System, positions: int, stages: int, modes: int | None)
 
 
 def held_matrices(system: System) -> tuple[Stack, Stack]:
-    """Mass and symmetric stiffness, held at the angles."""
+    """Mass and symmetric stiffness, held at the angles.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angles.
+    """
     equation, p = Equation(system), system.values
     products = equation._congruence
     m = products.values_of_matrix(system.link_mass)

@@ -38,11 +38,25 @@ class Matrices:
 
     @classmethod
     def of_full(cls, mass: Array, damping: Array, stiffness: Array, load: Array) -> Matrices:
-        """Take M, C and K that are given as a whole, ``(angles, coordinates, coordinates)`` each."""
+        """Take M, C and K that are given as a whole, ``(angles, coordinates, coordinates)`` each.
+
+        Parameters
+        ----------
+        mass, damping, stiffness
+            M, C and K, ``(angles, coordinates, coordinates)``.
+        load
+            f, ``(angles, coordinates)``, or of several loads ``(angles, coordinates, loads)``.
+        """
         return cls(Stack.of_full(mass), Stack.of_full(damping), Stack.of_full(stiffness), load)
 
     def left(self, q: Array, rate: Array, second: Array) -> Array:
-        """Give the left side of the equation for q, q' and q'', ``(angles, coordinates)`` each."""
+        """Give the left side of the equation for q, q' and q'', ``(angles, coordinates)`` each.
+
+        Parameters
+        ----------
+        q, rate, second
+            Coordinates and their first two time derivatives, ``(angles, coordinates)``.
+        """
         found = self.mass.times(second) + self.damping.times(rate) + self.stiffness.times(q)
         return found if self.modal is None else found + self.modal.of(q, rate)
 
@@ -52,14 +66,26 @@ class Matrices:
         return self.mass.full, self.whole_damping.full, self.whole_stiffness.full
 
     def damped(self, rates: Array) -> Array:
-        """Give the forces of damping, those of modes among them, ``(angles, vectors, coordinates)``, of several q'."""
+        """Give the forces of damping, those of modes among them, ``(angles, vectors, coordinates)``, of several q'.
+
+        Parameters
+        ----------
+        rates
+            Several q' at each angle, ``(angles, vectors, coordinates)``.
+        """
         found = self.damping.times(rates)
         return (
             found if self.modal is None else found + rates @ self.modal.by_rate.transpose(0, 2, 1) @ self.modal.outward
         )
 
     def damping_at(self, position: int) -> Array:
-        """Give C at one angle with the damping of modes, ``(coordinates, coordinates)``."""
+        """Give C at one angle with the damping of modes, ``(coordinates, coordinates)``.
+
+        Parameters
+        ----------
+        position
+            Number of the angle.
+        """
         found = self.damping.dense(position)
         return found if self.modal is None else found + self.modal.damping_at(position)
 
@@ -114,12 +140,26 @@ class Matrices:
 
 
 def looked_at(angles: Index, size: int) -> Index:
-    """Angles whose eigenvalues are looked at: all of them, or few where there are many coordinates."""
+    """Angles whose eigenvalues are looked at: all of them, or few where there are many coordinates.
+
+    Parameters
+    ----------
+    angles
+        Numbers of the angles in question.
+    size
+        Number of coordinates.
+    """
     return angles if size <= MATRICES.many else angles[:: max(1, -(-len(angles) // MATRICES.angles))]
 
 
 def not_positive(stiffness: Stack) -> Index:
-    """Angles at which the symmetric part of a matrix is not positive, by the signs of its pivots (Sylvester)."""
+    """Angles at which the symmetric part of a matrix is not positive, by the signs of its pivots (Sylvester).
+
+    Parameters
+    ----------
+    stiffness
+        The matrices at all angles.
+    """
     try:
         positive = (stiffness.symmetric.factors.pivots > 0).all(axis=1)
     except SolverError:
@@ -131,6 +171,13 @@ def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
     """Raise `SolverError` where a damper is as good as rigid: in a sum with it, all else would be lost to rounding.
 
     The damping is compared with inertia and stiffness, coordinate by coordinate, over a step of time (s).
+
+    Parameters
+    ----------
+    matrices
+        M, C and K at all angles.
+    step
+        Duration of a step (s).
     """
     parts = matrices.mass, matrices.damping, matrices.stiffness
     mass, damping, stiffness = (np.abs(part.diagonal) for part in parts)

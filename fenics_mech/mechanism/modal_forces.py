@@ -42,15 +42,33 @@ class ModalForces:
     by_place: Array
 
     def rates(self, q: Array, rate: Array) -> Array:
-        """Give y of q and q', ``(angles, modes)``."""
+        """Give y of q and q', ``(angles, modes)``.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
         return np.einsum("tmn,tn->tm", self.by_rate, rate) + np.einsum("tmn,tn->tm", self.by_place, q)
 
     def forces(self, rates: Array) -> Array:
-        """Give the forces on the coordinates, ``(angles, coordinates)``, of y."""
+        """Give the forces on the coordinates, ``(angles, coordinates)``, of y.
+
+        Parameters
+        ----------
+        rates
+            The modes' rates y, ``(angles, modes)``.
+        """
         return np.einsum("tmn,tm->tn", self.outward, rates)
 
     def of(self, q: Array, rate: Array) -> Array:
-        """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'."""
+        """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
         return self.forces(self.rates(q, rate))
 
     @property
@@ -59,7 +77,13 @@ class ModalForces:
         return self.outward.shape[1] < MATRICES.few_modes * self.outward.shape[2]
 
     def damping_at(self, position: int) -> Array:
-        """Give ``F^T G`` at one angle, ``(coordinates, coordinates)``."""
+        """Give ``F^T G`` at one angle, ``(coordinates, coordinates)``.
+
+        Parameters
+        ----------
+        position
+            Number of the angle.
+        """
         return self.outward[position].T @ self.by_rate[position]
 
     @property
@@ -78,12 +102,24 @@ class ModalForces:
         return Stack.of_full(self.outward.transpose(0, 2, 1) @ self.by_place)
 
     def widened(self, more: int) -> ModalForces:
-        """Give the same with further coordinates, which strain nothing."""
+        """Give the same with further coordinates, which strain nothing.
+
+        Parameters
+        ----------
+        more
+            Number of further coordinates.
+        """
         wider = (np.pad(part, ((0, 0), (0, 0), (0, more))) for part in (self.outward, self.by_rate, self.by_place))
         return ModalForces(*wider)
 
     def paced(self, pace: float) -> ModalForces:
-        """Give the same where q' is in units of a pace (1/s)."""
+        """Give the same where q' is in units of a pace (1/s).
+
+        Parameters
+        ----------
+        pace
+            The pace (1/s): q' is the pace times what is given.
+        """
         return replace(self, by_rate=pace * self.by_rate)
 
 
@@ -123,26 +159,57 @@ class NonlinearModalForces:
         return np.einsum("tms,ts->tm", self.axial, np.sum(gradient * v_rate[:, self.law.dofs], axis=-1))
 
     def rates(self, q: Array, rate: Array) -> Array:
-        """Give y of q and q', ``(angles, modes)``."""
+        """Give y of q and q', ``(angles, modes)``.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
         v, v_rate = self._links(q, rate)
         return self.linear.rates(q, rate) + self._bending(self.law.gradient(v), v_rate)
 
     def tension(self, rates: Array) -> Array:
-        """Give the axial force of each element that goes with y (N), ``(angles, elements)``."""
+        """Give the axial force of each element that goes with y (N), ``(angles, elements)``.
+
+        Parameters
+        ----------
+        rates
+            The modes' rates y, ``(angles, modes)``.
+        """
         return np.einsum("tms,tm->ts", self.axial, rates)
 
     def on_bent_axis(self, rates: Array, q: Array) -> Array:
-        """Give the forces of the elements' tension on the bent axis, ``(angles, coordinates)``, of y and q."""
+        """Give the forces of the elements' tension on the bent axis, ``(angles, coordinates)``, of y and q.
+
+        Parameters
+        ----------
+        rates
+            The modes' rates y, ``(angles, modes)``.
+        q
+            Coordinates, ``(angles, coordinates)``.
+        """
         v = self.transformation.forward(self.jets[0], q)
         return self._on_coordinates(self.tension(rates)[..., None] * self.law.gradient(v))
 
     def of(self, q: Array, rate: Array) -> Array:
-        """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'."""
+        """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
         rates = self.rates(q, rate)
         return self.linear.forces(rates) + self.on_bent_axis(rates, q)
 
     def linearised(self, q: Array, rate: Array) -> tuple[ModalForces, Array, Array]:
         """Linearise about a state.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
 
         Returns
         -------

@@ -54,7 +54,17 @@ class Separate:
 
     @classmethod
     def of(cls, motions: Array, mass: sp.csr_matrix, links: sp.csr_matrix, added: sp.csr_matrix) -> Separate:
-        """Separate independent motions of rigid links, ``(motions, coordinates)``, by the two parts of K."""
+        """Separate independent motions of rigid links, ``(motions, coordinates)``, by the two parts of K.
+
+        Parameters
+        ----------
+        motions
+            The motions of rigid links, ``(motions, coordinates)``.
+        mass
+            M, ``(coordinates, coordinates)``.
+        links, added
+            Stiffness of the links, and that of springs and axial forces, ``(coordinates, coordinates)``.
+        """
         size = links.shape[0]
         stiff = np.sqrt(np.abs(links.diagonal()) + np.abs(added.diagonal()))
         places = qr(motions * stiff, mode="r", pivoting=True)[1][: len(motions)]

@@ -237,7 +237,13 @@ class System:
         return self.on_coordinates(self.applied - inertia)
 
     def to_links(self, q: Array) -> Array:
-        """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``."""
+        """Nodal dofs in link axes of coordinates at all angles (4.41), ``(angles, nodal dofs)``.
+
+        Parameters
+        ----------
+        q
+            Coordinates, ``(angles, coordinates)``.
+        """
         return self.on_nodes(self.transformation.forward(self.values, q))
 
     def nodes_at(self, k: int, q: Array) -> Array:
@@ -247,12 +253,18 @@ class System:
         return self.to_links(every)[k].reshape(-1, 3)
 
     def bent_most(self, k: int, q: Array) -> str:
-        """Link that coordinates at angle number k bend most."""
+        """Link that coordinates at angle number k, ``(coordinates,)``, bend most."""
         turned, of_link = self.nodes_at(k, q)[:, 2], self.beams.mesh.node_link
         return self.motion.links[int(np.argmax([np.ptp(turned[of_link == i]) for i in range(of_link.max() + 1)]))]
 
     def assembled(self, ends: Array) -> Array:
-        """Sum forces on the elements' ends ``(angles, elements, 6)`` to nodal forces ``(angles, nodal dofs)``."""
+        """Sum forces on the elements' ends ``(angles, elements, 6)`` to nodal forces ``(angles, nodal dofs)``.
+
+        Parameters
+        ----------
+        ends
+            Forces and moments in link axes (N, N m), ``(angles, elements, 6)``.
+        """
         return summed(ends.reshape(len(ends), -1), element_dofs(self.beams.mesh).ravel(), self.transformation.height)
 
     def assembled_from_members(self, ends: Array) -> Array:

@@ -210,7 +210,13 @@ class Transformation:
         return found
 
     def on_unknowns(self, force: Array) -> Array:
-        """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(angles, nodal dofs)``."""
+        """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(angles, nodal dofs)``.
+
+        Parameters
+        ----------
+        force
+            Forces on the nodal dofs, ``(angles, nodal dofs)``.
+        """
         return force if self.base is None else force @ self.base[: self.height, : self.height]
 
 

@@ -302,7 +302,13 @@ def write_dataset(path: Path, data: xr.Dataset, engine: str) -> None:
 
 
 def seal_of(content: bytes) -> bytes:
-    """Give what stands behind a file's content."""
+    """Give what stands behind a file's content.
+
+    Parameters
+    ----------
+    content
+        The content, before the seal.
+    """
     return SEAL + hashlib.sha256(content).hexdigest().encode()
 
 

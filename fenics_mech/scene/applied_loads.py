@@ -57,7 +57,7 @@ class FactorHarmonics(Harmonics):
         return ()
 
     def at(self, theta: Array) -> Array:
-        """Values at drive angles."""
+        """Values at drive angles (rad), of their shape."""
         return self.jet(theta).value
 
 
@@ -106,7 +106,7 @@ class FactorTable(Part):
         return self.angles
 
     def at(self, theta: Array) -> Array:
-        """Values at drive angles."""
+        """Values at drive angles (rad), of their shape."""
         turned = self.angles[0] + np.mod(theta - self.angles[0], TURN)
         return np.interp(turned, [*self.angles, self.angles[0] + TURN], [*self.values, self.values[0]])
 
@@ -146,7 +146,7 @@ class FactorExpression(Part):
         return ()
 
     def at(self, theta: Array) -> Array:
-        """Values at drive angles."""
+        """Values at drive angles (rad), of their shape."""
         return _evaluated(self.formula, np.mod(theta, TURN))
 
 
@@ -203,7 +203,7 @@ class Pulse(Part):
         return tuple(angle + side * self.ramp / 2 for angle in (self.start, self.end) for side in (-1, 1))
 
     def at(self, theta: Array) -> Array:
-        """Values at drive angles."""
+        """Values at drive angles (rad), of their shape."""
         from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, TURN) - math.pi
         inside = self.width / 2 - np.abs(from_middle)
         if self.ramp == 0:

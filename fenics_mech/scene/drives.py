@@ -93,7 +93,7 @@ class Harmonics(Part):
         return cosine - 1j * sine  # type: ignore[no-any-return]
 
     def jet(self, theta: Array) -> Jet:
-        """Value and two derivatives by theta."""
+        """Value and two derivatives by theta (rad), of the shape of theta."""
         n = self.orders
         by_derivative = self.amplitudes * np.stack([np.ones_like(n), 1j * n, -(n**2)])
         flat, block = theta.ravel(), max(1, LAW.block // max(1, len(n)))
@@ -104,7 +104,15 @@ class Harmonics(Part):
         return Jet(self.mean + value, first, second)
 
     def equally(self, count: int, derivative: int = 0) -> Array:
-        """Give a derivative, or the value, at so many equal steps of a cycle by the fast Fourier transform."""
+        """Give a derivative, or the value, at equal steps of a cycle, ``(count,)``, by the fast Fourier transform.
+
+        Parameters
+        ----------
+        count
+            Number of steps, from 0 on.
+        derivative
+            Order of the derivative by theta; 0 is the value.
+        """
         n = self.orders
         spectrum = np.zeros(count, complex)
         np.add.at(spectrum, n.astype(np.int64) % count, self.amplitudes * (1j * n) ** derivative)
@@ -129,7 +137,7 @@ class Table(Part):
     values: Annotated[tuple[AngleOrLength, ...], Field(min_length=6, max_length=100_000)]
 
     def jet(self, theta: Array) -> Jet:
-        """Value and two derivatives by theta."""
+        """Value and two derivatives by theta (rad), of the shape of theta."""
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import, and few drives have tables)
 
         nodes = np.linspace(0, 2 * np.pi, len(self.values) + 1)
@@ -169,7 +177,7 @@ class Expression(Part):
         return text
 
     def jet(self, theta: Array) -> Jet:
-        """Value and two derivatives by theta."""
+        """Value and two derivatives by theta (rad), of the shape of theta."""
         return Formula(self.formula, ("theta",)).jet(Jet.variable(theta))
 
 
@@ -322,7 +330,15 @@ class Drive(Part):
         return round(self.cycle_rate / cycle_rate)
 
     def enough_angles(self, least: int, cycle_rate: float) -> int:
-        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them."""
+        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them.
+
+        Parameters
+        ----------
+        least
+            Number of parts to begin with.
+        cycle_rate
+            Rate of the common cycle (rad/s).
+        """
         law, turns = self.law, abs(self.turns_in(cycle_rate))
         if law is None:
             return least

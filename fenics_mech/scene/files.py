@@ -65,7 +65,19 @@ def load(path: str | Path) -> Scene:
 def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
     """Make a scene from the text of a scene file.
 
-    `file` is named in errors, and gives the scene a name if it has none; a drawing is looked for in `folder`.
+    Parameters
+    ----------
+    text
+        The text, in TOML.
+    file
+        Name of the file in errors; it names a scene that has no name.
+    folder
+        Where a drawing is looked for.
+
+    Raises
+    ------
+    SceneError
+        When the text is not TOML, or not a valid scene.
     """
     try:
         if deep := DEEP_KEY.search(text):

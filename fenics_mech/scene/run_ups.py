@@ -47,7 +47,15 @@ class TimeTable(Part):
         return self
 
     def jet(self, time: Array, speed: float) -> Jet:
-        """Angle turned and two derivatives by time; speed is that of the steady motion."""
+        """Angle turned and two derivatives by time.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        speed
+            Speed of the steady motion (rad/s).
+        """
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import, and few run-ups have tables)
 
         ends = [(1, 0.0), (2, 0.0)], [(1, speed), (2, 0.0)]
@@ -79,7 +87,15 @@ class TimeExpression(Part):
         return text
 
     def jet(self, time: Array, speed: float) -> Jet:
-        """Angle turned and two derivatives by time; the formula has its own speed at its end."""
+        """Angle turned and two derivatives by time; the formula has its own speed at its end.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        speed
+            Not used: `Drive` requires that the formula ends with it.
+        """
         return Formula(self.formula, ("t",)).jet(Jet.variable(time))
 
 

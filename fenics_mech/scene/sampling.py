@@ -51,7 +51,13 @@ class SampledFunction:
     values: Array
 
     def mean(self, values: Array) -> float:
-        """Mean of other values at the points over the cycle."""
+        """Mean of other values at the points over the cycle.
+
+        Parameters
+        ----------
+        values
+            The other values, ``(points,)``.
+        """
         return float(self.weights @ values) / TURN
 
     @property
@@ -61,7 +67,13 @@ class SampledFunction:
 
     @classmethod
     def equally(cls, values: Array) -> SampledFunction:
-        """Take values at equal steps of a cycle from 0 on."""
+        """Take values at equal steps of a cycle from 0 on.
+
+        Parameters
+        ----------
+        values
+            The values, ``(points,)``.
+        """
         step = TURN / len(values)
         return cls(step * np.arange(len(values)), np.full(len(values), step), values)
 
@@ -70,6 +82,13 @@ class SampledFunction:
         """Take Gauss points of the pieces between ascending angles from 0 to 2 pi.
 
         Six points integrate the square of a polynomial of degree 5 exactly.
+
+        Parameters
+        ----------
+        edges
+            The angles between the pieces (rad), ``(pieces + 1,)``.
+        function
+            Gives values at angles (rad), ``(points,)`` both.
         """
         angles, weights = gauss_points(edges)
         return cls(angles, weights, function(angles))

@@ -91,6 +91,11 @@ def coupling(system: System) -> tuple[Array, Array]:
     """What the coupling of rigid and elastic motion adds to the equation that is solved: to damping and to stiffness.
 
     Both are ``(angles, coordinates, coordinates)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angles.
     """
     terms = (replace(system.terms, coupled=on) for on in (False, True))
     plain, coupled = (Equation(replace(system, terms=each)).linear for each in terms)
@@ -143,7 +148,15 @@ def quasi_static_strains() -> list[Finding]:
 
 
 def reference_order(system: System, model: NineElementModel) -> list[int]:
-    """Our coordinate for each dof of the hand-coded model."""
+    """Our coordinate for each dof of the hand-coded model.
+
+    Parameters
+    ----------
+    system
+        The mechanism of the seed four-bar.
+    model
+        The hand-coded model of it, with the same elements.
+    """
     mesh = system.beams.mesh
     component = {"u": "x", "w": "y", "phi": "rotation"}
     names = {name: i for i, name in enumerate(system.transformation.names)}

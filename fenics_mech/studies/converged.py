@@ -57,12 +57,24 @@ class Converged:
     how: str
 
     def error(self, strain: Array) -> Difference:
-        """Compare strains of another run with these."""
+        """Compare strains of another run with these.
+
+        Parameters
+        ----------
+        strain
+            Strains of the other run, ``(angles, members, stations, fibres)``.
+        """
         return difference(strain, self.strain)
 
 
 def strains(result: Result) -> Array:
-    """Strains of the outer fibres, ``(angles, members, stations, fibres)``."""
+    """Strains of the outer fibres, ``(angles, members, stations, fibres)``.
+
+    Parameters
+    ----------
+    result
+        A result of any analysis.
+    """
     return result.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy()
 
 
@@ -72,6 +84,11 @@ def difference(strain: Array, other: Array) -> Difference:
     Where a member's largest is below a tenth of that of all, that tenth is the measure, as in the program's estimate.
     They are compared at the angles of the coarser curve where all of them are in the finer one. Else the Fourier series
     of the other is evaluated at the angles of the first.
+
+    Parameters
+    ----------
+    strain, other
+        Strains over one cycle, ``(angles, members, stations, fibres)``.
     """
     largest = np.abs(other).max(axis=(0, 2, 3))
     measure = np.maximum(largest, MEASURE.small_member * largest.max())
@@ -81,7 +98,13 @@ def difference(strain: Array, other: Array) -> Difference:
 
 
 def at_common_angles(curves: Array, others: Array) -> tuple[Array, Array]:
-    """Give two sets of curves over one cycle, ``(angles, ...)``, at angles that they share."""
+    """Give two sets of curves over one cycle, ``(angles, ...)``, at angles that they share.
+
+    Parameters
+    ----------
+    curves, others
+        Values at equal steps of the cycle from 0 on, ``(angles, ...)`` with any number of angles each.
+    """
     count, known = len(curves), len(others)
     if count % known == 0:
         return curves[:: count // known], others
@@ -93,7 +116,17 @@ def at_common_angles(curves: Array, others: Array) -> tuple[Array, Array]:
 
 
 def extrapolated(fine: Array, coarse: Array, ratio: float, order: int = 2) -> Array:
-    """Extrapolate to elements of no length (Richardson), from two meshes with a ratio of their numbers of elements."""
+    """Extrapolate to elements of no length (Richardson), from two meshes with a ratio of their numbers of elements.
+
+    Parameters
+    ----------
+    fine, coarse
+        Values over one cycle on both meshes, ``(angles, ...)``.
+    ratio
+        Number of elements of the fine mesh over that of the coarse one.
+    order
+        Power of the elements' length with which the error falls.
+    """
     fine, coarse = at_common_angles(fine, coarse)
     return fine + (fine - coarse) / (ratio**order - 1)
 
@@ -151,7 +184,15 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
 
 
 def converged_quasi_static(scene: Scene, elements: int) -> Converged:
-    """Give the quasi-static strains of a scene, which are exact on any mesh but for rounding and travelling pins."""
+    """Give the quasi-static strains of a scene, which are exact on any mesh but for rounding and travelling pins.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    elements
+        Elements per member.
+    """
     fine, other = (
         strains(analyse(meshed(scene.changed(analysis__method="quasi-static", analysis__sub_intervals=240), n)))
         for n in (elements, max(1, elements // 2))

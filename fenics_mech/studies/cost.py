@@ -150,13 +150,27 @@ def measure_costs(scene: Scene, *, quick: bool = False, progress: Progress = lam
 
 
 def steps_of(scene: Scene, quick: bool = False) -> int:
-    """Give the number of steps that `measure_costs` reports."""
+    """Give the number of steps that `measure_costs` reports.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    quick
+        With few and coarse runs.
+    """
     equations = equations_of(scene)
     return len(grid(equations, quick)) + len(equations) + 2
 
 
 def overhead(scene: Scene) -> dict[str, float]:
-    """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s)."""
+    """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     coarse = scene.changed(analysis__allow_coarse=True, analysis__solver="auto", analysis__allow_ringing=True)
     _, timing = timed(lambda: analyse(coarse))
     bare = bare_seconds(lambda: analyse(coarse))
@@ -206,7 +220,22 @@ def _run(run: GridRun, own: Converged | None, whole: Converged, slow: bool) -> R
 
 
 def errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
-    """Give the errors of a result, and what the program itself estimates."""
+    """Give the errors of a result, and what the program itself estimates.
+
+    Parameters
+    ----------
+    result
+        The result of a run.
+    own
+        Converged strains of the equation that it solves, where they are known.
+    whole
+        Converged strains of the equation with all effects.
+
+    Returns
+    -------
+    dict
+        Of `NUMBERS`, as far as they are known.
+    """
     found = strains(result)
     numbers: dict[str, float] = {}
     if own is not None:
@@ -225,7 +254,13 @@ def errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[s
 
 
 def dataset(outcomes: Sequence[RunOutcome]) -> xr.Dataset:
-    """Label the numbers of some runs."""
+    """Label the numbers of some runs.
+
+    Parameters
+    ----------
+    outcomes
+        What came of each run.
+    """
     rows = []
     for outcome in outcomes:
         settings: dict[str, Any] = dict.fromkeys(SETTINGS, np.nan) | dict.fromkeys(TEXT_SETTINGS, "")

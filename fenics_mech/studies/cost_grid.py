@@ -61,6 +61,11 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
     The first is the truncated equation (5.1), with what the scene states. Stability is not judged, and answers that are
     too coarse are let pass: their error is what is measured.
 
+    Parameters
+    ----------
+    scene
+        A scene with a periodic response.
+
     Raises
     ------
     SceneError
@@ -88,12 +93,28 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
 
 
 def meshed(scene: Scene, elements: int) -> Scene:
-    """Give a scene whose members have so many elements each."""
+    """Give a scene whose members have so many elements each.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    elements
+        Elements per member.
+    """
     return with_meshes(scene, Mesh(elements=elements), lambda mesh: None)
 
 
 def reference_meshes(scene: Scene, quick: bool = False) -> tuple[int, int, int]:
-    """Elements per member of a converged answer: three meshes, the finest first, as fine as time allows."""
+    """Elements per member of a converged answer: three meshes, the finest first, as fine as time allows.
+
+    Parameters
+    ----------
+    scene
+        The scene, for its number of members.
+    quick
+        With the coarsest meshes.
+    """
     if quick:
         return REFERENCE_MESHES[-1]
     members = len(scene.members())

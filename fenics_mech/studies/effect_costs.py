@@ -74,6 +74,11 @@ def added_one_by_one(scene: Scene) -> list[Run]:
     All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
     replaces goes when that one comes. The last run is what the others are compared with.
 
+    Parameters
+    ----------
+    scene
+        A scene with a periodic response.
+
     Raises
     ------
     SceneError
@@ -99,7 +104,13 @@ def added_one_by_one(scene: Scene) -> list[Run]:
 
 
 def counted_run(scene: Scene) -> tuple[Result, Count]:
-    """Analyse a scene twice, and count what the second run makes (the first one fills the caches)."""
+    """Analyse a scene twice, and count what the second run makes (the first one fills the caches).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     analyse(scene)
     with counted() as count:
         result = analyse(scene)
@@ -107,7 +118,13 @@ def counted_run(scene: Scene) -> tuple[Result, Count]:
 
 
 def largest_difference(result: Result, other: Result) -> float:
-    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same."""
+    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same.
+
+    Parameters
+    ----------
+    result, other
+        Results with the same members, stations and angles.
+    """
     mine, theirs = (r.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy() for r in (result, other))
     largest = np.abs(theirs).max(axis=(0, 2, 3))
     return float((np.abs(mine - theirs).max(axis=(0, 2, 3)) / np.maximum(largest, 1e-6 * largest.max())).max())

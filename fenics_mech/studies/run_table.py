@@ -52,6 +52,11 @@ class RunTable(Saved):
     def to_csv(self, path: str | Path) -> Path:
         """Write the table, one run a line; the file appears whole or not at all.
 
+        Parameters
+        ----------
+        path
+            The file.
+
         Raises
         ------
         ResultError

@@ -132,7 +132,13 @@ def chain(stages: int, **rest: Any) -> Scene:
 
 
 def sizes(quick: bool = False) -> list[Size]:
-    """Give all runs, each line from small to large."""
+    """Give all runs, each line from small to large.
+
+    Parameters
+    ----------
+    quick
+        With few and small runs.
+    """
     along: dict[str, dict[str, tuple[int, ...]]] = {  # by series, by reduction
         "elements": {"none": (3, 10, 20, 100, 300), "craig-bampton": (3, 10, 100, 1000, 3000)},
         "links": dict.fromkeys(("none", "craig-bampton"), (3, 7, 15, 29)),
@@ -198,6 +204,16 @@ def measure_scaling(
 def in_own_process(size: Size) -> dict[str, float]:
     """Measure one size in a process of its own, so that its largest memory is that of this run.
 
+    Parameters
+    ----------
+    size
+        What to measure.
+
+    Returns
+    -------
+    dict
+        Of `NUMBERS`.
+
     Raises
     ------
     MechanismError
@@ -211,7 +227,18 @@ def in_own_process(size: Size) -> dict[str, float]:
 
 
 def measure_size(size: Size) -> dict[str, float]:
-    """Measure one size in this process."""
+    """Measure one size in this process.
+
+    Parameters
+    ----------
+    size
+        What to measure.
+
+    Returns
+    -------
+    dict
+        Of `NUMBERS`.
+    """
     with suppress(MechanismError):  # it compiles, or reads forms
         analyse(replace(size, elements=3, links=3, positions=60).scene())
     scene, before = size.scene(), peak_memory()
@@ -232,6 +259,11 @@ def cost_per_position(data: xr.Dataset) -> list[tuple[str, int, float]]:
     """Give solver, elements per link and processor time per position (s), by two runs that differ in their positions.
 
     What is done once for all positions is in neither.
+
+    Parameters
+    ----------
+    data
+        Table of the runs, as of `Scaling.data`.
     """
     found = []
     pairs = data.isel(run=np.flatnonzero((data["series"] == PER_POSITION).to_numpy()))

@@ -330,6 +330,15 @@ def refuse_other(before: Record, plan: Record, folder: Path) -> None:
     """Raise a `SceneError` unless a folder's plan is for the same scene and fields, with no value that is now left out.
 
     Then no point computed before is left out of the result.
+
+    Parameters
+    ----------
+    before
+        Plan that the folder holds.
+    plan
+        Plan of this sweep: its scene, gauge and values.
+    folder
+        The folder.
     """
     hint = "Give another folder with -o"
     if before["values"].keys() != plan["values"].keys():
@@ -347,7 +356,15 @@ def refuse_other(before: Record, plan: Record, folder: Path) -> None:
 
 
 def first_difference(one: Any, other: Any, place: str = "") -> str:
-    """Give the dotted place of the first difference of two trees of plain data, or an empty text."""
+    """Give the dotted place of the first difference of two trees of plain data, or an empty text.
+
+    Parameters
+    ----------
+    one, other
+        Trees of dicts, lists and plain values.
+    place
+        Dotted place of the two in larger ones.
+    """
     if isinstance(one, dict) and isinstance(other, dict):
         pairs = {key: (one.get(key), other.get(key)) for key in sorted(one.keys() | other.keys())}
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):

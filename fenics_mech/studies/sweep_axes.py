@@ -59,6 +59,13 @@ class Axis:
 def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
     """Read `PATH=START:STOP:COUNT` for each swept field.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    texts
+        One text for each field, with ends in SI or with a unit.
+
     Raises
     ------
     SceneError
@@ -68,7 +75,7 @@ def parse_axes(scene: Scene, texts: Sequence[str]) -> tuple[Axis, ...]:
 
 
 def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[Axis, ...]:
-    """Give the swept fields with their values in SI, increasing and each once; errors as of `parse_axes`.
+    """Give the swept fields with their values in SI, increasing and each once.
 
     Parameters
     ----------
@@ -76,6 +83,11 @@ def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[
         The scene.
     values
         Numbers (SI) or texts with a unit, by dotted path.
+
+    Raises
+    ------
+    SceneError
+        When a path is not that of a number of the scene, or a value is missing or not valid there.
     """
     axes = []
     for path, along in values.items():
@@ -106,6 +118,13 @@ def _checked(axes: Sequence[Axis]) -> tuple[Axis, ...]:
 def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
     """Read `PATH=START:STOP`: a path, and both ends in SI, in the order in which they stand.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    text
+        The text, with ends in SI or with a unit.
+
     Raises
     ------
     SceneError
@@ -117,7 +136,22 @@ def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
 
 
 def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
-    """Give both ends of a range in SI; errors as of `parse_range`."""
+    """Give both ends of a range in SI, in the order in which they stand.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    path
+        Dotted path of the number.
+    ends
+        Numbers (SI), or texts with a unit.
+
+    Raises
+    ------
+    SceneError
+        When the path is not that of a number of the scene that can change continuously, or an end is not valid there.
+    """
     if isinstance(ends, str) or len(ends) != 2:
         raise SceneError(f"a range has two ends, found {ends!r}", place=path, hint="Write (start, stop)")
     found = _ends(scene, path, str(ends[0]), str(ends[1]), RANGE_FORM)
@@ -127,12 +161,26 @@ def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) 
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
-    """Give a scene as plain data, without its measurements: they change no result."""
+    """Give a scene as plain data, without its measurements: they change no result.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     return json.loads(scene.model_copy(update={"measurements": ()}).model_dump_json())
 
 
 def placed(data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Give a scene's plain data with other values, by dotted path."""
+    """Give a scene's plain data with other values, by dotted path.
+
+    Parameters
+    ----------
+    data
+        The plain data, which is not changed.
+    values
+        The other values (SI, or texts with a unit), by dotted path.
+    """
     data = deepcopy(data)
     for path, value in values.items():
         *parents, last = _keys(path)
@@ -207,7 +255,15 @@ def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
 
 
 def unit_of(scene: Scene, path: str) -> str:
-    """Give the SI unit of a number of a scene, as the schema of its part tells it; "1" where it has none."""
+    """Give the SI unit of a number of a scene, as the schema of its part tells it; "1" where it has none.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    path
+        Dotted path of the number.
+    """
     part: Any = scene
     holder: type[Part] = Scene
     field = ""

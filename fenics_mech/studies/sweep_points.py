@@ -67,7 +67,15 @@ TEXTS = {
 
 
 def kept_unit(name: str, scene: Scene) -> str:
-    """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the drive slides."""
+    """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the drive slides.
+
+    Parameters
+    ----------
+    name
+        Name of the variable.
+    scene
+        The scene, for its first drive.
+    """
     return effort_units(scene.drives, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
 
 
@@ -100,13 +108,29 @@ class Gauge:
 
 
 def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
-    """Give the file of a point: its name is the hash of version, scene and gauge."""
+    """Give the file of a point: its name is the hash of version, scene and gauge.
+
+    Parameters
+    ----------
+    folder
+        Folder of the sweep's points.
+    data
+        The point's scene, as plain data.
+    gauge
+        Where the strain is split into harmonics.
+    """
     text = json.dumps([__version__, data, asdict(gauge)], sort_keys=True)
     return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
 
 
 def read_point(path: Path) -> Record | None:
-    """Read a finished point; None where there is none, or one that is to be tried again."""
+    """Read a finished point; None where there is none, or one that is to be tried again.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    """
     try:
         record = json.loads(path.read_text())
     except (OSError, ValueError):
@@ -121,6 +145,17 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
     With the points before it, it has in common what `common` holds.
 
     An error that the program does not know is written too, but the point is tried again by the next sweep.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    data
+        Its scene, as plain data.
+    gauge
+        Where the strain is split into harmonics.
+    common
+        Parts of the analysis that points share.
 
     Raises
     ------
@@ -146,12 +181,24 @@ _common_here = cache(CommonParts)
 
 
 def compute_here(point: tuple[Path, Record, Gauge]) -> None:
-    """Compute one of the points of a worker process, which has what it can in common with those before it."""
+    """Compute one of the points of a worker process, which has what it can in common with those before it.
+
+    Parameters
+    ----------
+    point
+        The point's file, its scene as plain data, and the gauge.
+    """
     compute_point(*point, _common_here())
 
 
 def give_up(path: Path) -> None:
-    """Write that the process of a point was lost; the point is tried again by the next sweep."""
+    """Write that the process of a point was lost; the point is tried again by the next sweep.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    """
     said = "the process that computed this point was ended from outside: there may be too little memory"
     record = dict.fromkeys(TEXTS, "") | {"error": LOST, "message": said, "again": True, "seconds": 0.0}
     write_whole(path, lambda temporary: temporary.write_text(json.dumps(record)))
@@ -160,7 +207,14 @@ def give_up(path: Path) -> None:
 def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
     """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints.
 
-    `closer` is what `between_positions` gives for it.
+    Parameters
+    ----------
+    result
+        The result of a point.
+    closer
+        What `between_positions` gives for it.
+    gauge
+        Where the strain is split into harmonics.
     """
     data = result.data
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
@@ -216,7 +270,18 @@ def _peak(sizes: Any, label: str) -> Array:
 
 
 def stacked(numbers: Sequence[Any]) -> Array:
-    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing."""
+    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing.
+
+    Parameters
+    ----------
+    numbers
+        The arrays, or numbers, of each point.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(points, ...)``, the rest as large as the largest of each axis.
+    """
     arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
     rank = max(array.ndim for array in arrays)
     arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
@@ -229,7 +294,21 @@ def stacked(numbers: Sequence[Any]) -> Array:
 def tabulated(
     data: xr.Dataset, records: Sequence[Record], variables: Variables, scene: Scene, shape: Mapping[str, int]
 ) -> xr.Dataset:
-    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes."""
+    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes.
+
+    Parameters
+    ----------
+    data
+        The dataset with the coordinates of the grid.
+    records
+        What is kept of each point, in the order of the grid.
+    variables
+        Dimensions, unit and meaning of each variable to add.
+    scene
+        The scene of one point, for the unit of the drive's effort.
+    shape
+        Number of values along each dimension of the grid.
+    """
     for name, (dims, unit, meaning) in variables.items():
         numbers = stacked([record.get("values", {}).get(name) for record in records])
         if not np.isnan(numbers).all():  # nor are there none at all

@@ -57,7 +57,20 @@ class Timing:
 def timed(
     work: Callable[[], Found], clock: Clock = time.process_time, wall: Clock = time.perf_counter
 ) -> tuple[Found, Timing]:
-    """Do a piece of work once to warm up, then again until there are enough repeats; a long one is its own repeat."""
+    """Do a piece of work once to warm up, then again until there are enough repeats; a long one is its own repeat.
+
+    Parameters
+    ----------
+    work
+        The piece of work.
+    clock, wall
+        Give processor time and time on the wall (s).
+
+    Returns
+    -------
+    tuple
+        What the first run gave, and the median times of the repeats.
+    """
     begin, start = wall(), clock()
     found = work()
     first = clock() - start
@@ -99,6 +112,11 @@ def bare_seconds(work: Callable[[], Any]) -> float:
 
     That is what the same calls with the same matrices would take without anything around them. Products of dense
     matrices are not in it, as no profile tells them from other work on arrays.
+
+    Parameters
+    ----------
+    work
+        The piece of work.
     """
     profile = cProfile.Profile(time.process_time)
     profile.runcall(work)

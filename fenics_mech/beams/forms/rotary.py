@@ -22,5 +22,13 @@ def rotary(space: Any, inertia: Any) -> Any:
 
 
 def section_rotation(u: Any, w: Any, angle: Any = 0) -> Any:
-    """Rotation of the sections: the slope of the axis less the angle of shear."""
+    """Rotation of the sections: the slope of the axis less the angle of shear.
+
+    Parameters
+    ----------
+    u, w
+        Displacements along and across the member, as UFL functions (m).
+    angle
+        Angle of shear (rad).
+    """
     return w.dx(0) - angle

@@ -70,11 +70,25 @@ class Drawing:
     point_groups: dict[str, tuple[int, ...]]
 
     def error(self, message: str, hint: str = "") -> SceneError:
-        """Make an error about this drawing."""
+        """Make an error about this drawing.
+
+        Parameters
+        ----------
+        message
+            What is wrong.
+        hint
+            What to do about it.
+        """
         return SceneError(f"{self.file}: {message}", place="drawing", hint=hint)
 
     def at(self, node: int) -> str:
-        """Say where a node lies."""
+        """Say where a node lies.
+
+        Parameters
+        ----------
+        node
+            Number of the node.
+        """
         x, y = self.nodes[node]
         return f"({x:.6g}, {y:.6g}) m"
 

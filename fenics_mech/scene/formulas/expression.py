@@ -65,7 +65,15 @@ class Formula:
         return self._value(self._tree(), functions, values | {"pi": np.float64(math.pi)})
 
     def jet(self, variable: Jet, **parameters: float) -> Jet:
-        """Value and two derivatives by the one variable that is not among the parameters."""
+        """Value and two derivatives by the one variable that is not among the parameters.
+
+        Parameters
+        ----------
+        variable
+            The variable with its derivatives, arrays of any shape.
+        **parameters
+            Numbers of the other variables, by name.
+        """
         (name,) = set(self.variables) - set(parameters)
         found = self(
             JET_FUNCTIONS, **{name: variable}, **{key: Jet.constant(p, variable) for key, p in parameters.items()}
@@ -157,17 +165,37 @@ class Jet(Arithmetic):
 
     @classmethod
     def variable(cls, value: Array) -> Jet:
-        """Give the variable itself."""
+        """Give the variable itself.
+
+        Parameters
+        ----------
+        value
+            Values of the variable, of any shape.
+        """
         return cls(value, np.ones_like(value), np.zeros_like(value))
 
     @classmethod
     def constant(cls, value: float, like: Jet) -> Jet:
-        """Give a constant of the shape of another jet."""
+        """Give a constant of the shape of another jet.
+
+        Parameters
+        ----------
+        value
+            The constant.
+        like
+            A jet of the shape wanted.
+        """
         zero = np.zeros_like(like.value)
         return cls(zero + value, zero, zero)
 
     def through(self, f: Array, df: Array, ddf: Array) -> Jet:
-        """Chain rule: values and derivatives of an outer function at this one's values."""
+        """Chain rule: values and derivatives of an outer function at this one's values.
+
+        Parameters
+        ----------
+        f, df, ddf
+            The outer function and its two derivatives at `value`, of the same shape.
+        """
         return Jet(f, df * self.first, ddf * self.first**2 + df * self.second)
 
     def _other(self, other: Jet | float) -> Jet:

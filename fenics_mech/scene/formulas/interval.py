@@ -47,7 +47,13 @@ class Interval(Arithmetic):
         return np.isfinite(self.low) & np.isfinite(self.high)
 
     def holds(self, start: float, step: float) -> Array:
-        """Whether one of the numbers ``start + k step``, k whole, lies inside."""
+        """Whether one of the numbers ``start + k step``, k whole, lies inside.
+
+        Parameters
+        ----------
+        start, step
+            The number of k = 0, and the distance between neighbours.
+        """
         return np.floor((self.high - start) / step) >= np.ceil((self.low - start) / step)
 
     def _other(self, other: Interval | float) -> Interval:
@@ -75,13 +81,27 @@ class Interval(Arithmetic):
         return ends if p % 2 or p == 0 else Interval(np.where(inside, 0.0, ends.low), ends.high)
 
     def from_zero(self, f: Callable[[Array], Array]) -> Interval:
-        """Values of an increasing function of positive numbers; no bounds where some are negative."""
+        """Values of an increasing function of positive numbers; no bounds where some are negative.
+
+        Parameters
+        ----------
+        f
+            The function, of arrays.
+        """
         negative = self.low < -INTERVAL.rounding * (1 + np.abs(self.high))
         low, high = f(np.maximum(self.low, 0)), f(np.maximum(self.high, 0))
         return Interval(np.where(negative, -np.inf, low), np.where(negative, np.inf, high))
 
     def wave(self, f: Callable[[Array], Array], crest: float) -> Interval:
-        """Values of a sine whose maximum is at `crest`."""
+        """Values of a sine whose maximum is at `crest`.
+
+        Parameters
+        ----------
+        f
+            The sine, of arrays, with period 2 pi and values from -1 to 1.
+        crest
+            One place of its maximum (rad).
+        """
         ends = Interval.around(f(self.low), f(self.high))
         low = np.where(self.holds(crest + np.pi, 2 * np.pi), -1.0, ends.low)
         return self.kept(Interval(low, np.where(self.holds(crest, 2 * np.pi), 1.0, ends.high)))
@@ -93,11 +113,23 @@ class Interval(Arithmetic):
         return self.kept(Interval(np.where(pole, -np.inf, low), np.where(pole, np.inf, high)))
 
     def rising(self, f: Callable[[Array], Array]) -> Interval:
-        """Values of an increasing function."""
+        """Values of an increasing function.
+
+        Parameters
+        ----------
+        f
+            The function, of arrays.
+        """
         return self.kept(Interval(f(self.low), f(self.high)))
 
     def kept(self, values: Interval) -> Interval:
-        """Values of a function of this interval, without bounds where it has none: a wave of a pole is no number."""
+        """Values of a function of this interval, without bounds where it has none: a wave of a pole is no number.
+
+        Parameters
+        ----------
+        values
+            Values of the function, as found from the bounds.
+        """
         return Interval(np.where(self.bounded, values.low, -np.inf), np.where(self.bounded, values.high, np.inf))
 
 

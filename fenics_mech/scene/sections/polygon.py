@@ -107,7 +107,15 @@ class PolygonSection(Section):
         return bool(self.parts)
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says."""
+        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says.
+
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, ``(places,)``.
+        stock
+            The member's material, and the scene's for parts that name theirs.
+        """
         polygons = [
             (outline, holes, stock.materials[of] if isinstance(of, str) else of)
             for outline, holes, of in self._polygons(stock.material)
@@ -122,7 +130,17 @@ class PolygonSection(Section):
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
+        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says.
+
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, ``(places,)``.
+        stock
+            The member's material, and the scene's for parts that name theirs.
+        place
+            The section's place in the scene, for errors.
+        """
         factor = stated_factor(self.shear_factor, place)
         whole = 0.0
         for outline, holes, of in self._polygons(stock.material):
@@ -131,7 +149,15 @@ class PolygonSection(Section):
         return np.full_like(s, factor * whole)
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError` where a part's material is not there."""
+        """Raise `SceneError` where a part's material is not there.
+
+        Parameters
+        ----------
+        place
+            The section's place in the scene, for the error.
+        stock
+            The scene's materials.
+        """
         for i, part in enumerate(self.parts):
             check_known(part.material, stock.materials, "material", f"{place}.parts.{i}.material")
 

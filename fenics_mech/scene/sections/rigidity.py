@@ -135,7 +135,14 @@ class Section(Part, ABC):
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give G A_s of a member with this section (N), ``(places,)``: shear force over mean shear angle.
 
-        Parameters are those of `rigidity`, and the section's place in the scene, for errors.
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, shape ``(places,)``.
+        stock
+            What the section may name.
+        place
+            The section's place in the scene, for errors.
 
         Raises
         ------

@@ -112,6 +112,11 @@ def with_material_damping(scene: Scene) -> Scene:
     A ratio of the modes becomes the retardation time that damps the lowest mode of the softest member on two pins by
     that ratio, ``2 ratio/omega`` with ``omega = (pi/L)^2 sqrt(EI/(rho A))``.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+
     Raises
     ------
     SceneError

@@ -45,7 +45,17 @@ class FirstOrder:
 
 
 def first_order(model: NineElementModel, theta: Array, damping: float) -> FirstOrder:
-    """Give the equation (4.66), with a damping ratio of all modes, at crank angles (rad)."""
+    """Give the equation (4.66), with a damping ratio of all modes, at crank angles (rad).
+
+    Parameters
+    ----------
+    model
+        The hand-coded four-bar.
+    theta
+        Crank angles (rad), ``(angles,)``.
+    damping
+        Damping ratio of all modes.
+    """
     mass, stiffness = model.mass_stiffness(theta)
     omega, shapes = modes_of(mass, stiffness)
     momentum, coupling = mass @ shapes, model.coupling(theta)
@@ -62,7 +72,17 @@ def first_order(model: NineElementModel, theta: Array, damping: float) -> FirstO
 
 
 def strain_of(model: NineElementModel, equation: FirstOrder, state: Array) -> Array:
-    """Mid-span strains of the + fibres, ``(angles, links)``, of states ``(angles, 2 dofs)``."""
+    """Mid-span strains of the + fibres, ``(angles, links)``, of states ``(angles, 2 dofs)``.
+
+    Parameters
+    ----------
+    model
+        The hand-coded four-bar.
+    equation
+        Its equation at the angles.
+    state
+        Displacements (m, rad), then their rates, ``(angles, 2 dofs)``.
+    """
     n = model.size
     rate = np.einsum("tij,tj->ti", equation.matrix, state) + equation.load
     acceleration = rate[:, n:] + np.einsum("tij,tj->ti", equation.damped, state[:, n:])
@@ -70,9 +90,23 @@ def strain_of(model: NineElementModel, equation: FirstOrder, state: Array) -> Ar
 
 
 def by_exponentials(intervals: int, elements: int, damping: float = 0.02) -> Array:
-    """Mid-span strains at the middles of sub-intervals with constant coefficients, joined to a cycle.
+    """Mid-span strains in sub-intervals with constant coefficients, joined to a cycle.
 
     Each has the answer of an augmented matrix exponential; the cycle is closed as (5.15) does it.
+
+    Parameters
+    ----------
+    intervals
+        Number of sub-intervals in the cycle.
+    elements
+        Elements per link.
+    damping
+        Damping ratio of all modes.
+
+    Returns
+    -------
+    numpy.ndarray
+        Strains of the + fibres at the middles of the sub-intervals, ``(intervals, links)``.
     """
     model = NineElementModel(elements=elements)
     equation = first_order(model, 2 * np.pi * np.arange(intervals) / intervals, damping)
@@ -97,6 +131,22 @@ def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: fl
     """Mid-span strains of the cycle at which SciPy's Radau integration, from rest, has become periodic.
 
     Periodic is what differs from the cycle before by less than the relative tolerance.
+
+    Parameters
+    ----------
+    tolerance
+        Relative tolerance of the integration.
+    elements
+        Elements per link.
+    angles
+        Number of equal steps of the cycle at which strains are given.
+    damping
+        Damping ratio of all modes.
+
+    Returns
+    -------
+    numpy.ndarray
+        Strains of the + fibres, ``(angles, links)``.
 
     Raises
     ------

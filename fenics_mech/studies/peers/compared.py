@@ -107,6 +107,13 @@ def compare_peers(scene: Scene, *, quick: bool = False, progress: Progress = lam
 def require_ready(scene: Scene, quick: bool = False) -> None:
     """Refuse a scene that there are no peers for, and a computer without Exudyn where that is to run.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    quick
+        With few and coarse runs; of the seed, without Exudyn.
+
     Raises
     ------
     SceneError
@@ -120,7 +127,15 @@ def require_ready(scene: Scene, quick: bool = False) -> None:
 
 
 def entries_of(scene: Scene, quick: bool = False) -> list[Entry]:
-    """Give all runs."""
+    """Give all runs.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    quick
+        With few and coarse runs; of the seed, without SciPy and Exudyn.
+    """
     seed = is_seed(scene)
     entries = [*by_hand(quick)] if seed else []
     if not (quick and seed):
@@ -129,13 +144,29 @@ def entries_of(scene: Scene, quick: bool = False) -> list[Entry]:
 
 
 def steps_of(scene: Scene, quick: bool = False) -> int:
-    """Give the number of steps that `compare_peers` reports."""
+    """Give the number of steps that `compare_peers` reports.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    quick
+        With few and coarse runs; of the seed, without SciPy and Exudyn.
+    """
     entries = entries_of(scene, quick)
     return len(entries) + len(_references(entries))
 
 
 def scene_of(scene: Scene, equation: str) -> Scene:
-    """Give a scene with an equation that peers solve; strains at mid-span, without stability."""
+    """Give a scene with an equation that peers solve; strains at mid-span, without stability.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    equation
+        `TRUNCATED`, `COUPLED` or `EXACT`.
+    """
     lean = scene.changed(
         tolerance=None,
         analysis={"method": "periodic", "stations": 3, "stability": False, "allow_coarse": True},

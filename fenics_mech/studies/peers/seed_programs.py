@@ -28,7 +28,13 @@ SOLVE_IVP = ((1e-2, 2), (1e-2, 3), (1e-3, 3))  # relative tolerance, elements a 
 
 
 def is_seed(scene: Scene) -> bool:
-    """Tell whether a scene is the seed four-bar, whatever its mesh, effects and analysis."""
+    """Tell whether a scene is the seed four-bar, whatever its mesh, effects and analysis.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     return bool(_machine(scene) == _machine(seed_four_bar()))
 
 
@@ -47,7 +53,13 @@ def _machine(scene: Scene) -> Any:
 
 
 def by_hand(quick: bool) -> Iterator[Entry]:
-    """Chapter 5, Gauss-Legendre collocation and matrix exponentials on hand-coded matrices; then SciPy."""
+    """Chapter 5, Gauss-Legendre collocation and matrix exponentials on hand-coded matrices; then SciPy.
+
+    Parameters
+    ----------
+    quick
+        With one run of each method, without SciPy.
+    """
     for count, modes, elements in CHAPTER_5[:1] if quick else CHAPTER_5:
         settings = {"elements": elements, "sub_intervals": count, "modes": modes}
         work = partial(_chapter_5, elements, count, modes)
@@ -66,7 +78,15 @@ def by_hand(quick: bool) -> Iterator[Entry]:
 
 
 def converged_by_hand(equation: str, quick: bool) -> Converged:
-    """Find the converged answer of Gauss-Legendre collocation by hand."""
+    """Find the converged answer of Gauss-Legendre collocation by hand.
+
+    Parameters
+    ----------
+    equation
+        `TRUNCATED` or `COUPLED`.
+    quick
+        With coarser meshes and longer steps.
+    """
     meshes, steps = ((3, 2, 1), 120) if quick else ((8, 6, 4), 480)
     runs = [_gauss_legendre(n, count, equation) for n, count in zip(meshes, (steps, steps, steps // 2))]
     strain, other = (extrapolated(runs[i], runs[i + 1], meshes[i] / meshes[i + 1]) for i in (0, 1))
