@@ -100,7 +100,33 @@ def as_planned(
     progress: Progress = lambda step: None,
     common: CommonParts | None = None,
 ) -> Result:
-    """Analyse a scene with the effects, the mesh and the steps that it states: build, solve, estimate, collect."""
+    """Analyse a scene with the effects, the mesh and the steps that it states: build, solve, estimate, collect.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its effects chosen.
+    choices
+        What was decided about each effect, for the result to say.
+    progress
+        Called with the name of each of `STEPS` as it begins.
+    common
+        What it may have in common with other analyses of a study.
+
+    Returns
+    -------
+    Result
+        With the name of the solver in its attributes.
+
+    Raises
+    ------
+    SceneError
+        When the scene has what its solver does not solve.
+    UnresolvedError
+        When a torsional spring is too stiff for the elements beside it, or an error is too large.
+    SolverError
+        When a solver does not converge.
+    """
     refuse_too_stiff(scene)
     system = mechanism(scene, progress, common)
     solution, solver = solve(scene, system, progress)
@@ -110,7 +136,29 @@ def as_planned(
 
 
 def solve(scene: Scene, system: System, progress: Progress = lambda step: None) -> tuple[Solution, str]:
-    """Solve for the response of a mechanism by the method of its scene, and name the solver."""
+    """Solve for the response of a mechanism by the method of its scene, and name the solver.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its effects chosen.
+    system
+        Its mechanism.
+    progress
+        Called with the name of each of `STEPS` as it begins.
+
+    Returns
+    -------
+    tuple
+        The solution, and the solver's name; for other than periodic responses that of the method.
+
+    Raises
+    ------
+    SceneError
+        When the scene has what its solver does not solve.
+    SolverError
+        When the solver does not converge.
+    """
     method = str(scene.analysis.method)
     if method != "periodic":
         progress("response")
@@ -128,6 +176,15 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
 
 def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Progress = lambda step: None) -> Result:
     """Recover the fields of a solution, estimate their errors, and collect all in a result.
+
+    Parameters
+    ----------
+    solution
+        What a solver of `response` gave.
+    choices
+        What was decided about each effect.
+    progress
+        Called with the name of each of `STEPS` as it begins.
 
     Raises
     ------
@@ -148,14 +205,26 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
 
 
 def refuse_infinite(result: Result) -> None:
-    """Raise `SolverError` where a result holds what is no number."""
+    """Raise `SolverError` where a result holds what is no number.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
     for name in ("strain", "deflection", "joint_force", "input_torque"):
         if name in result.data and not np.isfinite(result.data[name]).all():
             raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
 
 
 def refuse_undriven(scene: Scene) -> None:
-    """Raise `SceneError` where a periodic response is asked for and nothing is driven."""
+    """Raise `SceneError` where a periodic response is asked for and nothing is driven.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     if scene.analysis.method == "periodic" and not scene.drives:
         free = "".join(f"; {freedom}" for freedom in reachable_range(scene).free)
         raise SceneError(

@@ -122,10 +122,24 @@ class Answer(Protocol):
         """Size of a change up to which the answer is linear."""
 
     def to(self, loads: Loads) -> Array:
-        """Give what loads change of the motion, ``(angles, numbers)``; it is linear."""
+        """Give what loads change of the motion, ``(angles, numbers)``; it is linear.
+
+        Parameters
+        ----------
+        loads
+            Loads on the links (N, N m, N/m), periodic as the motion.
+        """
 
     def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the motion with such a change, under such loads."""
+        """Give the motion with such a change, under such loads.
+
+        Parameters
+        ----------
+        change
+            As `to` gives it, ``(angles, numbers)``.
+        loads
+            The loads of this change.
+        """
 
 
 def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Loads, bool]:

@@ -50,6 +50,13 @@ def frequency_error(system: System, modes: Modes) -> Array:
 
     Source: Belytschko and Mullen, On dispersive properties of finite element solutions (1978), for the axis; in bending
     by the same expansion of the cubic element with consistent mass.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    modes
+        Its modes at the same angles.
     """
     beams, count = system.beams.consistent or system.beams, modes.omega.shape[1]
     h = beams.mesh.cell_length

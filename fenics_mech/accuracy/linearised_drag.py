@@ -29,6 +29,16 @@ DRAG = DragLimits()
 def left_out_of_drag(solution: Solution) -> float:
     """Estimate what the linearised drag of the air leaves out, as a share of the largest drag of a member.
 
+    Parameters
+    ----------
+    solution
+        A solution of any method.
+
+    Returns
+    -------
+    float
+        0 without drag of the air, or where the response has no velocity.
+
     Raises
     ------
     UnresolvedError
@@ -59,7 +69,18 @@ def left_out_of_drag(solution: Solution) -> float:
 
 
 def drag_remarks(share: float) -> list[str]:
-    """Say that the linearised drag leaves out a share of the drag that is worth a word."""
+    """Say that the linearised drag leaves out a share of the drag that is worth a word.
+
+    Parameters
+    ----------
+    share
+        From `left_out_of_drag`.
+
+    Returns
+    -------
+    list of str
+        Empty where it is below `DRAG.mentioned`.
+    """
     if share <= DRAG.mentioned:
         return []
     return [f"what the drag of the air does by the square of the links' vibration, up to {share:.2g} of the drag"]

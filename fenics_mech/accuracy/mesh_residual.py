@@ -45,7 +45,13 @@ ORDER, OF_PINS, OF_LUMPS, OF_PULLED, OF_SLIDERS = 4, 3, 2, 2, 1  # in the length
 
 
 def order_of(system: System) -> float:
-    """Power of the elements' length with which the error falls."""
+    """Power of the elements' length with which the error falls.
+
+    Parameters
+    ----------
+    system
+        The mechanism over the cycle.
+    """
     if system.beams.inertia.spread is not None:
         return OF_LUMPS
     contacts = system.transformation.constraints.contacts.values()
@@ -193,7 +199,15 @@ def _by_pins(
 
 
 def moved_by_gaps(system: System, response: ElasticResponse) -> Array:
-    """Displacement that the nodes leave out as pins travel over them, ``(angles, nodal dofs)``; see `_by_pins`."""
+    """Displacement that the nodes leave out as pins travel over them, ``(angles, nodal dofs)``; see `_by_pins`.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the angles of the response.
+    response
+        Its motion.
+    """
     return _by_gaps(system, pin_loads(system, response))
 
 
@@ -206,6 +220,13 @@ def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
     """Give the links' coordinates, ``(angles, links' coordinates)``, when the linkage gives way to gaps at its pins.
 
     That is by statics without axial forces; see `Group.displacement_by_gaps`.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    gaps
+        As of `Group.displacement_by_gaps`: by joint displacement (m) and rotation (rad), ``(angles,)`` each.
     """
     unstressed = system.without_axial_forces
     separated = system.transformation.displacement_by_gaps(system.motion, gaps)
@@ -225,6 +246,11 @@ def at_the_start(system: System) -> Loads:
     """Give the loads whose static answer is what the modes left out of reduced members swing by from a start at rest.
 
     Ends held, a mode swings about its static answer to the load that begins there, with an amplitude of that answer.
+
+    Parameters
+    ----------
+    system
+        The mechanism, with its start first and members reduced.
     """
     beams, mass = system.beams, system.nodal_mass
     assert beams.reduction is not None

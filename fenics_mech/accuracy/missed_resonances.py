@@ -56,7 +56,13 @@ RESONANCES = ResonanceLimits()
 
 
 def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse, float]]:
-    """Give by source of error a response with some of the vibration that the source may miss, and how much of it."""
+    """Give by source of error a response with some of the vibration that the source may miss, and how much of it.
+
+    Parameters
+    ----------
+    solution
+        A solution of any method; only periodic ones have such vibrations.
+    """
     match solution:
         case SubIntervalSolution():
             yield from _by_sub_intervals(solution)
@@ -110,7 +116,20 @@ def _beside(
 
 
 def share_beside(q: Array, vibration: Array) -> float:
-    """Give how much of a vibration stands beside a motion q for the equation to be linear in it."""
+    """Give how much of a vibration stands beside a motion q for the equation to be linear in it.
+
+    Parameters
+    ----------
+    q
+        The motion (m, rad), ``(angles, coordinates)``.
+    vibration
+        Coordinates of the vibration, of the same shape.
+
+    Returns
+    -------
+    float
+        Factor of the vibration, at most 1.
+    """
     moves, vibrates = (float(np.abs(part).max(initial=0.0)) for part in (q, vibration))
     return ESTIMATES.little * moves / vibrates if vibrates > ESTIMATES.little * moves > 0 else 1.0
 
@@ -141,7 +160,17 @@ class Resonances:
 
     @classmethod
     def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
-        """Take load and losses from an equation at the modes' angles."""
+        """Take load and losses from an equation at the modes' angles.
+
+        Parameters
+        ----------
+        equation
+            The equation of motion at the modes' angles.
+        modes
+            Elastic modes.
+        rate
+            Circular frequency of the cycle (rad/s).
+        """
         shapes, matrices = modes.shapes, equation.linear
         work = np.sum(shapes * matrices.damped(shapes), axis=-1)
         loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
@@ -192,7 +221,22 @@ class Resonances:
         return self.met & (self.off > RESONANCES.coarse)
 
     def by_steps(self, tableau: Tableau, finer: Tableau, step: float) -> Mask:
-        """Those that steps of such a duration (s) may miss, or more accurate ones that estimate their error."""
+        """Those that steps of such a duration (s) may miss, or more accurate ones that estimate their error.
+
+        Parameters
+        ----------
+        tableau
+            Points of the steps.
+        finer
+            Points of the steps that estimate their error.
+        step
+            Longest duration of a step (s).
+
+        Returns
+        -------
+        numpy.ndarray
+            Of bool, ``(harmonics, modes)``.
+        """
         change, beside = (points.change(self.harmonics * step)[:, None] for points in (tableau, finer))
         return self.met & ((change > RESONANCES.steps * self.width / 2) | (beside > RESONANCES.finer * self.width / 2))
 
@@ -201,6 +245,11 @@ class Resonances:
 
         It is the static answer to the load over the width of the resonance, of the harmonic with the largest one. Where
         a frequency varies slowly, harmonics are those over the phase of the mode's own vibration (WKB).
+
+        Parameters
+        ----------
+        missed
+            Which harmonics meet which mode unseen, ``(harmonics, modes)``.
         """
         modes, count = self.modes, len(self.load)
         y, y_rate = np.zeros((2, *modes.omega.shape))
@@ -229,6 +278,15 @@ def vibrating_motion(equation: Equation, resonances: Resonances, missed: Mask) -
 
     The modes are those of the links' mass and stiffness alone. Under all that acts on the equation, what balances their
     inertia has other shares along stiff coordinates.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the modes' angles.
+    resonances
+        Its resonances.
+    missed
+        As of `Resonances.vibration`.
     """
     modes = resonances.modes
     momenta = equation.system.mass_times(modes.shapes)

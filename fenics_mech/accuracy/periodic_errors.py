@@ -25,6 +25,16 @@ from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
 def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResponse]:
     """Give a response by collocation without the errors of its steps ("time") and of its mesh.
 
+    Parameters
+    ----------
+    solution
+        The solution.
+
+    Returns
+    -------
+    dict
+        By source.
+
     Raises
     ------
     SolverError
@@ -47,6 +57,16 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
 
 def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     """Give a response by harmonic balance without the errors of its harmonics and of its mesh.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+
+    Returns
+    -------
+    dict
+        By source: "harmonics" and "mesh".
 
     Raises
     ------
@@ -121,14 +141,28 @@ class AnswerOfSteps:
         return ESTIMATES.little * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
 
     def to(self, loads: Loads) -> Array:
-        """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``."""
+        """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``.
+
+        Parameters
+        ----------
+        loads
+            At the starts of the sub-intervals.
+        """
         size = self.system.size
         whole = np.pad(self.system.on_coordinates_by(loads), ((0, 0), (0, self.flow.size - size)))
         found = periodic_change(whole, self.flow.states(*self.starts), self.flow, self.regular)
         return np.concatenate([part[:, :size] for part in found], axis=1)
 
     def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the response with changes of q and q', under loads."""
+        """Give the response with changes of q and q', under loads.
+
+        Parameters
+        ----------
+        change
+            As `to` gives it (m, rad; m/s, rad/s), ``(angles, 2 coordinates)``.
+        loads
+            The loads of this change.
+        """
         (q, rate), size = self.motion, self.system.size
         return elastic_response(
             self.equation, q + change[:, :size], rate + change[:, size:], self.system.on_coordinates_by(loads)

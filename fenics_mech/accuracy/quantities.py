@@ -70,9 +70,20 @@ class Quantities:
     def of(
         cls, scene: Scene, system: System, response: ElasticResponse, loads: Loads = UNLOADED, s: Array | None = None
     ) -> Quantities:
-        """Recover them from a motion at few stations s (of the length), without the forces of modal damping.
+        """Recover them from a motion at few stations, without the forces of modal damping.
 
-        `loads` are those that act beside the system's own.
+        Parameters
+        ----------
+        scene
+            The scene.
+        system
+            Its mechanism at the angles of the response.
+        response
+            The motion.
+        loads
+            Loads that act beside the system's own.
+        s
+            Stations along the members, 0..1, ``(stations,)``; by default those of `stations_of`.
         """
         system = system if loads is UNLOADED else system.with_loads(loads)
         found = reactions(system, nodal_forces(system, response))
@@ -101,7 +112,15 @@ class Quantities:
         )
 
     def with_nodes(self, system: System, v: Array) -> Quantities:
-        """Add the deflection by a displacement of the nodes in link axes, ``(angles, nodal dofs)``."""
+        """Add the deflection by a displacement of the nodes.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
+        v
+            The displacement in link axes (m, rad), ``(angles, nodal dofs)``.
+        """
         deflection = deflection_of_nodes(system, v, stations_of(system))
         return replace(self, deflection=self.deflection + deflection)
 
@@ -122,7 +141,22 @@ class Quantities:
 
 
 def places_of(members: Iterable[str], joints: Mapping[str, Joint], drives: Sequence[Drive]) -> dict[str, list[str]]:
-    """Give the members, joints or drives that each quantity belongs to."""
+    """Give the members, joints or drives that each quantity belongs to.
+
+    Parameters
+    ----------
+    members
+        Labels of the members.
+    joints
+        The joints by name.
+    drives
+        The drives.
+
+    Returns
+    -------
+    dict
+        Names by quantity, in the order of the arrays of `Quantities`.
+    """
     labels = list(members)
     return {
         "strain": labels,
@@ -176,7 +210,18 @@ def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strai
 
 
 def stations_of(system: System) -> Array:
-    """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes."""
+    """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shares of the length, ``(stations,)``.
+    """
     mesh, terms = system.beams.mesh, system.terms
     if system.beams.inertia.spread is None and terms.stiffening is None and terms.law is None:
         return np.linspace(0, 1, MEASURE.stations)

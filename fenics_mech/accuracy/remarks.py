@@ -19,7 +19,18 @@ from fenics_mech.scene.sampling import SAMPLING
 
 
 def not_estimated(solution: Solution) -> list[str]:
-    """Say what is wrong by more than any of the estimates says."""
+    """Say what is wrong by more than any of the estimates says.
+
+    Parameters
+    ----------
+    solution
+        A solution of any method.
+
+    Returns
+    -------
+    list of str
+        Phrases; empty where there is nothing to say.
+    """
     found = _of_loads(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)

@@ -37,9 +37,18 @@ KINKS = KinkLimits()
 
 
 def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[ElasticResponse]:
-    """Give the amplitudes of one mode after another by the blows that positions at such a step (s) do not show.
+    """Give the amplitudes of one mode after another by the blows that positions do not show.
 
     They are at the positions before the blows, and 0 at all others. The modes are those of `unloaded`.
+
+    Parameters
+    ----------
+    system
+        The mechanism at the positions.
+    response
+        Its motion there.
+    step
+        Duration between positions (s).
     """
     contacts = system.transformation.constraints.contacts
     pins = pin_loads(system, response)
@@ -68,7 +77,13 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
 
 
 def unloaded(system: System) -> System:
-    """Give the mechanism with its springs, and no other effect."""
+    """Give the mechanism with its springs, and no other effect.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    """
     return system.with_terms(Terms(matrices=AddedMatrices(stiffness=system.terms.matrices.stiffness)))
 
 

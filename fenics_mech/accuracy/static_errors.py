@@ -22,6 +22,16 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
 
     There is none without axial forces, if no section varies and no pin travels along a member.
 
+    Parameters
+    ----------
+    solution
+        The solution.
+
+    Returns
+    -------
+    dict
+        By source, which is "mesh" alone.
+
     Raises
     ------
     UnresolvedError

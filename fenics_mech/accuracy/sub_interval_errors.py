@@ -43,7 +43,18 @@ MODE_SEARCH = ModeSearch()
 
 
 def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedResponse]:
-    """Give a response by sub-intervals without the errors of their number ("time"), of modes left out, of the mesh."""
+    """Give a response by sub-intervals without the errors of their number ("time"), of modes left out, of the mesh.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+
+    Returns
+    -------
+    dict
+        By source.
+    """
     answer = AnswerOfModes(solution)
     return {
         "time": CorrectedResponse(solution.response.changed(*answer.halved()), ORDERS["time"], ESTIMATES.safety),
@@ -90,7 +101,13 @@ class AnswerOfModes:
         return np.pad(np.ones(self.modes.omega.shape[1]), (0, self.system.size))
 
     def to(self, loads: Loads) -> Array:
-        """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``."""
+        """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``.
+
+        Parameters
+        ----------
+        loads
+            At the middles of the sub-intervals.
+        """
         load, omega = self.system.on_coordinates_by(loads), self.modes.omega
         modal = self._modal(load)
         slope = (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step)
@@ -99,7 +116,15 @@ class AnswerOfModes:
         return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
 
     def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the response with such a change, under loads."""
+        """Give the response with such a change, under loads.
+
+        Parameters
+        ----------
+        change
+            As `to` gives it, ``(angles, modes + coordinates)``.
+        loads
+            The loads of this change.
+        """
         swing, q = np.split(change, [self.modes.omega.shape[1]], axis=1)
         accelerations = self._modal(self.system.on_coordinates_by(loads)) - self.modes.omega * swing
         return self.solution.response.changed(q, self.system.to_links(superposed(self.modes, accelerations)))

@@ -32,6 +32,16 @@ OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # 
 def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse]:
     """Give a response in time without the errors of its steps ("time"), of its mesh, and of the modes left out.
 
+    Parameters
+    ----------
+    solution
+        The solution.
+
+    Returns
+    -------
+    dict
+        By source: "time" where the tolerance governs the steps, "mesh", and "modes" of reduced members from rest.
+
     Raises
     ------
     SolverError
@@ -66,7 +76,13 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
 
 
 def own_steps(petsc: Mapping[str, Any]) -> bool:
-    """Whether options of PETSc choose the steps in time, whatever the tolerance."""
+    """Whether options of PETSc choose the steps in time, whatever the tolerance.
+
+    Parameters
+    ----------
+    petsc
+        Options of PETSc by name, without a leading dash.
+    """
     return any(name.startswith(OWN_STEPS) for name in petsc)
 
 

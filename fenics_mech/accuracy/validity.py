@@ -31,7 +31,17 @@ VALIDITY = ValidityLimits()
 
 
 def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
-    """Raise `SolverError` where deflections are far beyond small ones, unless the scene lets them pass."""
+    """Raise `SolverError` where deflections are far beyond small ones, unless the scene lets them pass.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the positions of the result.
+    members
+        Deflections and rotations there.
+    """
     if scene.analysis.allow_large:
         return
     if system.terms.law is not None:
@@ -91,19 +101,43 @@ def _acting_on_rotations(
 
 
 def euler_ratio(sections: Sequence[Rigidity], lengths: Array, members: MemberState) -> Array:
-    """Largest axial force over the Euler load pi^2 EI/L^2 of each member, in tension or compression, ``(members,)``."""
+    """Largest axial force over the Euler load pi^2 EI/L^2 of each member, in tension or compression, ``(members,)``.
+
+    Parameters
+    ----------
+    sections
+        Stiffness of each member, ``(members,)``.
+    lengths
+        Their lengths (m), ``(members,)``.
+    members
+        Their axial forces.
+    """
     stiffness = np.array([section.bending.min() for section in sections])
     euler = np.pi**2 * stiffness / lengths**2
     return np.abs(members.axial_force).max(axis=(0, 2)) / euler
 
 
 def bow(lengths: Array, members: MemberState) -> Array:
-    """Largest distance of each member's axis from its chord, over its length, ``(members,)``."""
+    """Largest distance of each member's axis from its chord, over its length, ``(members,)``.
+
+    Parameters
+    ----------
+    lengths
+        Lengths of the members (m), ``(members,)``.
+    members
+        Their deflections.
+    """
     s = members.s[:, None]
     chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
     return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths
 
 
 def largest_rotation(members: MemberState) -> Array:
-    """Largest rotation of each member's axis from its rigid position (rad), ``(members,)``."""
+    """Largest rotation of each member's axis from its rigid position (rad), ``(members,)``.
+
+    Parameters
+    ----------
+    members
+        Rotations of the members.
+    """
     return np.abs(members.rotation).max(axis=(0, 2))

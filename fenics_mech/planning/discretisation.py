@@ -57,7 +57,18 @@ class Discretisation:
         return 2 * math.ceil(self.sub_intervals / 2)
 
     def of(self, scene: Scene) -> Scene:
-        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged."""
+        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+
+        Returns
+        -------
+        Scene
+            Without reduction of members; a periodic response is by Radau points.
+        """
         values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
             values |= {"solver": "collocation", "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}
@@ -65,13 +76,32 @@ class Discretisation:
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 
     def number(self, source: str) -> int:
-        """Give the number that makes the error of a source smaller."""
+        """Give the number that makes the error of a source smaller.
+
+        Parameters
+        ----------
+        source
+            Source of an error: "time", "mesh" or "stations".
+
+        Returns
+        -------
+        int
+            Sub-intervals, elements per member, or spaces between stations.
+        """
         if source == "stations":
             return math.ceil(self.stations) - 1
         return self.steps if source == "time" else math.ceil(self.elements)
 
     def finer(self, source: str, by: float) -> Discretisation:
-        """Refine what makes an error smaller, so many times."""
+        """Refine what makes an error smaller, so many times.
+
+        Parameters
+        ----------
+        source
+            Source of an error: "time", "mesh" or "stations".
+        by
+            Factor of the number that `number` gives.
+        """
         if source == "stations":
             return replace(self, stations=by * (self.stations - 1) + 1)
         if source == "time":
@@ -101,7 +131,17 @@ class Trial:
     dofs: int
 
     def too_large(self, discretisation: Discretisation, periodic: bool, damped: bool) -> str:
-        """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none."""
+        """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none.
+
+        Parameters
+        ----------
+        discretisation
+            The discretisation to look at.
+        periodic
+            Whether the response is periodic; for others the steps are not limited.
+        damped
+            Whether modes are damped.
+        """
         if discretisation.stations > SCENE.most_stations:
             return "stations"
         if discretisation.elements > MESH.most_unreduced:
@@ -119,6 +159,15 @@ def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
 
     It is that of the error of a quantity by a source. None where the error falls as expected, or where the error or
     its number hardly changed.
+
+    Parameters
+    ----------
+    trials
+        Runs, the finest last.
+    what
+        Quantity, a key of `Trial.errors`.
+    source
+        Source of its error: "time", "mesh" or "stations".
     """
     if len(trials) < 2 or source not in trials[-2].errors[what]:
         return None

@@ -45,7 +45,19 @@ CHOICE = ChoiceLimits()
 def choose(scene: Scene, common: CommonParts | None = None) -> tuple[Scene, tuple[Choice, ...]]:
     """Give a scene with the effects that it calls for, and what was decided about every effect.
 
-    Where a scene lists its effects itself, it comes back as it is. The links may be in `common` with other scenes.
+    Where a scene lists its effects itself, it comes back as it is.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    common
+        What it may have in common with other scenes of a study.
+
+    Returns
+    -------
+    tuple
+        The scene, whose effects are listed, and the decisions.
     """
     if scene.effects != "auto":
         acting = {effect.name for effect in active(scene)}
@@ -61,6 +73,18 @@ def rungs(scene: Scene, common: CommonParts | None = None) -> list[Rung]:
 
     The first has linear strains and the second exact ones. There is only one where the scene lists its effects, or its
     response cannot show what linear strains leave out, or the survey alone shows that they are wrong.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    common
+        What it may have in common with other scenes of a study.
+
+    Returns
+    -------
+    list of tuple
+        Of each theory the scene and what was decided about every effect, as of `choose`.
     """
     chosen, choices = choose(scene, common)
     sizes = {choice.effect.name: choice.size for choice in choices}
@@ -83,6 +107,15 @@ def suffices(scene: Scene, result: Result, choices: Sequence[Choice]) -> bool:
     That is half of what the scene may neglect of the strains and `CHOICE.deflection` of the deflections, or of each
     quantity's tolerance the share that any source may have.
     Where the result does not tell it, the survey decides.
+
+    Parameters
+    ----------
+    scene
+        The scene that is analysed.
+    result
+        Its result.
+    choices
+        What was decided about each effect.
     """
     if theory_share(result) is None:
         return not any(c.effect.name == EXACT_STRAINS and (c.size or 0.0) > scene.neglected / 2 for c in choices)
@@ -95,7 +128,15 @@ def suffices(scene: Scene, result: Result, choices: Sequence[Choice]) -> bool:
 
 
 def sized(choices: Sequence[Choice], share: float | None) -> tuple[Choice, ...]:
-    """Give choices with the share of the strains that an answer with linear ones leaves out, where that is known."""
+    """Give choices with the share of the strains that an answer with linear ones leaves out, where that is known.
+
+    Parameters
+    ----------
+    choices
+        What was decided about each effect.
+    share
+        That share; None where it is not known.
+    """
     if share is None:
         return tuple(choices)
     return tuple(
@@ -104,7 +145,18 @@ def sized(choices: Sequence[Choice], share: float | None) -> tuple[Choice, ...]:
 
 
 def theory_share(result: Result) -> float | None:
-    """Share of the strains that the theory of a result leaves out, where it tells that."""
+    """Share of the strains that the theory of a result leaves out, where it tells that.
+
+    Parameters
+    ----------
+    result
+        The result of an analysis.
+
+    Returns
+    -------
+    float or None
+        None where theory is no source of its errors.
+    """
     data = result.data
     return float(data["relative_error"].sel(source="theory")) if "theory" in data["source"] else None
 
@@ -113,6 +165,18 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     """Survey a scene's mechanism at a few positions, in linear theory.
 
     There are enough of them for harmonics of the load up to twice the frequency of the second mode.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    common
+        What it may have in common with other scenes of a study.
+
+    Raises
+    ------
+    SceneError
+        When a load does something between the positions that they miss.
     """
     common = common or CommonParts()
     positions = survey_positions(scene, common)
@@ -157,7 +221,20 @@ def survey_positions(scene: Scene, common: CommonParts) -> int:
 
 
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
-    """Let those effects act whose size is above half the tolerance of the analysis: what is left out adds up."""
+    """Let those effects act whose size is above half the tolerance of the analysis: what is left out adds up.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    found
+        Its survey.
+
+    Returns
+    -------
+    tuple
+        The scene with these effects alone, and what was decided about each.
+    """
     sizes = {name: effect.size(found) for name, effect in EFFECTS.items() if effect.size is not None}
     large = {name for name, size in sizes.items() if size > scene.neglected / 2}
     for effect in EFFECTS.values():
