@@ -42,7 +42,15 @@ DAMPED = DampedModesLimits()
 
 
 def damping_ratios(ratio: Ratio, omega: Array) -> Array:
-    """Ratio of every mode (E.12), of the shape of `omega`; the last one stated holds for the modes after it."""
+    """Ratio of every mode (E.12), of the shape of `omega`; the last one stated holds for the modes after it.
+
+    Parameters
+    ----------
+    ratio
+        Damping ratio of all modes, or those of the slowest modes.
+    omega
+        Circular frequencies (rad/s), ``(angles, modes)``.
+    """
     stated = np.atleast_1d(ratio)
     return np.broadcast_to(stated[np.minimum(np.arange(omega.shape[1]), len(stated) - 1)], omega.shape)
 
@@ -55,7 +63,13 @@ class DampedModes:
     fastest: float
 
     def share(self, omega: Array) -> Array:
-        """Share 0..1 of its damping that a mode has. It fades out, so that its root is smooth where modes cross."""
+        """Share 0..1 of its damping that a mode has. It fades out, so that its root is smooth where modes cross.
+
+        Parameters
+        ----------
+        omega
+            Circular frequencies of modes (rad/s), of any shape.
+        """
         inside = np.clip(DAMPED.fading * (1 - omega / self.fastest), 0.0, 1.0)
         return np.asarray(inside**4 * (3 - 2 * inside) ** 2)
 
@@ -68,6 +82,13 @@ def damped_modes(scene: Scene, system: System) -> DampedModes | None:
     strained little 2e-4 of its own. The frequency is relative to the lowest one, so that it is alike in similar scenes.
     All are damped beside torsional springs, which fast modes wind, and where the solver's steps let them ring: at
     Gauss points after impulses and jumps.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism over a cycle.
     """
     wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
     rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed

@@ -24,6 +24,15 @@ from fenics_mech.scene import Scene
 def velocity_jumps(scene: Scene, system: System, steps: Steps) -> Array | None:
     """Change velocities at the starts of the steps of a cycle.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    steps
+        The steps of its cycle, which begin at impulses.
+
     Returns
     -------
     numpy.ndarray or None
@@ -59,7 +68,22 @@ def jumps_at(scene: Scene, system: System, theta: Array) -> Array:
 
 
 def impulses_between(scene: Scene, system: System, start: float, end: float) -> VelocityJumps | None:
-    """Give the impulses of a time (s), through a run-up too; one at the start strikes there at time 0 only."""
+    """Give the impulses of a stretch of time, through a run-up too; one at the start strikes there at time 0 only.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism.
+    start, end
+        Ends of the time (s).
+
+    Returns
+    -------
+    VelocityJumps or None
+        None where the scene has no impulses.
+    """
     if not scene.impulses:
         return None
     theta = np.array([impulse.angle for impulse in scene.impulses.values()])
@@ -70,7 +94,22 @@ def impulses_between(scene: Scene, system: System, start: float, end: float) -> 
 
 
 def passages(scene: Scene, angle: float, start: float, end: float) -> Array:
-    """Times (s) from start to end at which the drive comes to an angle (rad), give or take whole cycles."""
+    """Times (s) at which the drive comes to an angle, give or take whole cycles.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    angle
+        Drive angle (rad).
+    start, end
+        From when to when (s); a passage at the start counts at time 0 only.
+
+    Returns
+    -------
+    numpy.ndarray
+        Ascending, ``(passages,)``.
+    """
     period, run_up = scene.period, scene.drives[0].run_up or 0.0
     sense = math.copysign(1, scene.cycle_rate)
 

@@ -132,7 +132,15 @@ class _Metric:
 
 
 def paced(orbit: Orbit, rate: float) -> Orbit:
-    """Give a motion that goes through the same states at another pace: derivatives are multiplied by the rate."""
+    """Give a motion that goes through the same states at another pace: derivatives are multiplied by the rate.
+
+    Parameters
+    ----------
+    orbit
+        The motion.
+    rate
+        Factor of the pace.
+    """
     return replace(
         orbit,
         velocity=rate * orbit.velocity,

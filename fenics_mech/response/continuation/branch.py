@@ -30,7 +30,17 @@ AtValue = Callable[[float], Scene]
 
 
 def refuse_unfollowable(analysis: Analysis, drives: Sequence[Drive], impulses: Mapping[str, Impulse]) -> None:
-    """Raise a `SceneError` unless collocation finds the steady state of a scene by its own equation alone."""
+    """Raise a `SceneError` unless collocation finds the steady state of a scene by its own equation alone.
+
+    Parameters
+    ----------
+    analysis
+        Method, solver and tension of the scene.
+    drives
+        Its drives.
+    impulses
+        Its impulses by name.
+    """
     settling, motor = analysis.tension == "settled", any(drive.motor for drive in drives)
     by_others = analysis.solver not in ("auto", "collocation")
     refused = (
@@ -151,7 +161,17 @@ class Turning:
 
     @classmethod
     def between(cls, equation_at: Callable[[float], Equation], at: AtValue, ends: tuple[float, float]) -> Turning:
-        """Build it from the equation at the ends and in the middle of a range."""
+        """Build it from the equation at the ends and in the middle of a range.
+
+        Parameters
+        ----------
+        equation_at
+            Gives the equation with a value of the number.
+        at
+            Gives the scene with a value of the number.
+        ends
+            Range of the number.
+        """
         values = (ends[0], (ends[0] + ends[1]) / 2, ends[1])
         equations, rates = [equation_at(value) for value in values], [at(value).cycle_rate for value in values]
         samples = [_arrays_of(each) for each in equations]
@@ -159,7 +179,13 @@ class Turning:
         return cls(equations[0], rates[0], tuple(_powers(weights, arrays) for arrays in zip(*samples)))
 
     def at_rate(self, rate: float) -> Equation:
-        """Give the equation at a rate of the drive coordinate (rad/s)."""
+        """Give the equation at a rate of the drive coordinate.
+
+        Parameters
+        ----------
+        rate
+            The rate (rad/s), with its sign.
+        """
         arrays = [_polynomial(powers, rate / self.unit) for powers in self.powers]
         linear = self.equation.linear
         parts = zip((linear.mass, linear.damping, linear.stiffness), arrays)
@@ -201,6 +227,13 @@ def _powers(weights: Array, arrays: Sequence[Array]) -> tuple[tuple[int, Array],
 
 def first_motion(scene: Scene, family: Family) -> Point:
     """Find the motion at the start of the range, as an analysis of the scene there does.
+
+    Parameters
+    ----------
+    scene
+        The scene with the value at the start of the range.
+    family
+        Its equation over the number.
 
     Raises
     ------

@@ -50,7 +50,22 @@ class LinearSteps(Protocol):
         """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
 
     def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
-        """Carry a state through steps."""
+        """Carry a state through steps.
+
+        Parameters
+        ----------
+        start
+            State at the first of their starts, ``(2n,)``.
+        gain
+            What is added to the state in each of them, ``(steps, 2n)``.
+        steps
+            Which steps.
+
+        Returns
+        -------
+        numpy.ndarray
+            States at the starts of the steps, and at the last end, ``(steps + 1, 2n)``.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +137,18 @@ class Closing:
         return len(self.steps.duration) * len(self.unit) ** 2 > CYCLIC.most_direct
 
     def terms(self, states: Array) -> Array:
-        """Give the size of what adds up to the states at the ends of the steps: a few terms of their own size."""
+        """Give the size of what adds up to the states at the ends of the steps: a few terms of their own size.
+
+        Parameters
+        ----------
+        states
+            States at the starts of the steps, ``(steps, 2n)``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Of the same shape.
+        """
         return np.broadcast_to(CYCLIC.terms * np.abs(states).max(axis=0), states.shape)
 
     @cached_property

@@ -68,7 +68,19 @@ def solve_collocation(
 def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = None) -> Orbit:
     """Solve ``M q'' + C q' + K q = f``, given at the collocation points of steps.
 
-    `jump` is that of `solve_collocation`, `guess` that of `Closing.solve`.
+    Parameters
+    ----------
+    flow
+        The steps of the equation.
+    jump
+        Change of q' by impulses at the starts of the steps, ``(steps, coordinates)``.
+    guess
+        State at the start of the cycle to begin from, ``(2n,)``.
+
+    Raises
+    ------
+    SolverError
+        When the cycle cannot be closed.
     """
     added = flow.added
     if jump is not None:
@@ -78,7 +90,17 @@ def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = 
 
 
 def orbit_of(flow: Flow, states: Array, load: Array) -> Orbit:
-    """Give the motion inside the steps from the states at their starts, ``(steps, 2n)``, under a load at the points."""
+    """Give the motion inside the steps from the states at their starts.
+
+    Parameters
+    ----------
+    flow
+        The steps.
+    states
+        States at their starts, ``(steps, 2n)``.
+    load
+        Load at the collocation points (N, N m), ``(points, n)``.
+    """
     n, tableau = flow.size, flow.tableau
     q, rate = flow.parts(states)
     h = flow.duration[:, None, None]

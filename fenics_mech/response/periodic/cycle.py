@@ -67,7 +67,13 @@ class Cycle:
         return self.damped_equation(self.system)
 
     def damped_equation(self, system: System) -> Equation:
-        """Give the equation of the mechanism at any angles, with the damping of its modes there."""
+        """Give the equation of the mechanism at any angles, with the damping of its modes there.
+
+        Parameters
+        ----------
+        system
+            The mechanism at these angles.
+        """
         return Equation(system, modal_damping(self.scene.damping.ratio, system, self.damped))
 
     @cached_property
@@ -91,7 +97,15 @@ class Cycle:
         return rough_tension(self.scene, self.system)
 
     def at_points(self, scheme: str, stages: int) -> Equation:
-        """Give the equation at collocation points of all steps."""
+        """Give the equation at collocation points of all steps.
+
+        Parameters
+        ----------
+        scheme
+            "gauss" or "radau".
+        stages
+            Number of points in a step.
+        """
         if (scheme, stages) not in self._equations:
             tableau = Tableau.of(scheme, stages)
             there = system_at_points(self.scene, self.system, self.steps, tableau)
@@ -109,7 +123,17 @@ class Cycle:
         return there.once("damping between", lambda: interpolated_damping(known, unit, tableau.points), key)
 
     def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
-        """Give the steps of the equation linearised about the motion (a linear one needs none)."""
+        """Give the steps of the equation linearised about the motion (a linear one needs none).
+
+        Parameters
+        ----------
+        scheme
+            "gauss" or "radau".
+        stages
+            Number of points in a step.
+        motion
+            Gives q and q' at places 0..1 in every step; only the first motion of a kind of points counts.
+        """
         if (scheme, stages) not in self._flows:
             matrices = self._about(motion, scheme, stages)
             tableau = Tableau.of(scheme, stages)
@@ -117,7 +141,13 @@ class Cycle:
         return self._flows[scheme, stages]
 
     def keep(self, flow: Flow) -> None:
-        """Keep the steps that a motion was solved for with, as those linearised about it."""
+        """Keep the steps that a motion was solved for with, as those linearised about it.
+
+        Parameters
+        ----------
+        flow
+            The steps, at the points of `tableau`.
+        """
         self._flows.setdefault((self.scene.analysis.scheme, len(self.tableau.points)), flow)
 
     def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
@@ -134,12 +164,27 @@ class Cycle:
 
     @staticmethod
     def stiffened(equation: Equation, q: Array, rate: Array) -> Equation:
-        """Give the equation with the axial forces of a motion."""
+        """Give the equation with the axial forces of a motion.
+
+        Parameters
+        ----------
+        equation
+            The equation of motion.
+        q, rate
+            q (m, rad) and q' (m/s, rad/s) at its angles, ``(angles, coordinates)`` each.
+        """
         tension = mean_tension(equation.system, elastic_response(equation, q, rate))
         return Equation(with_tension(equation.system, tension), equation.modal_damping)
 
     def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
         """Judge a motion, if the scene wants it.
+
+        Parameters
+        ----------
+        modes
+            Modes at the starts of the sub-intervals.
+        motion
+            Gives q and q' at places 0..1 in every step; a linear equation needs none.
 
         Raises
         ------
@@ -156,7 +201,18 @@ class Cycle:
         return found
 
     def judged(self, modes: Modes, motion: States | None) -> Stability:
-        """Find the Floquet multipliers of a motion, stable or not."""
+        """Find the Floquet multipliers of a motion, stable or not.
+
+        Parameters
+        ----------
+        modes, motion
+            As of `stability`.
+
+        Raises
+        ------
+        SolverError
+            When a coordinate has almost no mass.
+        """
         if self.massless is not None:
             raise SolverError(
                 f"{self.massless} has almost no mass: rounding spoils the Floquet multipliers of its vibration. Give "
@@ -186,7 +242,13 @@ class Cycle:
 
     @contextmanager
     def determined(self, modes: Modes) -> Iterator[None]:
-        """Add the mode at resonance to an error about a linear equation; see `blaming`."""
+        """Add the mode at resonance to an error about a linear equation; see `blaming`.
+
+        Parameters
+        ----------
+        modes
+            Modes at the starts of the sub-intervals.
+        """
         if not self.linear or self.massless is not None:
             yield
             return
@@ -194,20 +256,59 @@ class Cycle:
             yield
 
     def refuse_magnified(self, modes: Modes, condition: float, motion: States | None) -> None:
-        """Raise `SolverError` where rounding would show in a motion of that condition."""
+        """Raise `SolverError` where rounding would show in a motion.
+
+        Parameters
+        ----------
+        modes
+            As of `stability`.
+        condition
+            From `magnification`.
+        motion
+            As of `stability`.
+        """
         refuse_magnified(condition, lambda: self.judged(modes, motion).nearest())
 
     def motion(self, orbit: Orbit) -> States:
-        """Give a motion by collocation between the starts of the steps."""
+        """Give a motion by collocation between the starts of the steps.
+
+        Parameters
+        ----------
+        orbit
+            The motion at the points of `tableau`.
+        """
         return lambda places: between(orbit, self.tableau, self.steps.duration, places)
 
     def series_motion(self, series: Series) -> States:
-        """Give a Fourier series between the starts of the steps."""
+        """Give a Fourier series between the starts of the steps.
+
+        Parameters
+        ----------
+        series
+            The series over the cycle.
+        """
         return lambda places: series.at(np.abs(self.steps.angles(places, self.scene.cycle_rate)))
 
 
 def system_at_points(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> System:
-    """Give a mechanism at collocation points of all steps."""
+    """Give a mechanism at collocation points of all steps.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the starts of the sub-intervals.
+    steps
+        The steps.
+    tableau
+        The points in each step.
+
+    Raises
+    ------
+    UnresolvedError
+        When the points call for other independent coordinates than the starts.
+    """
     theta = steps.angles(tableau.points, scene.cycle_rate)
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles

@@ -87,7 +87,18 @@ class BlockCyclic:
         return states
 
     def terms(self, states: Array) -> Array:
-        """Give the size of what adds up to the states at the ends of the steps, from those at their starts."""
+        """Give the size of what adds up to the states at the ends of the steps, from those at their starts.
+
+        Parameters
+        ----------
+        states
+            The states at the starts, ``(steps, state)``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Of the same shape.
+        """
         return times(np.abs(self.transitions), np.abs(states))
 
     @cached_property

@@ -74,11 +74,23 @@ class Flow:
         return np.sqrt(np.where(size, size, 1.0))
 
     def states(self, q: Array, rate: Array) -> Array:
-        """Put q and q', ``(steps, coordinates)`` each, into states, ``(steps, 2n)``."""
+        """Put q and q' into states, ``(steps, 2n)``.
+
+        Parameters
+        ----------
+        q, rate
+            q (m, rad) and q' (m/s, rad/s), ``(steps, n)`` each.
+        """
         return np.concatenate([q, self.pace * rate], axis=1)
 
     def parts(self, states: Array) -> tuple[Array, Array]:
-        """Take q and q' out of states, ``(steps, coordinates)`` each."""
+        """Take q and q' out of states, ``(steps, coordinates)`` each.
+
+        Parameters
+        ----------
+        states
+            States, ``(steps, 2n)``.
+        """
         return states[:, : self.size], states[:, self.size :] / self.pace
 
     @cached_property
@@ -89,19 +101,45 @@ class Flow:
         return np.stack([self.added_by(load) for load in np.moveaxis(self.matrices.load, -1, 0)], axis=-1)
 
     def added_by(self, load: Array) -> Array:
-        """What another load adds to the state in each step, ``(steps, 2n)``; it is ``(points, n)``."""
+        """What another load adds to the state in each step, ``(steps, 2n)``.
+
+        Parameters
+        ----------
+        load
+            Load at the collocation points (N, N m), ``(points, n)``.
+        """
         return self._stepped(np.zeros((len(self.duration), 2 * self.size)), load)[0]
 
     def ends(self, starts: Array) -> Array:
-        """Give the states at the ends of the steps from those at their starts, ``(steps, 2n)`` each."""
+        """Give the states at the ends of the steps from those at their starts, ``(steps, 2n)`` each.
+
+        Parameters
+        ----------
+        starts
+            States at the starts of the steps, ``(steps, 2n)``.
+        """
         return self.carried(starts) + self.added
 
     def carried(self, starts: Array) -> Array:
-        """Give the states at the ends of the steps from those at their starts, without load."""
+        """Give the states at the ends of the steps from those at their starts, without load.
+
+        Parameters
+        ----------
+        starts
+            States at the starts of the steps, ``(steps, 2n)``.
+        """
         return self._stepped(starts)[0]
 
     def accelerations(self, starts: Array, load: Array | None = None) -> Array:
-        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts, with the load or another one."""
+        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts, with the load or another one.
+
+        Parameters
+        ----------
+        starts
+            States at the starts, ``(steps, 2n)``.
+        load
+            Load at the collocation points (N, N m), ``(points, n)``; None for the equation's own.
+        """
         made = self._stepped(starts, self.matrices.load if load is None else load, inside=True)[1]
         return made.reshape(len(starts), -1, self.size)
 
@@ -130,6 +168,11 @@ class Flow:
 
     def passed(self, start: Complex) -> tuple[Complex, Array]:
         """Carry a complex state through the cycle, and keep it from being lost as it dies out.
+
+        Parameters
+        ----------
+        start
+            State at the start of the cycle, ``(2n,)``.
 
         Returns
         -------
@@ -183,7 +226,13 @@ class Flow:
         return found
 
     def after_cycle(self, starts: Array) -> Array:
-        """Carry states through the cycle, ``(2n, states)`` before and after."""
+        """Carry states through the cycle, ``(2n, states)`` before and after.
+
+        Parameters
+        ----------
+        starts
+            States at the start of the cycle, ``(2n, states)``.
+        """
         found, passed = np.empty_like(starts), np.zeros((len(self.duration) + 1, 2 * self.size, LANES))
         for first in range(0, starts.shape[1], LANES):
             some = starts[:, first : first + LANES]

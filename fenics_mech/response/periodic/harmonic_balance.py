@@ -61,7 +61,13 @@ class Series:
     condition: float
 
     def at(self, phase: Array) -> tuple[Array, Array]:
-        """Give q and q' at places of the cycle, 0 to 2 pi in the order of time, each ``(places, coordinates)``."""
+        """Give q and q' at places of the cycle, 0 to 2 pi in the order of time, each ``(places, coordinates)``.
+
+        Parameters
+        ----------
+        phase
+            Places (rad), ``(places,)``.
+        """
         basis = _basis(phase, len(self.coefficients) // 2, self.rate)
         return basis[0] @ self.coefficients, basis[1] @ self.coefficients
 

@@ -22,7 +22,15 @@ class _Products:
 
 
 def products(size: int, apply: Callable[[Array], Array]) -> PETSc.Mat:
-    """Give a square matrix of which products with vectors are known; whoever asks for it destroys it."""
+    """Give a square matrix of which products with vectors are known; whoever asks for it destroys it.
+
+    Parameters
+    ----------
+    size
+        Number of its rows.
+    apply
+        Gives the product with a vector, ``(size,)`` both.
+    """
     matrix = PETSc.Mat().createPython((size, size), context=_Products(apply), comm=PETSc.COMM_SELF)
     matrix.setUp()
     return matrix

@@ -135,6 +135,11 @@ def settled(changes: Sequence[float]) -> bool:
 
     That is where they have come down to rounding, or where the next one will be below the tolerance: each is a multiple
     of the square of the one before it, and the multiple is taken to be at least 1.
+
+    Parameters
+    ----------
+    changes
+        Changes relative to the displacement, the last one last.
     """
     if not changes or changes[-1] <= NEWTON.tolerance:
         return bool(changes)

@@ -32,6 +32,15 @@ from fenics_mech.scene import Analysis, Impulse, Scene
 def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalSolution:
     """Solve by sub-intervals with constant coefficients, as chapter 5 does; they are about the positions.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the positions.
+    modes
+        The modes kept.
+
     Raises
     ------
     SolverError
@@ -54,6 +63,15 @@ def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalS
 
 def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSolution:
     """Solve at collocation points; the response is that at the starts of the sub-intervals, after any impulse there.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the starts of the sub-intervals.
+    modes
+        Its modes, by which a resonance or an instability is named.
 
     Raises
     ------
@@ -93,6 +111,13 @@ def at_starts(cycle: Cycle, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
     """Give the equation and the response at the starts of the sub-intervals.
 
     The equation has the axial forces of the motion where they act on it.
+
+    Parameters
+    ----------
+    cycle
+        The equation of motion over the cycle.
+    orbit
+        The motion by collocation.
     """
     at = cycle.steps.regular
     q, rate = orbit.start[at], orbit.start_velocity[at]
@@ -101,7 +126,13 @@ def at_starts(cycle: Cycle, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
 
 
 def weights_of(cycle: Cycle) -> Array:
-    """Weights of the collocation points of all steps in a mean over the cycle, ``(steps x points,)``."""
+    """Weights of the collocation points of all steps in a mean over the cycle, ``(steps x points,)``.
+
+    Parameters
+    ----------
+    cycle
+        The steps and their points.
+    """
     duration = cycle.steps.duration
     return np.outer(duration / duration.sum(), cycle.tableau.weights).ravel()
 
@@ -120,7 +151,13 @@ def _at_impulses(cycle: Cycle, orbit: Orbit) -> AtImpulses | None:
 
 
 def condition_of(orbit: Orbit) -> float:
-    """How many times a relative error of the steps comes out in a motion by collocation; see `magnification`."""
+    """How many times a relative error of the steps comes out in a motion by collocation; see `magnification`.
+
+    Parameters
+    ----------
+    orbit
+        The motion, with the steps that it was solved with.
+    """
     flow = orbit.flow
     assert flow is not None
     return magnification(flow.cycle, flow.states(orbit.start, orbit.start_velocity), np.tile(flow.unit, 2))
@@ -148,6 +185,15 @@ def _settled(cycle: Cycle, at_points: Equation) -> Equation:
 
 def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicSolution:
     """Solve for a Fourier series; the response is that at the starts of the sub-intervals.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the starts of the sub-intervals.
+    modes
+        Its modes, by which a resonance or an instability is named.
 
     Raises
     ------

@@ -56,7 +56,18 @@ class Steps:
 
     @classmethod
     def of(cls, scene: Scene) -> Steps:
-        """Cut the cycle of a scene."""
+        """Cut the cycle of a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+
+        Raises
+        ------
+        SceneError
+            When its loads have too many corners that the points of the steps do not show.
+        """
         return cls._cut_at(scene, corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages)))
 
     @classmethod
@@ -86,9 +97,16 @@ class Steps:
         return bool(len(self.struck) or self.jumps.any() or not self.regular.all())
 
     def angles(self, places: Array, rate: float) -> Array:
-        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``; rate is the drive's (rad/s).
+        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``.
 
         The end of a step at which a load jumps is taken just before the jump.
+
+        Parameters
+        ----------
+        places
+            Shares of a step, ``(places,)``.
+        rate
+            Rate of the drive coordinate (rad/s), with its sign.
         """
         angles = self.start[:, None] + rate * self.duration[:, None] * places
         before = math.copysign(2 * SAMPLING.same, rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
@@ -138,7 +156,13 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
 
 
 def like_blows(scene: Scene) -> bool:
-    """Whether loads rise or fall in a small part of a sub-interval, which is cut there: they act like impulses."""
+    """Whether loads rise or fall in a small part of a sub-interval, which is cut there: they act like impulses.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     corners = corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages))
     jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
     turned = np.unique(np.mod(np.append(corners, jumps), TURN))
@@ -150,6 +174,17 @@ def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:
     """Whether a load's factor has a peak in a step that none of its values at the points shows; see `corners_to_cut`.
 
     Harmonics have none where their points are as many as `enough_angles`.
+
+    Parameters
+    ----------
+    load
+        The load, or what else has a factor over the drive angle.
+    steps
+        The steps of the cycle.
+    tableau
+        The points in each step.
+    rate
+        Rate of the drive coordinate (rad/s), with its sign.
     """
     if load.factor is None or isinstance(load.factor, FactorHarmonics):
         return False

@@ -114,7 +114,17 @@ class SubIntervals:
 
     @classmethod
     def of(cls, scene: Scene, modes: Modes, duration: Array | None = None) -> SubIntervals:
-        """Join modes as the scene asks for, in sub-intervals that last ``(sub-intervals,)`` (s), or equally long."""
+        """Join modes as the scene asks for.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        modes
+            Modes at the middles of the sub-intervals.
+        duration
+            Of the sub-intervals (s), ``(sub-intervals,)``; by default equal parts of the cycle.
+        """
         if duration is None:
             duration = np.full(len(modes.theta), scene.period / len(modes.theta))
         oscillators = Oscillators(modes.omega, damping_ratios(scene.damping.ratio, modes.omega))
@@ -151,23 +161,63 @@ class SubIntervals:
         return BlockCyclic(self.transitions, self.options)
 
     def starts(self, load: Array, slope: Array) -> Array:
-        """Give the states at the starts, ``(sub-intervals, 2 modes)``, under modal loads and their slopes in time."""
+        """Give the states at the starts, ``(sub-intervals, 2 modes)``, under modal loads and their slopes in time.
+
+        Parameters
+        ----------
+        load
+            Modal loads at the middles (N/sqrt(kg)), ``(sub-intervals, modes)``.
+        slope
+            Their rates in time (N/(s sqrt(kg))), of the same shape.
+
+        Raises
+        ------
+        SolverError
+            When the cycle cannot be closed, as at an undamped resonance.
+        """
         forced = self.oscillators.forced(load - slope * self.duration / 2, slope, self.duration)
         return self.cycle.solve(self._carried(forced))
 
     def answer(self, load: Array, slope: Array) -> Array:
-        """Give the states at the middles under modal loads and their slopes in time."""
+        """Give the states at the middles under modal loads and their slopes in time.
+
+        Parameters
+        ----------
+        load, slope
+            As of `starts`.
+
+        Returns
+        -------
+        numpy.ndarray
+            y and y'/omega of each mode, ``(sub-intervals, modes, 2)``.
+        """
         return self.middles(self.starts(load, slope), load, slope)
 
     def middles(self, starts: Array, load: Array, slope: Array) -> Array:
-        """Give the states at the middles, ``(sub-intervals, modes, 2)``, from those at the starts."""
+        """Give the states at the middles, ``(sub-intervals, modes, 2)``, from those at the starts.
+
+        Parameters
+        ----------
+        starts
+            As `starts` gives them, ``(sub-intervals, 2 modes)``.
+        load, slope
+            As of `starts`.
+        """
         start, half = load - slope * self.duration / 2, self.oscillators.transition(self.duration / 2)
         forced = self.oscillators.forced(start, slope, self.duration / 2)
         return np.einsum("kmij,kmj->kmi", half, _unflat(starts)) + forced
 
 
 def require_joined(modes: int, sub_intervals: int) -> None:
-    """Raise `TooLargeError` where so many modes in so many sub-intervals do not fit into memory."""
+    """Raise `TooLargeError` where so many modes in so many sub-intervals do not fit into memory.
+
+    Parameters
+    ----------
+    modes
+        Number of modes.
+    sub_intervals
+        Number of sub-intervals.
+    """
     what = f"{sub_intervals} sub-intervals with {modes} modes"
     require_memory(SUB_INTERVALS.joined * sub_intervals * modes**2, what, "Take fewer modes, or fewer sub_intervals")
 
@@ -255,7 +305,15 @@ def _damped(
 
 
 def superposed(modes: Modes, values: Array) -> Array:
-    """Sum of the modes' shapes times modal coordinates ``(angles, modes)``, ``(angles, coordinates)``."""
+    """Sum of the modes' shapes times modal coordinates, ``(angles, coordinates)``.
+
+    Parameters
+    ----------
+    modes
+        The modes.
+    values
+        Modal coordinates, or loads or rates of them, ``(angles, modes)``.
+    """
     return np.einsum("kmi,km->ki", modes.shapes, values)
 
 

@@ -35,6 +35,13 @@ class Tableau:
         """Give the method "gauss" (order 2s, conserves quadratic energies) or "radau" (IIA, order 2s - 1, L-stable).
 
         Source: Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8.
+
+        Parameters
+        ----------
+        scheme
+            "gauss" or "radau".
+        stages
+            Number s of points.
         """
         legendre = Legendre.basis(stages)
         if scheme == "radau":
@@ -70,11 +77,16 @@ class Tableau:
         return np.moveaxis(matrix, -3, -2).reshape(*mass.shape[:-3], s * n, s * n)
 
     def change(self, angle: Array) -> Array:
-        """Give by what share of its angle in a step (rad) steps change a free vibration, ``|R(ix) - exp(ix)| / x``.
+        """Give by what share of its angle in a step the steps change a free vibration, ``|R(ix) - exp(ix)| / x``.
 
         It is like a damping ratio, or a share of the frequency.
 
         Source: Hairer and Wanner, Solving Ordinary Differential Equations II, (3.2) and (3.3) of section IV.3.
+
+        Parameters
+        ----------
+        angle
+            Angle by which the vibration turns in a step (rad), ``(vibrations,)``.
         """
         z = 1j * np.asarray(angle)[:, None, None]
         ones = np.ones((1, len(self.points), 1))
@@ -87,7 +99,13 @@ class Tableau:
         return bool(self.points[-1] > 1 - 1e-12)
 
     def integrals(self, places: Array) -> Array:
-        """Give the Lagrange polynomials' integrals from 0 to other places, ``(places, s)``."""
+        """Give the Lagrange polynomials' integrals from 0 to other places, ``(places, s)``.
+
+        Parameters
+        ----------
+        places
+            Places in the step, 0..1, ``(places,)``.
+        """
         return np.stack([part.integ()(places) for part in _lagrange(self.points)], axis=-1)
 
 

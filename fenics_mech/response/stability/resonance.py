@@ -33,10 +33,22 @@ class CyclicSystem(Protocol):
     """A system that closes a cycle."""
 
     def solve(self, right: Array) -> Array:
-        """Solve for the states at the starts of all steps."""
+        """Solve for the states at the starts of all steps.
+
+        Parameters
+        ----------
+        right
+            What is added to the state in each step, ``(steps, state)``.
+        """
 
     def terms(self, states: Array) -> Array:
-        """Give the size of what adds up to the states at the ends of the steps, from those at their starts."""
+        """Give the size of what adds up to the states at the ends of the steps, from those at their starts.
+
+        Parameters
+        ----------
+        states
+            The states at their starts, ``(steps, state)``.
+        """
 
 
 def magnification(cycle: CyclicSystem, states: Array, unit: Array | float = 1.0) -> float:
@@ -71,7 +83,13 @@ def magnification(cycle: CyclicSystem, states: Array, unit: Array | float = 1.0)
 
 @contextmanager
 def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
-    """Add to a `SolverError` which mode is at resonance, where one is; `blame` is that of `refuse_magnified`."""
+    """Add to a `SolverError` which mode is at resonance, where one is.
+
+    Parameters
+    ----------
+    blame
+        As of `refuse_magnified`.
+    """
     try:
         yield
     except SolverError as error:
@@ -131,7 +149,19 @@ def of_modes(transitions: Array, frequency: Array, period: float) -> tuple[float
 
 
 def blamed(mode: int, frequency: float, period: float, distance: float) -> str:
-    """Say that a mode, a number from 0, is at resonance, its multiplier at a distance from 1."""
+    """Say that a mode is at resonance.
+
+    Parameters
+    ----------
+    mode
+        Its number, from 0.
+    frequency
+        Its natural frequency (Hz).
+    period
+        Duration of the cycle (s).
+    distance
+        Of its multiplier from 1.
+    """
     return (
         f"mode {mode + 1} ({frequency:.6g} Hz), hardly damped, is at resonance with harmonic "
         f"{round(frequency * period)} of the drive ({1 / period:.6g} Hz): its multiplier is {distance:.1e} from 1"

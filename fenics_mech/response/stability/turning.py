@@ -65,7 +65,15 @@ class LinkAxes:
 
     @classmethod
     def of(cls, system: System, motion: Motion) -> LinkAxes:
-        """Take the axes of a mechanism at the drive angles of a motion, which are the starts of all steps."""
+        """Take the axes of a mechanism at the drive angles of a motion, which are the starts of all steps.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
+        motion
+            Its rigid motion at the starts of all steps.
+        """
         transformation = system.transformation
         return cls(
             rows=transformation.rows,
@@ -81,6 +89,11 @@ class LinkAxes:
         """Displacement and velocity in link axes, each ``(steps, disturbances, links' coordinates)``.
 
         They have one step more than there are: the last is the first of the next cycle.
+
+        Parameters
+        ----------
+        q, rate
+            q and q' at the starts of all steps and at the end, ``(steps + 1, disturbances, coordinates)`` each.
         """
         values, rates = (np.concatenate([part, part[:1]])[:, None] for part in (self.values, self.rates))
         size = len(self.link)
@@ -89,7 +102,13 @@ class LinkAxes:
         return v, velocity
 
     def momenta(self, v: Complex) -> Complex:
-        """``m v``, of the shape of v."""
+        """``m v``, of the shape of v.
+
+        Parameters
+        ----------
+        v
+            Displacements or velocities in link axes, ``(..., links' coordinates)``.
+        """
         return np.asarray((self.mass @ v.reshape(-1, v.shape[-1]).T).T).reshape(v.shape)
 
 
@@ -133,10 +152,26 @@ def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple
 
 
 def separated(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> Complex:
-    """Separate disturbances of equal multipliers, ``(disturbances, states)``, by the speeds at which they turn.
+    """Separate disturbances of equal multipliers by the speeds at which they turn.
 
     Whirls forward and backward, at ``omega - speed`` and ``omega + speed`` in the axes of a turning link, have the same
     multiplier, and any combination of them is an eigenvector. Those taken have extreme mean speeds.
+
+    Parameters
+    ----------
+    axes
+        The links' axes.
+    flow
+        The steps.
+    values
+        The multipliers, ``(disturbances,)``.
+    states
+        The disturbances at the start of the cycle, ``(disturbances, states)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Disturbances of the same shape.
     """
     found, left = states.copy(), np.ones(len(values), dtype=bool)
     for i, value in enumerate(values):
@@ -168,7 +203,17 @@ def _by_speed(axes: LinkAxes, flow: Flow, states: Complex, size: float) -> Compl
 def alike(flow: Flow, states: Complex) -> Complex:
     """Give disturbances at the starts of all steps and at the end, each of the same size at every start.
 
-    `states` are ``(disturbances, states)``; what is given is ``(steps + 1, disturbances, states)``.
+    Parameters
+    ----------
+    flow
+        The steps.
+    states
+        The disturbances at the start of the cycle, ``(disturbances, states)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(steps + 1, disturbances, states)``.
     """
     passed = _passed(flow, states)[0]
     return passed / np.maximum(np.linalg.norm(passed, axis=-1, keepdims=True), np.finfo(float).tiny)

@@ -121,6 +121,15 @@ def loss(stiffness: PETSc.Mat, q: Array, force: Array) -> float:
 
     It is large where q strains the links far less than its parts alone would. Examples are positions next to a dead
     centre, members that are far stiffer along than across, and fine meshes. Source: Skeel, J. ACM 26 (1979) 494.
+
+    Parameters
+    ----------
+    stiffness
+        K.
+    q
+        The answer (m, rad), ``(coordinates,)``.
+    force
+        The load f (N, N m), ``(coordinates,)``.
     """
     pointers, columns, values = stiffness.getValuesCSR()
     size, energy = np.abs(q), abs(q @ force)

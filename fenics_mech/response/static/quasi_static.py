@@ -55,7 +55,24 @@ def solve_static(
 def yielding_to(system: System, load: Array, options: Mapping[str, Any] | None = None) -> Array:
     """Give the q of ``K q = load`` at every angle, with inertia relief where rigid-body modes are left.
 
-    Both are ``(angles, coordinates)``; what is raised is that of `displacement_under`.
+    Parameters
+    ----------
+    system
+        The mechanism.
+    load
+        The load (N, N m), ``(angles, coordinates)``.
+    options
+        PETSc options with the prefix "static_".
+
+    Returns
+    -------
+    numpy.ndarray
+        Of the shape of the load.
+
+    Raises
+    ------
+    SolverError
+        As of `displacement_under`.
     """
     if len(rigid := RigidModes.giving_way(system)):
         return np.array([rigid.relieved(part)[0] for part in load])
@@ -67,8 +84,16 @@ def displacement_under(
 ) -> Array:
     """Give the q of ``K q = load`` at every angle, of the shape of the load.
 
-    That is ``(angles, coordinates)``, or with several loads ``(angles, coordinates, loads)``, of which rounding may
-    take any share; of a single one it may take the share `lost`.
+    Parameters
+    ----------
+    system
+        The mechanism.
+    load
+        The load (N, N m), ``(angles, coordinates)``, or of several ``(angles, coordinates, loads)``.
+    options
+        PETSc options with the prefix "static_".
+    lost
+        Share of the answer that rounding may take; for several loads it may take any.
 
     Raises
     ------

@@ -121,13 +121,25 @@ class Coefficients:
         self._ends = np.cumsum([int(np.prod(shape)) for shape in self._shapes])
 
     def at(self, time: float) -> list[Array]:
-        """Give what `_parts` has, at a time (s)."""
+        """Give what `_parts` has, at a time.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        """
         if self._latest[0] != time:  # residual and tangents are asked for one after the other
             self._latest = time, self._interpolated(time)
         return self._latest[1] if self.rotation_forces is None else self._latest[1][:-2]
 
     def on_rotations(self, time: float) -> RotationForces | None:
-        """Give what acts on rotations beyond its linear parts, at a time (s)."""
+        """Give what acts on rotations beyond its linear parts, at a time.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        """
         if self.rotation_forces is None:
             return None
         self.at(time)
@@ -135,16 +147,34 @@ class Coefficients:
         return replace(self.rotation_forces, given=np.stack([moment, *constant, turning])[None])
 
     def look(self, start: float, end: float) -> None:
-        """Look at a stretch of time (s): a jump at an end of it is not seen."""
+        """Look at a stretch of time: a jump at an end of it is not seen.
+
+        Parameters
+        ----------
+        start, end
+            Its ends (s).
+        """
         margin = TABLE.narrowest * self.cycle
         self.between, self._latest = (start + margin, end - margin), (np.nan, [])
 
     def repeats(self, cycle: int) -> bool:
-        """Whether a cycle, by its number from time 0 on, is as those after it."""
+        """Whether a cycle is as those after it.
+
+        Parameters
+        ----------
+        cycle
+            Its number, from 0 at time 0.
+        """
         return cycle >= self._number(cycle + 1)
 
     def jumps(self, cycle: int) -> Array:
-        """Times (s) at which the matrices or the load jump in a cycle."""
+        """Times (s) at which the matrices or the load jump in a cycle.
+
+        Parameters
+        ----------
+        cycle
+            Its number, from 0 at time 0.
+        """
         return cycle * self.cycle + self._table_of(cycle).jumps
 
     def _number(self, cycle: int) -> int:

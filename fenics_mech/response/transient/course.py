@@ -57,15 +57,38 @@ class Schedule:
     longest: float = TRANSIENT.longest_step
 
     def lead(self, start: float) -> int:
-        """Number of samples before cycles are counted, from a start (s)."""
+        """Number of samples before cycles are counted, from a start.
+
+        Parameters
+        ----------
+        start
+            Time of the start (s).
+        """
         return max(0, int(np.ceil((self.steady_after - start) / self.cycle * self.samples - 1e-6)))
 
     def count(self, start: float) -> int:
-        """Number of times at which the motion is given, from a start (s)."""
+        """Number of times at which the motion is given, from a start.
+
+        Parameters
+        ----------
+        start
+            Time of the start (s).
+        """
         return self.lead(start) + self.cycles * self.samples + 1
 
     def times(self, start: float) -> Array:
-        """Times at which the motion is given (s), with the last of the last cycle."""
+        """Times at which the motion is given (s), with the last of the last cycle.
+
+        Parameters
+        ----------
+        start
+            Time of the start (s).
+
+        Returns
+        -------
+        numpy.ndarray
+            ``(times,)``.
+        """
         return start + self.cycle / self.samples * np.arange(self.count(start))
 
 
@@ -105,7 +128,15 @@ class VelocityJumps:
     jump: Array
 
     def at(self, time: float, rounding: float) -> Array:
-        """Change of q' at a time (s), up to a rounding of it (s)."""
+        """Change of q' at a time, ``(coordinates,)``.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        rounding
+            By how much it may differ from that of an impulse (s).
+        """
         now = self.which[np.searchsorted(self.time, time - rounding) : np.searchsorted(self.time, time + rounding)]
         return np.asarray(self.jump[now].sum(axis=0))
 

@@ -77,7 +77,17 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
 
 
 def refuse_in_time(analysis: Analysis, drives: Sequence[Drive], system: System) -> None:
-    """Raise `SceneError` where a scene has something that is not solved in time."""
+    """Raise `SceneError` where a scene has something that is not solved in time.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    drives
+        Its drives.
+    system
+        Its mechanism.
+    """
     if not drives:
         raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
     if settles(analysis.tension, system.terms):
@@ -96,14 +106,43 @@ def refuse_in_time(analysis: Analysis, drives: Sequence[Drive], system: System) 
 
 
 def cycles_of(time: Array, count: int) -> list[slice]:
-    """Cut positions in time into cycles of so many: the matrices of all cycles need too much memory."""
+    """Cut positions in time into cycles of so many: the matrices of all cycles need too much memory.
+
+    Parameters
+    ----------
+    time
+        The positions (s), ``(times,)``.
+    count
+        Positions in a cycle.
+    """
     return [slice(k, k + count) for k in range(0, len(time), count)]
 
 
 def course_from(
     scene: Scene, system: System, start: StartState, coefficients: Coefficients, longest: float = TRANSIENT.longest_step
 ) -> Course:
-    """Integrate from the start to the end, in steps of at most that share of a cycle."""
+    """Integrate from the start to the end.
+
+    Parameters
+    ----------
+    scene
+        States the cycles and the tolerances.
+    system
+        The mechanism over one cycle.
+    start
+        Time, displacement and velocity at the start.
+    coefficients
+        Matrices of the equation at any time.
+    longest
+        Largest step, as a share of a cycle.
+
+    Raises
+    ------
+    SceneError
+        When there are more positions than a result holds.
+    SolverError
+        When the time steps fail.
+    """
     schedule = replace(schedule_of(scene.analysis, scene.drives, scene.period), longest=longest)
     time = start.time
     if (positions := schedule.count(time)) > TRANSIENT.most_positions:
@@ -118,7 +157,17 @@ def course_from(
 
 
 def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
-    """Give the matrices of the equation at any time from a start on (s)."""
+    """Give the matrices of the equation at any time from a start on.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism over one cycle.
+    start
+        Time of the start (s).
+    """
     tolerance = max(TRANSIENT.interpolation * scene.analysis.time_tolerance, SCENE.finest_steps)
     enough = TABLE.nodes * TABLE.windows
     seen = [SHOWN if load.cut_where_needed else load.enough_angles(enough) for load in scene.loads.values()]
@@ -148,7 +197,17 @@ def _corners(scene: Scene) -> Callable[[int], Array]:
 
 
 def schedule_of(analysis: Analysis, drives: Sequence[Drive], period: float) -> Schedule:
-    """Give what is to be computed."""
+    """Give what is to be computed.
+
+    Parameters
+    ----------
+    analysis
+        States the cycles, the positions and the tolerances.
+    drives
+        The drives; the first one states the run-up.
+    period
+        Duration of a cycle (s).
+    """
     return Schedule(
         cycle=period,
         samples=analysis.sub_intervals,
@@ -161,18 +220,44 @@ def schedule_of(analysis: Analysis, drives: Sequence[Drive], period: float) -> S
 
 
 def equation_in_time(scene: Scene, system: System, time: Array) -> Equation:
-    """Give the equation of motion at ascending times (s)."""
+    """Give the equation of motion at ascending times.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism over one cycle.
+    time
+        The times (s), ``(times,)``.
+    """
     return equation_along(scene, system, solve_motion_in_time(scene, time))
 
 
 def equation_along(scene: Scene, system: System, motion: Motion) -> Equation:
-    """Give the equation of motion along a rigid motion."""
+    """Give the equation of motion along a rigid motion.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at any angles.
+    motion
+        The rigid motion.
+    """
     here = moved(scene, system, motion)
     return Equation(here, modal_damping(scene.damping.ratio, here))
 
 
 def concatenated(parts: list[Joined]) -> Joined:
-    """Put responses, or loads, of cycles one after the other: all arrays that they have."""
+    """Put responses, or loads, of cycles one after the other: all arrays that they have.
+
+    Parameters
+    ----------
+    parts
+        Of one kind, in the order of time.
+    """
     values = {f.name: [getattr(part, f.name) for part in parts] for f in fields(parts[0])}
     return replace(
         parts[0],

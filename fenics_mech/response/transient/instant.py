@@ -17,7 +17,20 @@ class Instant:
     coefficients: Coefficients
 
     def residual(self, time: float, z: Array, rate: Array, second: Array) -> Array:
-        """``M z'' + C z' + K z + law - f``."""
+        """``M z'' + C z' + K z + law - f``.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        z, rate, second
+            z (sqrt(J)), z' and z'' there, ``(coordinates,)`` each.
+
+        Returns
+        -------
+        numpy.ndarray
+            In sqrt(J), ``(coordinates,)``.
+        """
         mass, damping, stiffness, load, *shape = self.coefficients.at(time)
         residual = mass @ second + damping @ rate + stiffness @ z - load
         law = self.coefficients.law
@@ -37,7 +50,20 @@ class Instant:
         return residual
 
     def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
-        """M, and the tangents by z' and z."""
+        """M, and the tangents by z' and z.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        z, rate
+            z (sqrt(J)) and z' there, ``(coordinates,)`` each.
+
+        Returns
+        -------
+        tuple
+            Three matrices, ``(coordinates, coordinates)`` each.
+        """
         mass, damping, stiffness, _, *shape = self.coefficients.at(time)
         law = self.coefficients.law
         if law is None:
@@ -78,14 +104,31 @@ class Instant:
         return (p @ z)[None], v_rate[None]
 
     def growth(self, time: float, z: Array, rate: Array) -> float:
-        """Rate at which a nonlinear law lets a motion grow from a state (1/s); 0 without a law."""
+        """Rate at which a nonlinear law lets a motion grow from a state (1/s); 0 without a law.
+
+        Parameters
+        ----------
+        time, z, rate
+            As of `tangents`.
+        """
         if self.coefficients.law is None:
             return 0.0
         mass, _, stiffness = (part[None] for part in self.tangents(time, z, rate))
         return growth(mass, stiffness)
 
     def acceleration(self, time: float, z: Array, rate: Array) -> Array:
-        """Give z'' at a state."""
+        """Give z'' at a state.
+
+        Parameters
+        ----------
+        time, z, rate
+            As of `tangents`.
+
+        Returns
+        -------
+        numpy.ndarray
+            In sqrt(J)/s^2, ``(coordinates,)``.
+        """
         residual = self.residual(time, z, rate, np.zeros_like(z))
         return np.linalg.solve(self.coefficients.at(time)[0], -residual)
 
@@ -98,7 +141,10 @@ def _summed(dofs: Index, forces: Array, size: int) -> Array:
 def growth(mass: Array, stiffness: Array) -> float:
     """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0.
 
-    Both are ``(instants, coordinates, coordinates)``.
+    Parameters
+    ----------
+    mass, stiffness
+        M and K, ``(instants, coordinates, coordinates)`` each.
     """
     try:
         np.linalg.cholesky(stiffness + stiffness.transpose(0, 2, 1))

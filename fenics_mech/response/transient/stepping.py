@@ -78,7 +78,18 @@ class Collocation:
         self.lagrange = np.linalg.inv(powers.T)
 
     def step(self, ts: PETSc.TS) -> None:
-        """Make one step, as long as its error allows; TS calls this."""
+        """Make one step, as long as its error allows; TS calls this.
+
+        Parameters
+        ----------
+        ts
+            PETSc's time stepper, whose time (s), length of step (s) and state ``(z, z')`` are taken and moved on.
+
+        Raises
+        ------
+        SolverError
+            When the steps have become too short.
+        """
         start, end = ts.getTime(), ts.getMaxTime()
         vector, asked = ts.getSolution(), min(ts.getTimeStep(), self.longest)
         z, rate = vector.array_r.copy().reshape(2, -1)
