@@ -221,7 +221,7 @@ class Resonances:
         return self.met & (self.off > RESONANCES.coarse)
 
     def by_steps(self, tableau: Tableau, finer: Tableau, step: float) -> Mask:
-        """Those that steps of such a duration (s) may miss, or more accurate ones that estimate their error.
+        """Those that steps may miss, or more accurate ones that estimate their error.
 
         Parameters
         ----------

@@ -33,7 +33,7 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     Returns
     -------
     dict
-        By source.
+        Responses by source.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     Returns
     -------
     dict
-        By source: "harmonics" and "mesh".
+        Responses by source: "harmonics" and "mesh".
 
     Raises
     ------

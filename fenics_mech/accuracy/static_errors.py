@@ -30,7 +30,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
     Returns
     -------
     dict
-        By source, which is "mesh" alone.
+        Responses by source, which is "mesh" alone.
 
     Raises
     ------

@@ -53,7 +53,7 @@ def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedRes
     Returns
     -------
     dict
-        By source.
+        Responses by source.
     """
     answer = AnswerOfModes(solution)
     return {

@@ -40,7 +40,8 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
     Returns
     -------
     dict
-        By source: "time" where the tolerance governs the steps, "mesh", and "modes" of reduced members from rest.
+        Responses by source: "time" where the tolerance governs the steps, "mesh", and "modes" of reduced
+        members from rest.
 
     Raises
     ------
