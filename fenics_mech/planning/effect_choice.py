@@ -210,7 +210,15 @@ def _refuse_hidden(scene: Scene) -> None:
 
 
 def survey_positions(scene: Scene, common: CommonParts) -> int:
-    """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states."""
+    """Give the positions of a survey: more where few miss a corner of the motion, up to what the run states.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    common
+        What it may have in common with other scenes of a study.
+    """
     analysis = scene.analysis
     if not scene.drives or analysis.allow_coarse or analysis.method in ("static", "transient"):
         return CHOICE.positions
