@@ -16,6 +16,25 @@ class Instant:
 
     coefficients: Coefficients
 
+    @property
+    def linear(self) -> bool:
+        """Whether the equation is linear."""
+        return self.coefficients.law is None
+
+    def residuals(self, time: Array, z: Array, rate: Array, second: Array) -> Array:
+        """Give `residual` at several times, ``(times, coordinates)``."""
+        return np.stack([self.residual(*here) for here in zip(time.tolist(), z, rate, second)])
+
+    def tangents_at(self, time: Array, z: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
+        """Give `tangents` at several times, ``(times, coordinates, coordinates)`` each."""
+        found = [self.tangents(*here) for here in zip(time.tolist(), z, rate)]
+        mass, damping, stiffness = (np.stack(part) for part in zip(*found))
+        return mass, damping, stiffness
+
+    def accelerations(self, time: Array, z: Array, rate: Array) -> Array:
+        """Give `acceleration` at several times, ``(times, coordinates)``."""
+        return np.stack([self.acceleration(*here) for here in zip(time.tolist(), z, rate)])
+
     def residual(self, time: float, z: Array, rate: Array, second: Array) -> Array:
         """``M z'' + C z' + K z + law - f``.
 

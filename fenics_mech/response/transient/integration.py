@@ -234,7 +234,8 @@ class _Integrator:
     def _collocation(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
         """Steps of our own."""
         schedule = self.schedule
-        context = Collocation(self.instant, schedule.tableau, schedule.tolerance, self.energy, self.longest, self.keep)
+        sizes = ((slice(None), self.energy),)
+        context = Collocation(self.instant, schedule.tableau, schedule.tolerance, sizes, self.longest, self.keep)
         ts.setPythonContext(context)
         y = PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF)
         ts.setSolution(y)

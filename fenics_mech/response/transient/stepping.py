@@ -12,16 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import AssemblyError, SolverError
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.instant import Instant, growth
+from fenics_mech.response.transient.instant import growth as largest_growth
 
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
+Sizes = tuple[tuple[slice, float], ...]  # parts of the coordinates, and the root of an energy for each (sqrt(J))
+Tangents = tuple[Array, Array, Array]  # by z'', z' and z, ``(times, coordinates, coordinates)`` each
 Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
 
 
@@ -30,6 +33,7 @@ class StepLimits:
     """Limits of Newton's method in a time step."""
 
     most_iterations: int = 10  # of Newton's method in a step
+    fast: float = 0.03  # of the change before, down to which Newton's method keeps its tangents
     newton: float = 1e-3  # of the tolerance of a step, to which it is solved
     shortest: float = 1e-10  # step, of the longest
     margin: float = 1e-9  # of a step, that is not left over at the end
@@ -41,31 +45,49 @@ class StepLimits:
 STEPPING = StepLimits()
 
 
+class EquationInTime(Protocol):
+    """An equation of motion of second order for scaled coordinates z, which have the unit sqrt(J)."""
+
+    @property
+    def linear(self) -> bool:
+        """Whether Newton's method has to take one step only."""
+
+    def residuals(self, time: Array, z: Array, rate: Array, second: Array) -> Array:
+        """What is left of it at times (s), ``(times, coordinates)``, for z, z' and z'' there."""
+
+    def tangents_at(self, time: Array, z: Array, rate: Array, second: Array) -> Tangents:
+        """Tangents by z'', z' and z, ``(times, coordinates, coordinates)`` each."""
+
+    def accelerations(self, time: Array, z: Array, rate: Array) -> Array:
+        """Give z'' that the equation demands, ``(times, coordinates)``."""
+
+
 @dataclass
 class Collocation:
     """Steps of the state ``(z, z')`` of the equation at an `instant`.
 
     Parameters
     ----------
-    instant
+    equation
         The equation.
     tableau
         The collocation points.
-    tolerance, size
-        Error of a step, and what it is relative to: the root of an energy (sqrt(J)).
+    tolerance, sizes
+        Error of a step, and what it is relative to.
     longest
         Longest step (s).
     keep
         Is called with every step.
     """
 
-    instant: Instant
+    equation: EquationInTime
     tableau: Tableau
     tolerance: float
-    size: float
+    sizes: Sizes
     longest: float
     keep: Keep
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
+    _fault: str = ""  # what was wrong in the last step that was too long
 
     def __post_init__(self) -> None:
         """Find the embedded method of order s, which has the start as a further point."""
@@ -103,9 +125,10 @@ class Collocation:
                 break
             asked = length * change
             if asked < STEPPING.shortest * self.longest:
+                why = self._fault or "the motion grows without bound or its equation has no solution there"
                 raise SolverError(
-                    f"the time steps failed at {start:.6g} s, where they have become {asked:.1e} s long: the motion "
-                    "grows without bound or its equation has no solution there. Give more damping, or lower loads"
+                    f"the time steps failed at {start:.6g} s, where they have become {asked:.1e} s long: {why}. "
+                    "Give more damping, or lower loads"
                 )
         curve = self._curve(start, length, z, rate, made)
         vector.array[:] = np.concatenate([part[0] for part in curve(np.array([start + length]))])
@@ -118,55 +141,66 @@ class Collocation:
     def _trial(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float]:
         """Accelerations at the points, and the error over the tolerance."""
         with np.errstate(over="ignore", invalid="ignore"):
-            found = self._accelerations(start, length, z, rate)
+            try:
+                found = self._accelerations(start, length, z, rate)
+            except (AssemblyError, SolverError) as fault:  # the step is too long for its first guess
+                found, self._fault = None, str(fault)
             if found is not None:
-                made, growth = found
-                error = self._error(start, length, z, rate, made)
+                made, tangents = found
+                error = self._error(start, length, (z, rate), made, tuple(part[0] for part in tangents))
+                growth = 0.0 if self.equation.linear else largest_growth(tangents[0], tangents[2])
                 error = max(error, (length * growth) ** (len(made) + 1))  # a longer step would damp what grows
                 if np.isfinite(error):
                     return made, error
         return np.empty(0), np.inf
 
-    def _accelerations(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float] | None:
+    def _accelerations(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, Tangents] | None:
         """Solve the equation at the points by Newton's method; None where it does not converge.
 
-        Gives the accelerations, and the rate at which a nonlinear law lets a motion grow (1/s); that of the linear
-        equation limits the longest step.
+        Gives the accelerations, and tangents there. They are made anew where the ones before make slow progress.
         """
         points, inner = self.tableau.points, self.tableau.inner
         s, n = len(points), len(z)
         found = self._guess(length, n)
+        limits = STEPPING.newton * self.tolerance * np.array([size for _, size in self.sizes])
+        tangents: Tangents | None = None
+        before = np.inf
         for _ in range(STEPPING.most_iterations):
             rates = rate + length * (inner @ found)
             places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
-            residual, tangents = [], []
-            for here in zip(start + length * points, places, rates, found):
-                residual.append(self.instant.residual(*here))
-                tangents.append(self.instant.tangents(*here[:3]))
-            matrix = self.tableau.stage_matrix(length, *(np.stack(part) for part in zip(*tangents)))
-            change = np.linalg.solve(matrix, -np.concatenate(residual)).reshape(s, n)
+            here = start + length * points, places, rates, found
+            if tangents is None:
+                tangents = self.equation.tangents_at(*here)
+                matrix = self.tableau.stage_matrix(length, *tangents)
+            change = np.linalg.solve(matrix, -self.equation.residuals(*here).ravel()).reshape(s, n)
             found = found + change
-            moved = np.abs(length**2 * (self.tableau.square @ change)).max()
-            if self.instant.coefficients.law is None:
-                return found, 0.0
-            if moved <= STEPPING.newton * self.tolerance * self.size:
-                mass, _, stiffness = (np.stack(part) for part in zip(*tangents))
-                return found, growth(mass, stiffness)
+            moved = np.abs(length**2 * (self.tableau.square @ change))
+            over = float(max(moved[:, part].max(initial=0.0) / limit for (part, _), limit in zip(self.sizes, limits)))
+            if self.equation.linear or over <= 1:
+                return found, tangents
+            if not over < STEPPING.fast * before:
+                tangents = None
+            before = over
         return None
 
     def _guess(self, length: float, size: int) -> Array:
         """Accelerations at the points on the last step's polynomial, where a law makes the equation nonlinear."""
         s = len(self.tableau.points)
-        if self._latest is None or self.instant.coefficients.law is None:
+        if self._latest is None or self.equation.linear:
             return np.zeros((s, size))
         before, made = self._latest
         ahead = 1 + self.tableau.points * length / before
         return np.asarray(ahead[:, None] ** np.arange(s) @ self.lagrange @ made)
 
-    def _error(self, start: float, length: float, z: Array, rate: Array, made: Array) -> float:
-        """Difference from the embedded method, filtered twice by ``(1 - h lead J)^-1``, over the tolerance."""
-        mass, damping, stiffness = self.instant.tangents(start, z, rate)
-        first = self.instant.acceleration(start, z, rate)
+    def _error(
+        self, start: float, length: float, state: tuple[Array, Array], made: Array, tangents: tuple[Array, ...]
+    ) -> float:
+        """Difference from the embedded method, filtered twice by ``(1 - h lead J)^-1``, over the tolerance.
+
+        The filter J needs no exact tangents: those of the first point serve.
+        """
+        (z, rate), (mass, damping, stiffness) = state, tangents
+        first = self.equation.accelerations(np.array([start]), z[None], rate[None])[0]
         rates = rate + length * (self.tableau.inner @ made)
         by_place = length * (self.lead * rate + self.embedded @ rates)
         by_rate = length * (self.lead * first + self.embedded @ made)
@@ -176,11 +210,14 @@ class Collocation:
             by_rate = np.linalg.solve(matrix, mass @ by_rate - reach * (stiffness @ by_place))
             by_place = by_place + reach * by_rate
 
-        def energy(place: Array, rate: Array) -> float:
-            return float(np.sqrt(abs(place @ stiffness @ place) + abs(rate @ mass @ rate)))
+        def energy(part: slice, place: Array, rate: Array) -> float:
+            k, m, q, v = stiffness[part, part], mass[part, part], place[part], rate[part]
+            return float(np.sqrt(abs(q @ k @ q) + abs(v @ m @ v)))
 
-        whole = max(self.size, energy(z, rate), 1e-300)
-        return energy(by_place, by_rate) / (self.tolerance * whole)
+        shares = [
+            energy(part, by_place, by_rate) / max(size, energy(part, z, rate), 1e-300) for part, size in self.sizes
+        ]
+        return max(shares) / self.tolerance
 
     def _curve(self, start: float, length: float, z: Array, rate: Array, made: Array) -> Curve:
         """The polynomials of the step."""
