@@ -18,7 +18,7 @@ from fenics_mech.forces.section_forces import deflection_of_nodes, recover_membe
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.scene import Drive, Scene
+from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.sections import Rigidity
 
@@ -140,7 +140,7 @@ class Quantities:
         return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
 
 
-def places_of(members: Iterable[str], joints: Mapping[str, Joint], drives: Sequence[Drive]) -> dict[str, list[str]]:
+def places_of(members: Iterable[str], joints: Mapping[str, Joint], moved: Sequence[str]) -> dict[str, list[str]]:
     """Give the members, joints or drives that each quantity belongs to.
 
     Parameters
@@ -149,8 +149,8 @@ def places_of(members: Iterable[str], joints: Mapping[str, Joint], drives: Seque
         Labels of the members.
     joints
         The joints by name.
-    drives
-        The drives.
+    moved
+        Joints of the drives and the freedoms.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def places_of(members: Iterable[str], joints: Mapping[str, Joint], drives: Seque
         "strain": labels,
         "deflection": labels,
         "joint_force": joint_names(joints),
-        "torque": [drive.joint for drive in drives],
+        "torque": list(moved),
     }
 
 
@@ -189,8 +189,8 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
         name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
         for name in ("strain", "deflection")
     }
-    sliding = np.array([unit == "N" for unit in effort_units(scene.drives, scene.joints)], dtype=bool)
-    arms = np.array([scene.size_at(drive.joint) for drive in scene.drives])
+    sliding = np.array([unit == "N" for unit in effort_units(scene.moved_joints, scene.joints)], dtype=bool)
+    arms = np.array([scene.size_at(joint) for joint in scene.moved_joints])
     efforts = np.zeros(len(sliding))
     for same in (sliding, ~sliding):
         efforts[same] = largest["torque"][same].max(initial=0.0)

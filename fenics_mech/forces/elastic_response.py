@@ -133,11 +133,24 @@ def elastic_response(equation: Equation, q: Array, rate: Array, load: Array | No
     load
         A load beside that of the equation (N, N m), ``(angles, coordinates)``.
     """
-    system, (p, first, second), forward = equation.system, equation.jets, equation.system.transformation.forward
-    v, v_rate = map(system.on_nodes, equation.in_links(q, rate))
     acceleration = equation.acceleration(q, rate)
     if load is not None:
         acceleration += equation.linear.mass.solve(load)
+    return response_at(equation, q, rate, acceleration)
+
+
+def response_at(equation: Equation, q: Array, rate: Array, acceleration: Array) -> ElasticResponse:
+    """Give the response from its coordinates and two time derivatives, whether they fulfil the equation or not.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion at the positions.
+    q, rate, acceleration
+        Coordinates (m, rad) and derivatives (per s, per s^2), ``(positions, coordinates)`` each.
+    """
+    system, (p, first, second), forward = equation.system, equation.jets, equation.system.transformation.forward
+    v, v_rate = map(system.on_nodes, equation.in_links(q, rate))
     of_links = forward(p, acceleration)
     if first is not None and second is not None:
         of_links += 2 * forward(first, rate) + forward(second, q)

@@ -12,7 +12,7 @@ from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensibility import Inextensible
-from fenics_mech.scene import Drive, Prismatic, Slot
+from fenics_mech.scene import Prismatic, Slot
 from fenics_mech.scene.joints import Joint
 
 Reactions = dict[tuple[str, str, int], Array]  # by joint, body and number of components
@@ -166,17 +166,17 @@ def joint_names(joints: Mapping[str, Joint]) -> list[str]:
     return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
 
 
-def effort_units(drives: Sequence[Drive], joints: Mapping[str, Joint]) -> list[str]:
+def effort_units(moved: Sequence[str], joints: Mapping[str, Joint]) -> list[str]:
     """Give the unit of each drive's effort: N where it slides, N m where it turns.
 
     Parameters
     ----------
-    drives
-        The drives.
+    moved
+        Joints of the drives and the freedoms.
     joints
         The joints, by name.
     """
-    return ["N" if isinstance(joints[drive.joint], Slot | Prismatic) else "N m" for drive in drives]
+    return ["N" if isinstance(joints[name], Slot | Prismatic) else "N m" for name in moved]
 
 
 def _turned(vectors: Array, angle: Array) -> Array:

@@ -135,7 +135,7 @@ class Forces:
         """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
         work = self._on_bent if self.bent else self._on_undeformed
         units = drive_influences(self.scene, self.system.motion)
-        return {drive.joint: work(unit) for drive, unit in zip(self.scene.drives, units)}
+        return {joint: work(unit) for joint, unit in zip(self.scene.moved_joints, units)}
 
     def _on_bent(self, unit: Motion) -> Array:
         """Effort of the drive that moves the links so, ``(angles,)``."""
@@ -177,7 +177,7 @@ class Forces:
     @cached_property
     def _velocity(self) -> Array:
         """Rate of the displacement with which the links strain, ``(angles, nodal dofs)``."""
-        if self.scene.analysis.method in ("static", "quasi-static") or not self.scene.drives:
+        if self.scene.analysis.method in ("static", "quasi-static") or not self.scene.moved_joints:
             return self.still
         if self.response.velocity is not None:
             return self.response.velocity

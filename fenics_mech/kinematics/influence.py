@@ -31,7 +31,7 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
         of the positions by the drive's angle or stroke (Nikravesh, Computer-Aided Analysis of Mechanical Systems,
         1988, chapter 3).
     """
-    if not scene.drives:
+    if not scene.moved_joints:
         return []
     path = motion.path
     if path is None:

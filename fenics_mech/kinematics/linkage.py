@@ -211,6 +211,5 @@ def _geometry(scene: Scene) -> tuple[object, ...]:
         name: (link.points, link.angle, link.position, {label: part.ends for label, part in link.members.items()})
         for name, link in scene.links.items()
     }
-    rate = scene.cycle_rate
-    drives = [(drive.joint, drive.start, drive.law, drive.turns_in(rate)) for drive in scene.drives]
-    return links, scene.ground, scene.joints, drives
+    drives = [(drive.joint, drive.start, drive.law, drive.turns_in(scene.cycle_rate)) for drive in scene.drives]
+    return links, scene.ground, scene.joints, drives, scene.freedoms

@@ -58,7 +58,7 @@ class LoopEquations:
 
 @dataclass(frozen=True)
 class Loops:
-    """All equations of a scene: points, then lines, then angles, then the drives (angles, then strokes).
+    """All equations of a scene: points, then lines, then angles, then drives and freedoms (angles, then strokes).
 
     Parameters
     ----------
@@ -67,9 +67,9 @@ class Loops:
     points, lines, angles
         Equations of the joints.
     driven_angles, driven_strokes
-        Equations of the drives.
+        Equations of the drives, and of the freedoms.
     drive_order
-        Which drive of the scene each driven equation is of.
+        Which of the scene's `moved_joints` each driven equation is of.
     """
 
     scene: Scene
@@ -108,14 +108,14 @@ class Loops:
         turning: list[Row] = []
         sliding: list[Row] = []
         order: list[int] = []
-        for i, drive in enumerate(scene.drives):
-            moved = scene.joints[drive.joint]
+        for i, name in enumerate(scene.moved_joints):
+            moved = scene.joints[name]
             (first, at), (second, pin) = ((index[body], point) for body, point in map(scene.point, moved.connect))
             if isinstance(moved, Slot | Prismatic):
-                sliding.append((drive.joint, first, second, at, pin, scene.guide_angle(moved)))
+                sliding.append((name, first, second, at, pin, scene.guide_angle(moved)))
                 order.append(i)
             else:
-                turning.append((drive.joint, first, second, at, pin, 0.0))
+                turning.append((name, first, second, at, pin, 0.0))
                 order.insert(len(turning) - 1, i)
         joined = LoopEquations.of(points), LoopEquations.of(lines), LoopEquations.of(angles)
         return cls(scene, *joined, LoopEquations.of(turning), LoopEquations.of(sliding), tuple(order))
@@ -127,11 +127,13 @@ class Loops:
 
     @property
     def drives(self) -> int:
-        """Number of drives."""
+        """Number of drives and freedoms."""
         return len(self.drive_order)
 
     def drive(self, theta: Array) -> Jet:
         """Angles (rad) and strokes (m) of the drives and two derivatives by theta, ``(positions, drives)`` each.
+
+        Freedoms stand as drives that stay where they start.
 
         Parameters
         ----------
@@ -140,7 +142,9 @@ class Loops:
         """
         if not self.drives:
             return Jet(*(np.zeros((len(theta), 0)),) * 3)
-        jets = [drive.jet(theta, self.scene.cycle_rate) for drive in self.scene.drives]
+        rate = self.scene.cycle_rate if self.scene.drives else 0.0
+        jets = [drive.jet(theta, rate) for drive in self.scene.drives]
+        jets += [freedom.held(theta) for freedom in self.scene.freedoms.values()]
         return Jet(*(np.stack(parts, axis=-1) for parts in zip(*((j.value, j.first, j.second) for j in jets))))
 
     @property

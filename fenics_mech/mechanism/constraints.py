@@ -85,7 +85,7 @@ class ConstraintEquation:
 
 @dataclass(frozen=True)
 class Constraints:
-    """The equations of all joints and drives.
+    """The equations of all joints, drives and freedoms.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
     mesh
         The mesh of its members.
     """
-    driven = {drive.joint for drive in scene.drives}
+    driven = set(scene.moved_joints)
     equations: list[ConstraintEquation] = []
     own: dict[str, int] = {}
     contacts: dict[str, Contact] = {}

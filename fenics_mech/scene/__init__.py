@@ -15,6 +15,7 @@ from fenics_mech.scene.damping_options import AirDrag, Damping
 from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
+from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Measurement, Scene
@@ -41,17 +42,21 @@ __all__ = [
     "Analysis",
     "CustomSection",
     "Damping",
+    "DirectCurrentMotor",
     "Drive",
     "Expression",
     "FactorExpression",
     "FactorHarmonics",
     "FactorTable",
+    "FormulaEffort",
+    "Freedom",
     "Ground",
     "Harmonics",
     "HingeDamper",
     "HingeSpring",
     "ISection",
     "Impulse",
+    "InductionMotor",
     "LaminateSection",
     "LineDamper",
     "LineLoad",
@@ -76,6 +81,7 @@ __all__ = [
     "Scene",
     "Section",
     "Slot",
+    "SpeedController",
     "Table",
     "TaperSection",
     "TimeExpression",

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from fenics_mech.scene.base import SCENE, Part
-from fenics_mech.scene.units import Angle, Frequency, Share
+from fenics_mech.scene.units import Angle, Frequency, Share, Time
 
 
 class Analysis(Part):
@@ -35,7 +35,11 @@ class Analysis(Part):
         Accept a periodic motion that is unstable: small disturbances grow.
     start
         Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
-        motion), or the file of a result of "transient", to go on from its end.
+        motion), or the file of a result of "transient", to go on from its end. With freedoms there is no file, but
+        "smooth" (on the slow motion, without vibration).
+    duration
+        Of "transient" where nothing is driven: how long the motion goes on (s). It is given at `sub_intervals` equal
+        parts of it.
     cycles, settled
         "transient" ends after that many cycles of the drive at full speed, which follow the run-up. It ends earlier
         when two cycles differ by less than `settled` of the largest displacement; 0 never ends it. Two cycles always
@@ -90,6 +94,7 @@ class Analysis(Part):
     stability: bool = True
     allow_unstable: bool = False
     start: str = "rigid"
+    duration: Annotated[Time, Field(gt=0)] | None = None
     cycles: Annotated[int, Field(ge=1)] = 20
     settled: Annotated[Share, Field(ge=0)] = 1e-3
     time_tolerance: Annotated[Share, Field(gt=0, lt=1)] = 1e-5

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
 
 
+NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
+
+
 def check_references(scene: Scene) -> None:
     """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism.
 
@@ -49,6 +52,8 @@ def check_references(scene: Scene) -> None:
     _check_drives(scene)
     if any(drive.motor is not None for drive in scene.drives):
         _check_motor(scene)
+    if scene.freedoms:
+        _check_freedoms(scene)
     for kind in ("springs", "dampers"):
         for name, part in getattr(scene, kind).items():
             (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")
@@ -302,6 +307,45 @@ def _check_motor(scene: Scene) -> None:
         )
 
 
+def _check_freedoms(scene: Scene) -> None:
+    """Raise where a freedom is at a joint that has none, or the scene asks for more than a motion with freedoms has."""
+    driven = {drive.joint for drive in scene.drives}
+    for name, freedom in scene.freedoms.items():
+        place = f"freedoms.{name}"
+        check_known(name, scene.joints, "joint", place)
+        joint = scene.joints[name]
+        if name in driven:
+            raise SceneError(f"joint {name!r} is driven, and has no freedom left", place=place)
+        if joint.kind == "weld" or len(joint.connect) != 2:
+            raise SceneError(
+                "a freedom is the angle or the stroke of a joint of two bodies, which is no weld", place=place
+            )
+        if freedom.inertia and joint.kind != "revolute":
+            raise SceneError(
+                "what slides has no moment of inertia",
+                place=f"{place}.inertia",
+                hint="Put a point mass on the second body",
+            )
+        turns_only = getattr(freedom.effort, "kind", "") in ("dc-motor", "induction-motor")
+        if turns_only and joint.kind != "revolute":
+            raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
+    refused = (
+        (scene.analysis.method != "transient", "analysis.method", "freedoms move in time: write method = 'transient'"),
+        (not scene.drives and scene.analysis.duration is None, "analysis.duration", NO_DURATION),
+        (scene.tolerance is not None, "tolerance", "a motion with freedoms is not made to a tolerance of its result"),
+        (bool(scene.impulses), "impulses", "a motion with freedoms has no impulses"),
+        (scene.damping.air is not None, "damping.air", "a motion with freedoms has no drag of the air"),
+        (
+            any(drive.motor for drive in scene.drives),
+            "drive.motor",
+            "freedoms have no motor's shaft",
+        ),
+    )
+    for wrong, place, why in refused:
+        if wrong:
+            raise SceneError(why, place=place)
+
+
 def freedoms(scene: Scene) -> int:
     """Freedoms that the joints of a scene leave (Gruebler's count), before any drive.
 
@@ -325,7 +369,7 @@ def _check_mobility(scene: Scene) -> None:
 
     What nothing drives may be held more often than it needs.
     """
-    left, drives = freedoms(scene), len(scene.drives)
+    left, drives = freedoms(scene), len(scene.moved_joints)
     if drives and drives > left:
         raise SceneError(
             f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "

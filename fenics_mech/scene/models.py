@@ -20,6 +20,7 @@ from fenics_mech.scene.consistency import check_references
 from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
+from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
@@ -100,6 +101,9 @@ class Scene(Part):
         By name.
     drive
         One drive, or several; none where nothing moves the linkage.
+    freedoms
+        By joint: what moves by itself, from which state and by which effort. Only method = "transient" has them; those
+        that are not stated start at the links' rough angles and at rest.
     effects
         Names of the physical effects that act, or "auto": the program selects those whose influence counts.
     tolerance
@@ -142,6 +146,7 @@ class Scene(Part):
     springs: dict[Name, Spring] = Field(default_factory=dict)
     dampers: dict[Name, Damper] = Field(default_factory=dict)
     drive: Drives = ()
+    freedoms: dict[Name, Freedom] = Field(default_factory=dict)
     effects: Literal["auto"] | tuple[str, ...] = ()
     tolerance: Tolerance = None
     damping: Damping = Damping()
@@ -212,13 +217,20 @@ class Scene(Part):
         return self.drive if isinstance(self.drive, tuple) else (self.drive,)
 
     @property
+    def moved_joints(self) -> tuple[str, ...]:
+        """Joints whose angle or stroke says where the linkage is: those of the drives, then those of the freedoms."""
+        return (*(drive.joint for drive in self.drives), *self.freedoms)
+
+    @property
     def cycle_rate(self) -> float:
-        """Rate of the drive coordinate theta (rad/s)."""
+        """Rate of the drive coordinate theta (rad/s); where nothing is driven, of a phase that turns once in all."""
+        if not self.drives and self.analysis.duration is not None:
+            return 2 * math.pi / self.analysis.duration
         return common_rate(self.drives)
 
     @property
     def period(self) -> float:
-        """Duration of the cycle that all drives have in common (s)."""
+        """Duration of the cycle that all drives have in common, or of a motion that nothing drives (s)."""
         return 2 * math.pi / abs(self.cycle_rate)
 
     def coordinate(self, time: Array) -> Jet:

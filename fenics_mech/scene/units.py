@@ -69,6 +69,7 @@ EXAMPLES = {
     "Pa": "71 GPa",
     "rad": "71 deg",
     "rad/s": "300 rpm",
+    "m/s": "2 m/s",
     "s": "20 ms",
     "1/s": "5 /s",
     "Hz": "2 kHz",
@@ -182,6 +183,22 @@ def _angle_or_length(value: Any) -> Any:
         return in_unit("m")(value)
 
 
+def _rate_of_joint(value: Any) -> Any:
+    """Read an angular speed, or else a speed: for a value whose joint says which of them it is."""
+    try:
+        return in_unit("rad/s")(value)
+    except ValueError:
+        return in_unit("m/s")(value)
+
+
+def _torque_or_force(value: Any) -> Any:
+    """Read a torque, or else a force: for a value whose joint says which of them it is."""
+    try:
+        return in_unit("N*m")(value)
+    except ValueError:
+        return in_unit("N")(value)
+
+
 def _quantity(unit: str) -> Any:
     schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{unit}, or a string with a unit"}
     return Annotated[float, BeforeValidator(in_unit(unit)), WithJsonSchema(schema)]
@@ -210,10 +227,14 @@ LineForce = _quantity("N/m")
 Acceleration = _quantity("m/s**2")
 Momentum = _quantity("N*s")
 AngularMomentum = _quantity("N*m*s")
-AngleOrLength = Annotated[
-    float,
-    BeforeValidator(_angle_or_length),
-    WithJsonSchema(
-        {"anyOf": [{"type": "number"}, {"type": "string"}], "description": "rad or m, or a string with a unit"}
-    ),
-]
+
+
+def _either(read: Callable[[Any], Any], units: str) -> Any:
+    """Give the type of a quantity in one of two units, as its joint turns or slides."""
+    schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{units}, or a string with a unit"}
+    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
+
+
+AngleOrLength = _either(_angle_or_length, "rad or m")
+RateOfJoint = _either(_rate_of_joint, "rad/s or m/s")
+TorqueOrForce = _either(_torque_or_force, "N m or N")

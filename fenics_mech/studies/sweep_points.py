@@ -76,7 +76,7 @@ def kept_unit(name: str, scene: Scene) -> str:
     scene
         The scene, for its first drive.
     """
-    return effort_units(scene.drives, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
+    return effort_units(scene.moved_joints, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
 
 
 @dataclass(frozen=True)

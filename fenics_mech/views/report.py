@@ -229,10 +229,9 @@ def _quantities(result: Result) -> dict[str, str]:
     names = {"strain": "strain", "deflection": "deflection"}
     if data.sizes["joint"]:
         names["joint_force"] = "joint force"
-    if result.scene.drives:
-        names["torque"] = (
-            "input torque" if effort_units(result.scene.drives, result.scene.joints) == ["N m"] else "drive effort"
-        )
+    if moved := result.scene.moved_joints:
+        alone = effort_units(moved, result.scene.joints) == ["N m"]
+        names["torque"] = "input torque" if alone else "drive effort"
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 

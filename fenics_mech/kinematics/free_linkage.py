@@ -1,0 +1,221 @@
+"""Rigid-body motion of a linkage with freedoms: positions, velocities and accelerations from those of the freedoms.
+
+The angles and strokes of the drives are functions of time, and those of the freedoms are unknowns of the motion. They
+take the place of drives in the loop equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import AssemblyError, SceneError
+from fenics_mech.kinematics.assembly import assemble, newton
+from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
+from fenics_mech.kinematics.freedom import describe, free_motions
+from fenics_mech.kinematics.loops import Loops
+from fenics_mech.kinematics.motion import Motion, as_motion
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.freedoms import Freedom
+
+
+@dataclass(frozen=True)
+class FreeMotionLimits:
+    """Limits of the choice of joints, and of steps along a free motion."""
+
+    least_share: float = 1e-6  # of a joint in a free motion, from which on it may be the one that states it
+    longest_turn: float = 0.5  # rad, of a link from the positions that are known to those that are looked for
+
+
+FREE_MOTION = FreeMotionLimits()
+
+
+class FreeLinkage:
+    """The links of a scene at any angles and strokes of its freedoms, near to positions that are known.
+
+    Parameters
+    ----------
+    scene
+        The linkage, with drives and freedoms for all that can move.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.loops = scene, Loops.of(scene)
+        start = assemble(self.loops)
+        if len(self.loops.names) < len(start):
+            left = describe(scene.links, scene.joints, start, free_motions(self.loops, start))
+            raise SceneError(
+                f"the drives and freedoms of the linkage leave more to move: {'; '.join(left)}",
+                place="freedoms",
+                hint="State a freedom for each, or none: what is not stated starts at the links' rough angles",
+            )
+        refuse_singular(self.loops, np.zeros(1), start[None])
+        self.start = start
+
+    def at_start(self) -> Motion:
+        """Give the links at time 0, at rest."""
+        still = np.zeros((1, len(self.scene.freedoms)))
+        places = np.array([[freedom.start for freedom in self.scene.freedoms.values()]], dtype=float)
+        return self.motion(np.zeros(1), places, still, still, self.start[None])
+
+    def motion(self, time: Array, places: Array, rates: Array, seconds: Array, near: Array) -> Motion:
+        """Give the motion of the links.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        places, rates, seconds
+            Angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(times, freedoms)`` each.
+        near
+            Coordinates of the links at positions near to these, ``(times, 3 links)``.
+
+        Raises
+        ------
+        AssemblyError
+            When the links cannot be assembled so, or their motion is not determined there.
+        """
+        loops, driven = self.loops, self._driven(time)
+        value, first, second = (np.hstack(pair) for pair in zip(driven, (places, rates, seconds)))
+        q, closed = newton(loops, near, value)
+        if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
+            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
+        jacobian = loops.jacobian(q)
+        try:
+            velocity = np.linalg.solve(jacobian, loops.driven(first)[..., None])[..., 0]  # (6.2) for all loops
+            forced = loops.driven(second) - loops.convective(q, velocity)
+            acceleration = np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
+        except np.linalg.LinAlgError as error:
+            raise AssemblyError(f"the linkage is at a dead centre of its freedoms at {time[0]:.6g} s") from error
+        return as_motion(loops, self._theta(time, places), time, q, velocity, acceleration)
+
+    def refuse_dead_centre(self, time: float, q: Array) -> None:
+        """Raise `AssemblyError` where the freedoms hardly say how the links move.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        q
+            Coordinates of the links, ``(3 links,)``.
+        """
+        values, right = singular_values(self.loops, q[None])
+        if values[0, -1] < CONDITION.singular:
+            moved, names = ", ".join(links_moved(self.loops, right[0, -1])), ", ".join(self.scene.freedoms)
+            raise AssemblyError(
+                f"at {time:.6g} s the linkage comes to a dead centre of the freedoms at joint {names}: they do not say "
+                f"how {moved} moves. State the freedom at another joint, such as that of a link that can turn fully"
+            )
+
+    def _driven(self, time: Array) -> tuple[Array, Array, Array]:
+        """Angles and strokes of the drives and two derivatives by time, ``(times, drives)`` each."""
+        if not self.scene.drives:
+            return (np.zeros((len(time), 0)),) * 3
+        theta = self.scene.coordinate(time)
+        jet, drives = self.loops.drive(theta.value), slice(len(self.scene.drives))
+        rate, change = theta.first[:, None], theta.second[:, None]
+        value: Array = jet.value[:, drives]
+        first: Array = jet.first[:, drives]
+        second: Array = jet.second[:, drives]
+        by_time = first * rate, second * rate**2 + first * change  # chain rule
+        return value, np.asarray(by_time[0], dtype=float), np.asarray(by_time[1], dtype=float)
+
+    def _theta(self, time: Array, places: Array) -> Array:
+        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase."""
+        scene = self.scene
+        if scene.drives:
+            return np.asarray(scene.coordinate(time).value)
+        first = next(iter(scene.freedoms))
+        return time * scene.cycle_rate if isinstance(scene.joints[first], Slot | Prismatic) else places[:, 0]
+
+
+def with_freedoms(scene: Scene) -> Scene:
+    """Give a scene with a freedom stated for all that its drives leave free, each with the place that it starts from.
+
+    Parameters
+    ----------
+    scene
+        A scene that is to move in time.
+
+    Raises
+    ------
+    SceneError
+        When something can move that no joint's angle or stroke states.
+    AssemblyError
+        When the links cannot be assembled at their rough angles.
+    """
+    stated = {name: part for name, part in scene.freedoms.items() if part.start is not None}
+    loops = Loops.of(scene.changed(freedoms=stated))
+    q = assemble(loops)
+    motions = free_motions(loops, q)
+    chosen = [name for name in scene.freedoms if name not in stated]
+    if not len(motions) and not chosen:
+        return scene
+    others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene, name)]
+    chosen = _chosen(loops, q, motions, chosen, others)
+    freedoms = dict(scene.freedoms)
+    for name, (place, _) in zip(chosen, _of_joints(scene, loops, q, motions, chosen)):
+        freedoms[name] = freedoms.get(name, Freedom()).model_copy(update={"start": place})
+    return scene.changed(freedoms=freedoms)
+
+
+def _may_state(scene: Scene, name: str) -> bool:
+    joint = scene.joints[name]
+    return len(joint.connect) == 2 and joint.kind != "weld"
+
+
+def _chosen(loops: Loops, q: Array, motions: Array, wanted: list[str], others: list[str]) -> list[str]:
+    """Give joints that state free motions: those that are wanted, then what moves most beside them.
+
+    Joints on the ground come first among those that move as much.
+    """
+    scene, found = loops.scene, list(wanted)
+    rates = {
+        name: rate for name, (_, rate) in zip(wanted + others, _of_joints(scene, loops, q, motions, wanted + others))
+    }
+    left = np.eye(len(motions))  # free motions that no joint found so far states
+    for name in wanted:
+        left = _without(left, rates[name])
+    while len(found) < len(motions) and others:
+        sizes = {name: float(np.linalg.norm(left @ rates[name])) for name in others}
+        on_ground = {name: any(at.startswith("ground.") for at in scene.joints[name].connect) for name in others}
+        best = max(others, key=lambda name: (on_ground[name], 1.0) if sizes[name] > 0.1 else (False, sizes[name]))
+        if sizes[best] < FREE_MOTION.least_share:
+            break
+        found.append(best)
+        left = _without(left, rates[best])
+    if len(found) != len(motions):
+        words = "; ".join(describe(scene.links, scene.joints, q, motions))
+        raise SceneError(
+            f"the angles and strokes of joints do not state what is free: {words}",
+            place="freedoms",
+            hint="Give free links a joint of two bodies, and no freedom at a joint that cannot move",
+        )
+    return found
+
+
+def _without(left: Array, rate: Array) -> Array:
+    """Take the direction of a joint's rates out of a projection."""
+    direction = left @ rate
+    size = np.linalg.norm(direction)
+    if size < FREE_MOTION.least_share:
+        return left
+    direction = direction / size
+    return np.asarray(left - np.outer(direction, direction) @ left)
+
+
+def _of_joints(scene: Scene, loops: Loops, q: Array, motions: Array, names: list[str]) -> list[tuple[float, Array]]:
+    """Angle or stroke of each joint at a position, and its rates in free motions of unit size, ``(motions,)``."""
+    if not names:
+        return []
+    freedoms = dict.fromkeys(names, Freedom())
+    measured = Loops.of(scene.model_copy(update={"drive": (), "freedoms": freedoms}))  # more than can move at once
+    given = measured.residual(q[None], np.zeros((1, len(names))))[0, -len(names) :]
+    rows = measured.without_units(q[None])[0, -len(names) :]
+    flat = motions.reshape(len(motions), len(q)) / loops.unit
+    flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
+    places, rates = np.empty(len(names)), np.empty((len(names), len(motions)))
+    places[list(measured.drive_order)], rates[list(measured.drive_order)] = given, rows @ flat.T
+    return list(zip(places.tolist(), rates))

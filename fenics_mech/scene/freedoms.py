@@ -1,0 +1,227 @@
+"""Freedoms: joints that nothing leads, with the state that they start from and the effort that acts in them.
+
+A linkage moves by itself as far as its freedoms go. An effort is a torque between the two bodies of a pin, or a force
+along the guide of a slot or prismatic joint: of a motor, a brake, a controller.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag, field_validator
+
+from fenics_mech._arrays import Array
+from fenics_mech.scene.base import Part
+from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, RateOfJoint, Torque, TorqueOrForce
+
+ARRAY_FUNCTIONS = {name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")}
+
+
+class FormulaEffort(Part):
+    """An effort by a formula.
+
+    Parameters
+    ----------
+    formula
+        Torque (N m) or force (N) as a formula of the time t (s), the joint's angle or stroke theta (rad or m), and its
+        rate omega (rad/s or m/s).
+
+    Examples
+    --------
+    >>> law = fm.FormulaEffort(formula="3 - 0.2 * omega")
+    >>> float(law.at(np.zeros(1), np.zeros(1), np.array([5.0]))[0])
+    2.0
+    """
+
+    kind: Literal["formula"] = "formula"
+    formula: str
+
+    @field_validator("formula")
+    @classmethod
+    def _can_be_read(cls, text: str) -> str:
+        Formula(text, ("t", "theta", "omega"))
+        return text
+
+    def at(self, time: Array, place: Array, rate: Array) -> Array:
+        """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each."""
+        formula = Formula(self.formula, ("t", "theta", "omega"))
+        return np.broadcast_to(formula(ARRAY_FUNCTIONS, t=time, theta=place, omega=rate), time.shape)
+
+
+class DirectCurrentMotor(Part):
+    """A direct-current motor: its torque falls linearly with the speed.
+
+    Parameters
+    ----------
+    stall_torque
+        Torque at rest (N m).
+    no_load_speed
+        Speed at which there is none (rad/s); its sign is the sense of rotation.
+
+    Examples
+    --------
+    >>> motor = fm.DirectCurrentMotor(stall_torque="3 N m", no_load_speed="3000 rpm")
+    >>> round(motor.no_load_speed, 2)
+    314.16
+    """
+
+    kind: Literal["dc-motor"] = "dc-motor"
+    stall_torque: Annotated[Torque, Field(gt=0)]
+    no_load_speed: AngularSpeed
+
+    @field_validator("no_load_speed")
+    @classmethod
+    def _turns(cls, value: float) -> float:
+        if value == 0:
+            raise ValueError("must not be 0: the torque would fall without bound")
+        return value
+
+    def at(self, time: Array, place: Array, rate: Array) -> Array:
+        """Torque (N m) at times (s), with the joint's angle and its rate there, ``(times,)`` each."""
+        return np.sign(self.no_load_speed) * self.stall_torque * (1 - rate / self.no_load_speed)
+
+
+class InductionMotor(Part):
+    """An induction motor on the mains by Kloss's formula, without its electrical transients.
+
+    Parameters
+    ----------
+    breakdown_torque
+        Its largest torque (N m).
+    breakdown_slip
+        Slip at which it has that: the share by which its speed is below the synchronous one.
+    synchronous_speed
+        Speed at which there is no torque (rad/s); its sign is the sense of rotation.
+
+    Examples
+    --------
+    >>> motor = fm.InductionMotor(breakdown_torque=20.0, breakdown_slip=0.2, synchronous_speed="1500 rpm")
+    >>> at_breakdown = np.array([0.8 * motor.synchronous_speed])
+    >>> round(float(motor.at(np.zeros(1), np.zeros(1), at_breakdown)[0]), 6)
+    20.0
+    """
+
+    kind: Literal["induction-motor"] = "induction-motor"
+    breakdown_torque: Annotated[Torque, Field(gt=0)]
+    breakdown_slip: Annotated[float, Field(gt=0, le=1)] = 0.2
+    synchronous_speed: AngularSpeed
+
+    @field_validator("synchronous_speed")
+    @classmethod
+    def _turns(cls, value: float) -> float:
+        if value == 0:
+            raise ValueError("must not be 0: the slip would have no measure")
+        return value
+
+    def at(self, time: Array, place: Array, rate: Array) -> Array:
+        """Torque (N m) at times (s), with the joint's angle and its rate there, ``(times,)`` each."""
+        slip = 1 - rate / self.synchronous_speed
+        share = 2 * slip * self.breakdown_slip / (slip**2 + self.breakdown_slip**2)  # Kloss (1901)
+        return np.asarray(np.sign(self.synchronous_speed) * self.breakdown_torque * share)
+
+
+class SpeedController(Part):
+    """A controller of a constant speed, proportional and integral, without a limit of its effort.
+
+    Parameters
+    ----------
+    speed
+        Speed that it holds (rad/s or m/s).
+    proportional
+        Effort over the error of the speed (N m s/rad or N s/m).
+    integral
+        Effort over the integral of that error, from the start on (N m/rad or N/m).
+
+    Examples
+    --------
+    >>> fm.SpeedController(speed="300 rpm", proportional=0.5).integral
+    0.0
+    """
+
+    kind: Literal["speed-controller"] = "speed-controller"
+    speed: RateOfJoint
+    proportional: Annotated[float, Field(ge=0)]
+    integral: Annotated[float, Field(ge=0)] = 0.0
+
+    def at(self, time: Array, place: Array, rate: Array, start: float = 0.0) -> Array:
+        """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each.
+
+        The integral of the error of the speed is that of the place, from the place `start` at time 0.
+        """
+        return self.proportional * (self.speed - rate) + self.integral * (self.speed * time - (place - start))
+
+
+def _kind_of(value: Any) -> Any:
+    if isinstance(value, Part):
+        return getattr(value, "kind", None)
+    return value.get("kind") if isinstance(value, dict) else "number"
+
+
+Effort = Annotated[
+    Annotated[TorqueOrForce, Tag("number")]
+    | Annotated[FormulaEffort, Tag("formula")]
+    | Annotated[DirectCurrentMotor, Tag("dc-motor")]
+    | Annotated[InductionMotor, Tag("induction-motor")]
+    | Annotated[SpeedController, Tag("speed-controller")],
+    Discriminator(_kind_of),
+]
+
+
+class Freedom(Part):
+    """A joint that nothing leads.
+
+    Parameters
+    ----------
+    start
+        Angle (rad) or stroke (m) of the joint's second body against its first at time 0; without it, that of the links'
+        rough angles.
+    speed
+        Its rate at time 0 (rad/s or m/s).
+    effort
+        Torque (N m) or force (N) on the second body, with the opposite one on the first.
+    inertia
+        Moment of inertia of what turns with the second body against the first (kg m^2): rotor, gears, flywheel.
+
+    Examples
+    --------
+    >>> fm.Freedom(start="90 deg", effort=fm.DirectCurrentMotor(stall_torque=3.0, no_load_speed=300.0)).speed
+    0.0
+    """
+
+    start: AngleOrLength | None = None
+    speed: RateOfJoint = 0.0
+    effort: Effort = 0.0
+    inertia: Annotated[Inertia, Field(ge=0)] = 0.0
+
+    def held(self, theta: Array) -> Jet:
+        """Give the angle or stroke at the start, without derivatives, of the shape of theta.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), of any shape.
+        """
+        return Jet(np.full_like(theta, self.start or 0.0), np.zeros_like(theta), np.zeros_like(theta))
+
+    def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
+        """Effort on the second body less what the inertia of the rotor takes at no acceleration.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        place, rate
+            Angle (rad) or stroke (m) of the joint there, and its rate, ``(times,)`` each.
+
+        Returns
+        -------
+        numpy.ndarray
+            N m or N, ``(times,)``.
+        """
+        if isinstance(self.effort, float):
+            return np.full_like(time, self.effort)
+        if isinstance(self.effort, SpeedController):
+            return self.effort.at(time, place, rate, self.start or 0.0)
+        return self.effort.at(time, place, rate)
