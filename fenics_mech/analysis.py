@@ -15,6 +15,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
+from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
 from fenics_mech.planning.meet_tolerance import within
@@ -26,6 +27,7 @@ from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response.setup import CommonParts, mechanism, scene_modes
 from fenics_mech.response.solution import Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
+from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
@@ -70,6 +72,8 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
+    if scene.analysis.method == "transient":
+        scene = with_freedoms(scene)
     if scene.tolerance is not None:
         result = within(scene, lambda trial, choices: as_planned(trial, choices, progress, common), common)
     else:
@@ -164,7 +168,9 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
         progress("response")
         if method != "transient":
             return by_statics(scene, system), method
-        refuse_in_time(scene.analysis, scene.drives, system)
+        refuse_in_time(scene.analysis, system)
+        if scene.freedoms:
+            return by_free_motion(scene, system), method
         return by_time(scene, system, start_state(scene, system)), method
     solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
     check_periodic(scene, system, solver)

@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse
+from fenics_mech.accuracy.free_errors import NOT_ESTIMATED, free_errors
 from fenics_mech.accuracy.linearised_drag import drag_remarks, left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
@@ -31,6 +32,7 @@ from fenics_mech.errors import UnresolvedError, percent
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import (
     CollocationSolution,
+    FreeSolution,
     HarmonicSolution,
     Solution,
     StaticSolution,
@@ -118,7 +120,7 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
-        names = places_of(scene.members(), scene.joints, scene.drives)
+        names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
@@ -198,6 +200,9 @@ def estimate(
     corrected = corrected_responses(solution)
     for source, without in corrected.items():
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
+    if isinstance(solution, FreeSolution):
+        add("time", free_errors(solution, base), 1.0, 1.0)
+        remarks.append(NOT_ESTIMATED)
     for source, vibrating, share in missed_vibrations(solution):
         change = Quantities.of(scene, system, vibrating.undamped) - base
         add(source, change.largest, 1 / share, corrected[source].order)
@@ -231,6 +236,8 @@ def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
             return harmonic_errors(solution)
         case TransientSolution():
             return transient_errors(solution)
+        case FreeSolution():
+            return {}
         case StaticSolution():
             return static_errors(solution)
     raise TypeError(f"no errors are estimated of a {type(solution).__name__}")

@@ -45,7 +45,8 @@ CHOICE = ChoiceLimits()
 def choose(scene: Scene, common: CommonParts | None = None) -> tuple[Scene, tuple[Choice, ...]]:
     """Give a scene with the effects that it calls for, and what was decided about every effect.
 
-    Where a scene lists its effects itself, it comes back as it is.
+    Where a scene lists its effects itself, it comes back as it is. A motion with freedoms is not surveyed: it has exact
+    strains, the coupling and what the scene states.
 
     Parameters
     ----------
@@ -62,6 +63,9 @@ def choose(scene: Scene, common: CommonParts | None = None) -> tuple[Scene, tupl
     if scene.effects != "auto":
         acting = {effect.name for effect in active(scene)}
         return scene, tuple(Choice(effect, None, name in acting) for name, effect in EFFECTS.items())
+    if scene.freedoms:  # no cycle is there to be surveyed
+        exact = exact_theory(scene.changed(effects=()))
+        return choose(exact, common)
     return decided(scene, examine(scene, common))
 
 

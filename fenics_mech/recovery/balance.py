@@ -13,7 +13,7 @@ from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
-from fenics_mech.response.solution import CollocationSolution, Solution, TransientSolution
+from fenics_mech.response.solution import CollocationSolution, InTime, Solution
 
 
 def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
@@ -44,9 +44,9 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
         is held, or struck in a motion in time.
     """
     scene, count, found = solution.scene, len(forces.system.motion.theta), xr.Dataset()
-    in_time = isinstance(solution, TransientSolution)
+    in_time = isinstance(solution, InTime)
     struck_in_time = in_time and bool(scene.impulses)
-    if not scene.drives or scene.analysis.method == "static" or struck_in_time or count < 2:
+    if not scene.moved_joints or scene.analysis.method == "static" or struck_in_time or count < 2:
         return found
     points = solution.points if isinstance(solution, CollocationSolution) else None
     weights = np.full(count, 1 / count)

@@ -27,7 +27,7 @@ from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.response.solution import MotorSolution, PeriodicSolution, Solution, TransientSolution
+from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, Solution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.course import Course
@@ -55,19 +55,19 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     still = _quasi_static(solution) if isinstance(solution, PeriodicSolution) else None
     if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
         data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
-    efforts = effort_units(scene.drives, scene.joints)
+    efforts = effort_units(scene.moved_joints, scene.joints)
     return Result(with_units(data, efforts, scene.springs.values(), scene.dampers.values()))
 
 
 def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset:
     """Efforts of the drives, the balance of energy, and the crank's own motion on a motor's shaft."""
     scene = solution.scene
-    if not scene.drives:
+    if not scene.moved_joints:
         return xr.Dataset()
     forces = Forces(scene, fields.system, solution.response)
     efforts = forces.efforts()
     variables: dict[str, Any] = {
-        "input_torque": (("theta",), efforts[scene.drives[0].joint]),
+        "input_torque": (("theta",), efforts[scene.moved_joints[0]]),
         "drive_effort": (("theta", "drive"), np.stack(list(efforts.values()), axis=1)),
     }
     if isinstance(solution, MotorSolution):
@@ -80,8 +80,8 @@ def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset
 
 def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     """What a response has by its kind: modes, stability and condition, or the end of a motion in time."""
-    if isinstance(solution, TransientSolution):
-        return [_of_course(solution.course)]
+    if isinstance(solution, InTime):
+        return [_of_course(solution.course), *_of_freedoms(solution)]
     if not isinstance(solution, PeriodicSolution):
         return []
     parts = [_of_modes(system, solution.modes)]
@@ -153,6 +153,17 @@ def _of_course(course: Course) -> xr.Dataset:
             "interpolation_error": course.interpolation,
         },
     )
+
+
+def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
+    """Angles and strokes of the freedoms, and their rates."""
+    if not isinstance(solution, FreeSolution):
+        return []
+    course, freedoms = solution.course, list(solution.scene.freedoms)
+    last, along = slice(-len(freedoms), None), ("theta", "freedom")
+    states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
+    variables = {name: (along, values[:, last]) for name, values in states.items()}
+    return [xr.Dataset(variables, {"freedom": freedoms})]
 
 
 def _quasi_static(solution: Solution) -> Array:

@@ -19,6 +19,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_motion
+from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.kinematics.linkage import CACHE
 from fenics_mech.mechanism import RigidModes, System, build_system
@@ -108,9 +109,12 @@ def mechanism(
         When the cycle and its results need more memory than there is, or its positions miss a corner of the motion.
     """
     common = common or CommonParts()
-    require_positions(scene, scene.analysis.sub_intervals if scene.drives and scene.analysis.method != "static" else 1)
+    moves = scene.moved_joints and scene.analysis.method != "static"
+    require_positions(scene, scene.analysis.sub_intervals if moves else 1)
     progress("kinematics")
-    if scene.analysis.method == "static":
+    if scene.freedoms:
+        motion = FreeLinkage(scene).at_start()
+    elif scene.analysis.method == "static":
         motion = common.motion(scene, np.array([scene.analysis.position])).held()
     else:
         motion = common.motion(scene, scene.drive_angles(scene.analysis.sub_intervals) if scene.drives else np.zeros(1))

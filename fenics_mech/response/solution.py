@@ -17,6 +17,7 @@ from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.response.transient.course import Course, StartState
+from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Scene
 
 
@@ -45,7 +46,7 @@ class StaticSolution(Solution):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TransientSolution(Solution):
+class InTime(Solution):
     """A response in time.
 
     Parameters
@@ -54,14 +55,37 @@ class TransientSolution(Solution):
         The motion in time, and how it came about.
     start
         The state from which it started.
+    """
+
+    course: Course
+    start: StartState
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeSolution(InTime):
+    """A motion in time of a linkage with freedoms: the course and the start hold theirs after the links' coordinates.
+
+    Parameters
+    ----------
+    state
+        The equation of the motion.
+    """
+
+    state: FreeState
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransientSolution(InTime):
+    """A response in time of a linkage that its drives lead.
+
+    Parameters
+    ----------
     over_cycle
         The mechanism over one cycle of its steady drive.
     coefficients
         The matrices of the equation at any time.
     """
 
-    course: Course
-    start: StartState
     over_cycle: System
     coefficients: Coefficients
 

@@ -76,20 +76,16 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     )
 
 
-def refuse_in_time(analysis: Analysis, drives: Sequence[Drive], system: System) -> None:
+def refuse_in_time(analysis: Analysis, system: System) -> None:
     """Raise `SceneError` where a scene has something that is not solved in time.
 
     Parameters
     ----------
     analysis
         What the scene asks for.
-    drives
-        Its drives.
     system
         Its mechanism.
     """
-    if not drives:
-        raise SceneError("method = 'transient' needs a drive, and the scene has none", place="analysis.method")
     if settles(analysis.tension, system.terms):
         raise SceneError(
             "method = 'transient' does not update axial forces",

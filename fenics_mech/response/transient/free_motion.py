@@ -1,0 +1,269 @@
+"""Motion in time of a linkage that its drives do not lead wholly: freedoms and vibration together.
+
+The steps are those of `stepping`. The equation is that of `free_state`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.kinematics.free_linkage import FreeLinkage
+from fenics_mech.mechanism import System
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.solution import FreeSolution
+from fenics_mech.response.transient.course import TRANSIENT, Course, StartState
+from fenics_mech.response.transient.free_state import FreeState
+from fenics_mech.response.transient.in_time import cycles_of
+from fenics_mech.response.transient.integration import INTEGRATION
+from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes
+from fenics_mech.scene import Scene
+
+
+@dataclass(frozen=True)
+class FreeLimits:
+    """Limits of a free motion's steps and of its start."""
+
+    block: int = 100  # positions, whose accelerations are found at once
+    longest: float = 1 / 20  # of the whole motion
+    small: float = 1e-6  # of the energy of the motion, below which the links' own does not govern the steps
+    most_iterations: int = 30  # of Newton's method for a smooth start
+    converged: float = 1e-10  # of its accelerations
+    spacing: float = 1e-4  # s, over the time in which a freedom moves by its unit: differences of a smooth start
+
+
+FREE = FreeLimits()
+
+
+@dataclass(frozen=True)
+class ScaledState:
+    """The equation of a free motion for scaled coordinates ``z = weight y``, in sqrt(J)."""
+
+    state: FreeState
+    weight: Array
+
+    @property
+    def linear(self) -> bool:
+        """A free motion is never linear."""
+        return False
+
+    def residuals(self, time: Array, z: Array, rate: Array, second: Array) -> Array:
+        """What is left of the equation, ``(times, coordinates)``."""
+        return self.state.residual(time, (z / self.weight, rate / self.weight, second / self.weight)) / self.weight
+
+    def tangents_at(self, time: Array, z: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
+        """Tangents by z'', z' and z, ``(times, coordinates, coordinates)`` each."""
+        found = self.state.tangents(time, (z / self.weight, rate / self.weight, second / self.weight))
+        square = np.outer(self.weight, self.weight)
+        return found[0] / square, found[1] / square, found[2] / square
+
+    def accelerations(self, time: Array, z: Array, rate: Array) -> Array:
+        """Give z'' that the equation demands, ``(times, coordinates)``."""
+        return self.state.accelerations(time, z / self.weight, rate / self.weight) * self.weight
+
+
+def by_free_motion(scene: Scene, system: System) -> FreeSolution:
+    """Integrate the equation of motion of freedoms and links in time.
+
+    Parameters
+    ----------
+    scene
+        A scene with a freedom for all that can move.
+    system
+        Its mechanism at the start.
+
+    Raises
+    ------
+    SceneError
+        When the scene has something that a free motion has not.
+    SolverError
+        When the time steps fail.
+    AssemblyError
+        When the linkage comes to a dead centre of its freedoms.
+    """
+    linkage = FreeLinkage(scene)
+    state = FreeState(scene, system, linkage)
+    start = start_of(scene, state)
+    return solution_from(scene, state, start, *course_of(scene, state, start))
+
+
+def solution_from(scene: Scene, state: FreeState, start: StartState, course: Course, near: Array) -> FreeSolution:
+    """Give the solution of a course.
+
+    Parameters
+    ----------
+    scene, state
+        The scene and its equation.
+    start, course
+        The state that the motion starts from, and the motion.
+    near
+        Coordinates of the links in it, ``(times, 3 links)``.
+    """
+    y, rate = course.displacement, course.velocity
+    seconds = np.concatenate(
+        [
+            state.accelerations(course.time[part], y[part], rate[part], near[part])
+            for part in cycles_of(course.time, FREE.block)
+        ]
+    )
+    system, response = state.along(course.time, (y, rate, seconds), near)
+    return FreeSolution(scene=scene, system=system, response=response, course=course, start=start, state=state)
+
+
+def start_of(scene: Scene, state: FreeState) -> StartState:
+    """Give the state that the motion starts from, as `analysis.start` states it.
+
+    Parameters
+    ----------
+    scene, state
+        The scene and its equation.
+
+    Raises
+    ------
+    SceneError
+        When the start is a file: a free motion is not gone on from.
+    SolverError
+        When no smooth start is found.
+    """
+    freedoms = scene.freedoms.values()
+    places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "speed"))
+    n, start = state.size, scene.analysis.start
+    y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
+    if start == "smooth":
+        return _smooth(state, y, rate)
+    if start == "static":
+        y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
+    elif start != "rigid":
+        raise SceneError(
+            f"a free motion does not start from {start!r}",
+            place="analysis.start",
+            hint="Write 'rigid', 'static' or 'smooth'",
+        )
+    return StartState(0.0, y, rate)
+
+
+def _slow(state: FreeState, time: float, y: Array, rate: Array, elastic: Array) -> tuple[Array, Array]:
+    """Displacement q without vibration, and accelerations of the freedoms, at a state of them.
+
+    `elastic` holds q' and q'' that are known, ``(2, coordinates)``.
+    """
+    n, y, rate = state.size, y.copy(), rate.copy()
+    second = np.zeros_like(y)
+    rate[:n], second[:n] = elastic
+    for _ in range(FREE.most_iterations):
+        states = y[None], rate[None], second[None]
+        left = state.residual(np.array([time]), states)[0]
+        mass, _, stiffness = (part[0] for part in state.tangents(np.array([time]), states))
+        matrix = np.hstack([stiffness[:, :n], mass[:, n:]])
+        change = np.linalg.solve(matrix, -left)
+        y[:n] += change[:n]
+        second[n:] += change[n:]
+        stiff = np.abs(change[:n]).max(initial=0.0) <= FREE.converged * max(np.abs(y[:n]).max(initial=0.0), TINY)
+        if stiff and np.abs(change[n:]).max() <= FREE.converged * max(np.abs(second[n:]).max(), 1e-6):
+            return y[:n], second[n:]
+    raise SolverError("no start without vibration is found: take start = 'rigid', or stiffer members")
+
+
+def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
+    """Give the start on the slow motion: q and q' follow the freedoms without vibration."""
+    n = state.size
+    h = FREE.spacing / max(1.0, float(np.abs(rate[n:]).max()))
+    elastic = np.zeros((2, n))
+    for _ in range(3):  # each time one more derivative of the slow motion is known
+        here, second = _slow(state, 0.0, y, rate, elastic)
+        around = []
+        for sign in (-1.0, 1.0):
+            there, speed = y.copy(), rate.copy()
+            there[n:] += sign * h * rate[n:] + h**2 / 2 * second
+            speed[n:] += sign * h * second
+            around.append(_slow(state, max(sign * h, 0.0) if state.scene.drives else 0.0, there, speed, elastic)[0])
+        elastic = np.stack([(around[1] - around[0]) / (2 * h), (around[1] - 2 * here + around[0]) / h**2])
+    return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
+
+
+def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float = 1.0) -> tuple[Course, Array]:
+    """Integrate from a start to the end; gives the motion and the coordinates of the links in it.
+
+    Parameters
+    ----------
+    scene, state, start
+        The scene, its equation, and the state that the motion starts from.
+    rougher
+        Factor on the tolerance of the scene.
+    """
+    state.rewind()
+    analysis = scene.analysis
+    cycles = analysis.cycles if scene.drives else 1
+    step = scene.period / analysis.sub_intervals
+    times = step * np.arange(cycles * analysis.sub_intervals + 1)
+    weight, sizes = _scales(state, start)
+    tolerance = min(rougher * analysis.time_tolerance, 0.5)
+    record = _Record(times, start.displacement, start.velocity, state, weight)
+    equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
+    context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep)
+    ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
+    ts.setType("python")
+    ts.setPythonContext(context)
+    z = np.concatenate([start.displacement * weight, start.velocity * weight])
+    ts.setSolution(PETSc.Vec().createWithArray(z, comm=PETSc.COMM_SELF))
+    ts.setTimeStep(min(step, FREE.longest * scene.period))
+    ts.setTime(0.0)
+    ts.setMaxTime(float(times[-1]))
+    defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
+    with configured(ts, "transient_", defaults, scene.petsc):
+        ts.solve(ts.getSolution())
+        reason, steps = ts.getConvergedReason(), ts.getStepNumber()
+    reasons = PETSc.TS.ConvergedReason
+    if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
+        raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
+    return Course(times, record.states[:, 0], record.states[:, 1], math.inf, steps, 0.0), record.near
+
+
+class _Record:
+    """Takes samples of the motion step by step, and takes the equation on to where it is."""
+
+    def __init__(self, times: Array, y: Array, rate: Array, state: FreeState, weight: Array) -> None:
+        self.times, self.state, self.weight, self.known = times, state, weight, 1
+        self.states = np.zeros((len(times), 2, len(y)))
+        self.states[0] = y, rate
+        self.near = np.tile(state.linkage.start, (len(times), 1))
+
+    def keep(self, start: float, end: float, curve: Curve) -> bool:
+        """Take the samples inside a step; the motion is never settled."""
+        known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
+        if known > self.known:
+            self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1) / self.weight
+            here = slice(self.known, known)
+            self.near[here] = self.state.positions(self.times[here], self.states[here, 0])
+            self.known = known
+        z, rate = (part[0] / self.weight for part in curve(np.array([end])))
+        self.state.move_on(end, z, rate)
+        return False
+
+
+def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:
+    """Give the scale of each coordinate, and what errors of the links' motion and of the freedoms are relative to.
+
+    A unit of an elastic coordinate has about the same strain energy as any other. That of a freedom is 1 rad, or the
+    size of the linkage, in the energy of the motion.
+    """
+    n, time = state.size, np.zeros(1)
+    y, rate = start.displacement[None], start.velocity[None]
+    still = np.zeros_like(y)
+    mass, _, stiffness = (part[0] for part in state.tangents(time, (y, rate, still)))
+    left = state.residual(time, (y, rate, still))[0]
+    diagonal = np.abs(np.diag(stiffness)[:n])
+    kinetic = float(rate[0, n:] @ mass[n:, n:] @ rate[0, n:])
+    energy = max(kinetic, float(np.abs(left[n:]).max()), float(np.abs(np.diag(mass)[n:]).min()) * TINY**0.1)
+    deflection = np.linalg.solve(stiffness[:n, :n], -left[:n])
+    bent = max(float(np.abs(deflection @ left[:n])), FREE.small**2 * energy)
+    weight = np.append(np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), np.full(state.freedoms, math.sqrt(energy)))
+    parts = ((slice(0, n), math.sqrt(bent)), (slice(n, None), math.sqrt(energy)))
+    return weight, parts if n else parts[1:]
