@@ -38,7 +38,10 @@ PAGES: dict[
     "sections": ("Materials and sections", ["Material", "Ply", "PolygonPart"]),
     "drives": (
         "Drives and motors",
-        ["Drive", "Motor", "Harmonics", "Table", "Expression", "TimeTable", "TimeExpression"],
+        [
+            *("Drive", "Motor", "Harmonics", "Table", "Expression", "TimeTable", "TimeExpression"),
+            *("Freedom", "FormulaEffort", "DirectCurrentMotor", "InductionMotor", "SpeedController"),
+        ],
     ),
     "loads": (
         "Loads and impulses",
