@@ -335,11 +335,6 @@ def _check_freedoms(scene: Scene) -> None:
         (scene.tolerance is not None, "tolerance", "a motion with freedoms is not made to a tolerance of its result"),
         (bool(scene.impulses), "impulses", "a motion with freedoms has no impulses"),
         (scene.damping.air is not None, "damping.air", "a motion with freedoms has no drag of the air"),
-        (
-            any(drive.motor for drive in scene.drives),
-            "drive.motor",
-            "freedoms have no motor's shaft",
-        ),
     )
     for wrong, place, why in refused:
         if wrong:

@@ -9,14 +9,21 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, field_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, field_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, RateOfJoint, Torque, TorqueOrForce
 
-ARRAY_FUNCTIONS = {name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")}
+
+def _turns(speed: float) -> float:
+    if speed == 0:
+        raise ValueError("must not be 0: its sign is the sense of rotation, and torques go with the speed over it")
+    return speed
+
+
+SpeedOfMotor = Annotated[AngularSpeed, AfterValidator(_turns)]
 
 
 class FormulaEffort(Part):
@@ -43,10 +50,10 @@ class FormulaEffort(Part):
         Formula(text, ("t", "theta", "omega"))
         return text
 
-    def at(self, time: Array, place: Array, rate: Array) -> Array:
+    def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each."""
         formula = Formula(self.formula, ("t", "theta", "omega"))
-        return np.broadcast_to(formula(ARRAY_FUNCTIONS, t=time, theta=place, omega=rate), time.shape)
+        return np.broadcast_to(formula(JET_FUNCTIONS, t=time, theta=place, omega=rate), time.shape)
 
 
 class DirectCurrentMotor(Part):
@@ -68,16 +75,9 @@ class DirectCurrentMotor(Part):
 
     kind: Literal["dc-motor"] = "dc-motor"
     stall_torque: Annotated[Torque, Field(gt=0)]
-    no_load_speed: AngularSpeed
+    no_load_speed: SpeedOfMotor
 
-    @field_validator("no_load_speed")
-    @classmethod
-    def _turns(cls, value: float) -> float:
-        if value == 0:
-            raise ValueError("must not be 0: the torque would fall without bound")
-        return value
-
-    def at(self, time: Array, place: Array, rate: Array) -> Array:
+    def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Torque (N m) at times (s), with the joint's angle and its rate there, ``(times,)`` each."""
         return np.sign(self.no_load_speed) * self.stall_torque * (1 - rate / self.no_load_speed)
 
@@ -104,16 +104,9 @@ class InductionMotor(Part):
     kind: Literal["induction-motor"] = "induction-motor"
     breakdown_torque: Annotated[Torque, Field(gt=0)]
     breakdown_slip: Annotated[float, Field(gt=0, le=1)] = 0.2
-    synchronous_speed: AngularSpeed
+    synchronous_speed: SpeedOfMotor
 
-    @field_validator("synchronous_speed")
-    @classmethod
-    def _turns(cls, value: float) -> float:
-        if value == 0:
-            raise ValueError("must not be 0: the slip would have no measure")
-        return value
-
-    def at(self, time: Array, place: Array, rate: Array) -> Array:
+    def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Torque (N m) at times (s), with the joint's angle and its rate there, ``(times,)`` each."""
         slip = 1 - rate / self.synchronous_speed
         share = 2 * slip * self.breakdown_slip / (slip**2 + self.breakdown_slip**2)  # Kloss (1901)
@@ -143,7 +136,7 @@ class SpeedController(Part):
     proportional: Annotated[float, Field(ge=0)]
     integral: Annotated[float, Field(ge=0)] = 0.0
 
-    def at(self, time: Array, place: Array, rate: Array, start: float = 0.0) -> Array:
+    def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each.
 
         The integral of the error of the speed is that of the place, from the place `start` at time 0.
@@ -204,7 +197,7 @@ class Freedom(Part):
         return Jet(np.full_like(theta, self.start or 0.0), np.zeros_like(theta), np.zeros_like(theta))
 
     def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
-        """Effort on the second body less what the inertia of the rotor takes at no acceleration.
+        """Effort on the second body, with what accelerates the rotor in it.
 
         Parameters
         ----------
@@ -220,6 +213,4 @@ class Freedom(Part):
         """
         if isinstance(self.effort, float):
             return np.full_like(time, self.effort)
-        if isinstance(self.effort, SpeedController):
-            return self.effort.at(time, place, rate, self.start or 0.0)
-        return self.effort.at(time, place, rate)
+        return self.effort.at(time, place, rate, self.start or 0.0)

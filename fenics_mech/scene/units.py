@@ -175,33 +175,25 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
     return convert
 
 
-def _angle_or_length(value: Any) -> Any:
-    """Read an angle, or else a length: for a value whose joint says which of them it is."""
-    try:
-        return in_unit("rad")(value)
-    except ValueError:
-        return in_unit("m")(value)
-
-
-def _rate_of_joint(value: Any) -> Any:
-    """Read an angular speed, or else a speed: for a value whose joint says which of them it is."""
-    try:
-        return in_unit("rad/s")(value)
-    except ValueError:
-        return in_unit("m/s")(value)
-
-
-def _torque_or_force(value: Any) -> Any:
-    """Read a torque, or else a force: for a value whose joint says which of them it is."""
-    try:
-        return in_unit("N*m")(value)
-    except ValueError:
-        return in_unit("N")(value)
-
-
 def _quantity(unit: str) -> Any:
+    return _of_reader(in_unit(unit), unit)
+
+
+def _either(turning: str, sliding: str, named: str) -> Any:
+    """Give the type of a quantity in one of two units: its joint says which of them it is."""
+
+    def read(value: Any) -> Any:
+        try:
+            return in_unit(turning)(value)
+        except ValueError:
+            return in_unit(sliding)(value)
+
+    return _of_reader(read, named)
+
+
+def _of_reader(read: Callable[[Any], Any], unit: str) -> Any:
     schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{unit}, or a string with a unit"}
-    return Annotated[float, BeforeValidator(in_unit(unit)), WithJsonSchema(schema)]
+    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
 
 
 Share = _quantity("1")
@@ -227,14 +219,6 @@ LineForce = _quantity("N/m")
 Acceleration = _quantity("m/s**2")
 Momentum = _quantity("N*s")
 AngularMomentum = _quantity("N*m*s")
-
-
-def _either(read: Callable[[Any], Any], units: str) -> Any:
-    """Give the type of a quantity in one of two units, as its joint turns or slides."""
-    schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{units}, or a string with a unit"}
-    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
-
-
-AngleOrLength = _either(_angle_or_length, "rad or m")
-RateOfJoint = _either(_rate_of_joint, "rad/s or m/s")
-TorqueOrForce = _either(_torque_or_force, "N m or N")
+AngleOrLength = _either("rad", "m", "rad or m")
+RateOfJoint = _either("rad/s", "m/s", "rad/s or m/s")
+TorqueOrForce = _either("N*m", "N", "N m or N")
