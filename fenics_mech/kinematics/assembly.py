@@ -19,6 +19,7 @@ from fenics_mech.kinematics.conditioning import (
 )
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import GROUND, Loops
+from fenics_mech.kinematics.motion import rates_by_drives
 
 
 @dataclass(frozen=True)
@@ -331,12 +332,9 @@ def derivatives(loops: Loops, q: Array, theta: Array) -> tuple[Array, Array]:
     theta
         Drive angles (rad), ``(positions,)``.
     """
-    jacobian = loops.jacobian(q)
     jet = loops.drive(theta)
     try:
-        rate = np.linalg.solve(jacobian, loops.driven(jet.first)[..., None])[..., 0]  # (6.2) for all loops
-        forced = loops.driven(jet.second) - loops.convective(q, rate)
-        return rate, np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
+        return rates_by_drives(loops, q, jet.first, jet.second)
     except np.linalg.LinAlgError as error:
         where = f" at drive angle {_degrees(theta[0])}" if len(theta) == 1 else ""
         raise AssemblyError(

@@ -6,17 +6,19 @@ take the place of drives in the loop equations.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics.assembly import assemble, newton
 from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import Motion, as_motion
+from fenics_mech.kinematics.motion import Motion, as_motion, rates_by_drives
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.freedoms import Freedom
 
@@ -25,6 +27,7 @@ from fenics_mech.scene.freedoms import Freedom
 class FreeMotionLimits:
     """Limits of the choice of joints, and of steps along a free motion."""
 
+    much: float = 0.1  # of a joint in a free motion, from which on one on the ground is as good as any other
     least_share: float = 1e-6  # of a joint in a free motion, from which on it may be the one that states it
     longest_turn: float = 0.5  # rad, of a link from the positions that are known to those that are looked for
 
@@ -82,11 +85,8 @@ class FreeLinkage:
         q, closed = newton(loops, near, value)
         if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
             raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
-        jacobian = loops.jacobian(q)
         try:
-            velocity = np.linalg.solve(jacobian, loops.driven(first)[..., None])[..., 0]  # (6.2) for all loops
-            forced = loops.driven(second) - loops.convective(q, velocity)
-            acceleration = np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
+            velocity, acceleration = rates_by_drives(loops, q, first, second)
         except np.linalg.LinAlgError as error:
             raise AssemblyError(f"the linkage is at a dead centre of its freedoms at {time[0]:.6g} s") from error
         return as_motion(loops, self._theta(time, places), time, q, velocity, acceleration)
@@ -147,18 +147,24 @@ def with_freedoms(scene: Scene) -> Scene:
         When the links cannot be assembled at their rough angles.
     """
     stated = {name: part for name, part in scene.freedoms.items() if part.start is not None}
-    loops = Loops.of(scene.changed(freedoms=stated))
+    loops = Loops.of(scene.model_copy(update={"freedoms": stated}))
     q = assemble(loops)
     motions = free_motions(loops, q)
-    chosen = [name for name in scene.freedoms if name not in stated]
-    if not len(motions) and not chosen:
+    wanted = [name for name in scene.freedoms if name not in stated]
+    if not len(motions) and not wanted:
         return scene
     others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene, name)]
-    chosen = _chosen(loops, q, motions, chosen, others)
-    freedoms = dict(scene.freedoms)
-    for name, (place, _) in zip(chosen, _of_joints(scene, loops, q, motions, chosen)):
-        freedoms[name] = freedoms.get(name, Freedom()).model_copy(update={"start": place})
-    return scene.changed(freedoms=freedoms)
+    places, rates = _of_joints(scene, loops, q, motions, wanted + others)
+    chosen = _chosen(scene, rates, wanted, others)
+    if len(chosen) != len(motions):
+        words = "; ".join(describe(scene.links, scene.joints, q, motions))
+        raise SceneError(
+            f"the angles and strokes of joints do not state what is free: {words}",
+            place="freedoms",
+            hint="Give free links a joint of two bodies, and no freedom at a joint that cannot move",
+        )
+    starting = {name: scene.freedoms.get(name, Freedom()).model_copy(update={"start": places[name]}) for name in chosen}
+    return scene.changed(freedoms=scene.freedoms | starting)
 
 
 def _may_state(scene: Scene, name: str) -> bool:
@@ -166,33 +172,24 @@ def _may_state(scene: Scene, name: str) -> bool:
     return len(joint.connect) == 2 and joint.kind != "weld"
 
 
-def _chosen(loops: Loops, q: Array, motions: Array, wanted: list[str], others: list[str]) -> list[str]:
-    """Give joints that state free motions: those that are wanted, then what moves most beside them.
+def _chosen(scene: Scene, rates: Mapping[str, Array], wanted: list[str], others: list[str]) -> list[str]:
+    """Give joints that state free motions by their rates in them: those that are wanted, then what moves most beside.
 
-    Joints on the ground come first among those that move as much.
+    Joints on the ground come first among those that move much.
     """
-    scene, found = loops.scene, list(wanted)
-    rates = {
-        name: rate for name, (_, rate) in zip(wanted + others, _of_joints(scene, loops, q, motions, wanted + others))
-    }
-    left = np.eye(len(motions))  # free motions that no joint found so far states
+    on_ground = {name: any(at.startswith("ground.") for at in scene.joints[name].connect) for name in others}
+    found = list(wanted)
+    left = np.eye(len(next(iter(rates.values()), ())))  # free motions that no joint found so far states
     for name in wanted:
         left = _without(left, rates[name])
-    while len(found) < len(motions) and others:
+    while len(found) < len(left) and others:
         sizes = {name: float(np.linalg.norm(left @ rates[name])) for name in others}
-        on_ground = {name: any(at.startswith("ground.") for at in scene.joints[name].connect) for name in others}
-        best = max(others, key=lambda name: (on_ground[name], 1.0) if sizes[name] > 0.1 else (False, sizes[name]))
+        much = {name: size > FREE_MOTION.much for name, size in sizes.items()}
+        best = max(others, key=lambda name: (on_ground[name], 1.0) if much[name] else (False, sizes[name]))
         if sizes[best] < FREE_MOTION.least_share:
             break
         found.append(best)
         left = _without(left, rates[best])
-    if len(found) != len(motions):
-        words = "; ".join(describe(scene.links, scene.joints, q, motions))
-        raise SceneError(
-            f"the angles and strokes of joints do not state what is free: {words}",
-            place="freedoms",
-            hint="Give free links a joint of two bodies, and no freedom at a joint that cannot move",
-        )
     return found
 
 
@@ -206,16 +203,16 @@ def _without(left: Array, rate: Array) -> Array:
     return np.asarray(left - np.outer(direction, direction) @ left)
 
 
-def _of_joints(scene: Scene, loops: Loops, q: Array, motions: Array, names: list[str]) -> list[tuple[float, Array]]:
+def _of_joints(
+    scene: Scene, loops: Loops, q: Array, motions: Array, names: list[str]
+) -> tuple[dict[str, float], dict[str, Array]]:
     """Angle or stroke of each joint at a position, and its rates in free motions of unit size, ``(motions,)``."""
-    if not names:
-        return []
     freedoms = dict.fromkeys(names, Freedom())
     measured = Loops.of(scene.model_copy(update={"drive": (), "freedoms": freedoms}))  # more than can move at once
-    given = measured.residual(q[None], np.zeros((1, len(names))))[0, -len(names) :]
-    rows = measured.without_units(q[None])[0, -len(names) :]
+    equations = slice(len(measured.names) - len(names), None)
+    given = measured.residual(q[None], np.zeros((1, len(names))))[0, equations]
+    rows = measured.without_units(q[None])[0, equations]
     flat = motions.reshape(len(motions), len(q)) / loops.unit
-    flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
-    places, rates = np.empty(len(names)), np.empty((len(names), len(motions)))
-    places[list(measured.drive_order)], rates[list(measured.drive_order)] = given, rows @ flat.T
-    return list(zip(places.tolist(), rates))
+    flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), TINY)
+    ordered = [names[i] for i in measured.drive_order]
+    return dict(zip(ordered, given.tolist())), dict(zip(ordered, rows @ flat.T))

@@ -142,8 +142,7 @@ class Loops:
         """
         if not self.drives:
             return Jet(*(np.zeros((len(theta), 0)),) * 3)
-        rate = self.scene.cycle_rate if self.scene.drives else 0.0
-        jets = [drive.jet(theta, rate) for drive in self.scene.drives]
+        jets = [drive.jet(theta, self.scene.cycle_rate) for drive in self.scene.drives]
         jets += [freedom.held(theta) for freedom in self.scene.freedoms.values()]
         return Jet(*(np.stack(parts, axis=-1) for parts in zip(*((j.value, j.first, j.second) for j in jets))))
 

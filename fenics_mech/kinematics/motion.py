@@ -134,3 +134,26 @@ def coordinates(vectors: Array, angles: Array) -> Array:
         Angle of each link (rad), or its rate.
     """
     return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)
+
+
+def rates_by_drives(loops: Loops, q: Array, first: Array, second: Array) -> tuple[Array, Array]:
+    """First and second derivative of the coordinates by those of the drives, each ``(positions, 3 links)``.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    q
+        Coordinates of the links, ``(positions, 3 links)``.
+    first, second
+        Derivatives of the drives' angles and strokes, ``(positions, drives)`` each.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        When the drives do not say how the links move.
+    """
+    jacobian = loops.jacobian(q)
+    rate = np.linalg.solve(jacobian, loops.driven(first)[..., None])[..., 0]  # (6.2) for all loops
+    forced = loops.driven(second) - loops.convective(q, rate)
+    return rate, np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
