@@ -13,7 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import CorrectedResponse
-from fenics_mech.accuracy.free_errors import NOT_ESTIMATED, free_errors
+from fenics_mech.accuracy.free_errors import free_errors
 from fenics_mech.accuracy.linearised_drag import drag_remarks, left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
@@ -202,7 +202,6 @@ def estimate(
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
     if isinstance(solution, FreeSolution):
         add("time", free_errors(solution, base), 1.0, 1.0)
-        remarks.append(NOT_ESTIMATED)
     for source, vibrating, share in missed_vibrations(solution):
         change = Quantities.of(scene, system, vibrating.undamped) - base
         add(source, change.largest, 1 / share, corrected[source].order)

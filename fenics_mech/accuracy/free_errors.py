@@ -10,8 +10,6 @@ from fenics_mech.accuracy.quantities import Quantities
 from fenics_mech.response.solution import FreeSolution
 from fenics_mech.response.transient.free_motion import course_of, solution_from
 
-NOT_ESTIMATED = "what the mesh does to a motion with freedoms"
-
 
 def free_errors(solution: FreeSolution, base: Quantities) -> Mapping[str, Array]:
     """Estimate the error of each quantity by the time steps.
@@ -33,7 +31,7 @@ def free_errors(solution: FreeSolution, base: Quantities) -> Mapping[str, Array]
     SolverError
         When the rougher steps fail.
     """
-    course, near = course_of(solution.scene, solution.state, solution.start, ESTIMATES.rougher)
-    rough = solution_from(solution.scene, solution.state, solution.start, course, near)
-    change = Quantities.of(solution.scene, rough.system, rough.response.undamped) - base
+    scene, state, start = solution.scene, solution.state, solution.start
+    rough = solution_from(scene, state, start, course_of(scene, state, start, ESTIMATES.rougher))
+    change = Quantities.of(scene, rough.system, rough.response.undamped) - base
     return {name: ESTIMATES.rough_share * size for name, size in change.largest.items()}

@@ -9,6 +9,7 @@ from fenics_mech.effects.springs import too_stiff
 from fenics_mech.response.periodic.steps import like_blows
 from fenics_mech.response.solution import (
     CollocationSolution,
+    FreeSolution,
     HarmonicSolution,
     Solution,
     StaticSolution,
@@ -34,6 +35,8 @@ def not_estimated(solution: Solution) -> list[str]:
     found = _of_loads(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
+    if isinstance(solution, FreeSolution):
+        found.append("what the mesh does to a motion with freedoms")
     if isinstance(solution, SubIntervalSolution) and solution.scene.analysis.join == "modal":
         found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
     springs = too_stiff(solution.scene)

@@ -163,3 +163,19 @@ class Course:
     change: float
     steps: int
     interpolation: float
+
+
+@dataclass(frozen=True)
+class FreeCourse(Course):
+    """A motion in time with freedoms, whose angles and strokes come after the coordinates q.
+
+    Parameters
+    ----------
+    acceleration
+        Second time derivatives of the coordinates, ``(times, coordinates)``.
+    links
+        Coordinates of the links (m, m, rad), ``(times, 3 links)``.
+    """
+
+    acceleration: Array
+    links: Array

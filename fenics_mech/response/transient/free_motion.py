@@ -19,9 +19,8 @@ from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
-from fenics_mech.response.transient.course import TRANSIENT, Course, StartState
+from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, StartState
 from fenics_mech.response.transient.free_state import FreeState
-from fenics_mech.response.transient.in_time import cycles_of
 from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes
 from fenics_mech.scene import Scene
@@ -31,11 +30,11 @@ from fenics_mech.scene import Scene
 class FreeLimits:
     """Limits of a free motion's steps and of its start."""
 
-    block: int = 100  # positions, whose accelerations are found at once
     longest: float = 1 / 20  # of the whole motion
     small: float = 1e-6  # of the energy of the motion, below which the links' own does not govern the steps
     most_iterations: int = 30  # of Newton's method for a smooth start
     converged: float = 1e-10  # of its accelerations
+    least: float = 1e-30  # (rad/s)^2, for the energy of freedoms that nothing moves
     spacing: float = 1e-4  # s, over the time in which a freedom moves by its unit: differences of a smooth start
 
 
@@ -91,10 +90,10 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
     linkage = FreeLinkage(scene)
     state = FreeState(scene, system, linkage)
     start = start_of(scene, state)
-    return solution_from(scene, state, start, *course_of(scene, state, start))
+    return solution_from(scene, state, start, course_of(scene, state, start))
 
 
-def solution_from(scene: Scene, state: FreeState, start: StartState, course: Course, near: Array) -> FreeSolution:
+def solution_from(scene: Scene, state: FreeState, start: StartState, course: FreeCourse) -> FreeSolution:
     """Give the solution of a course.
 
     Parameters
@@ -103,17 +102,9 @@ def solution_from(scene: Scene, state: FreeState, start: StartState, course: Cou
         The scene and its equation.
     start, course
         The state that the motion starts from, and the motion.
-    near
-        Coordinates of the links in it, ``(times, 3 links)``.
     """
-    y, rate = course.displacement, course.velocity
-    seconds = np.concatenate(
-        [
-            state.accelerations(course.time[part], y[part], rate[part], near[part])
-            for part in cycles_of(course.time, FREE.block)
-        ]
-    )
-    system, response = state.along(course.time, (y, rate, seconds), near)
+    states = course.displacement, course.velocity, course.acceleration
+    system, response = state.along(course.time, states, course.links)
     return FreeSolution(scene=scene, system=system, response=response, course=course, start=start, state=state)
 
 
@@ -183,13 +174,13 @@ def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
             there, speed = y.copy(), rate.copy()
             there[n:] += sign * h * rate[n:] + h**2 / 2 * second
             speed[n:] += sign * h * second
-            around.append(_slow(state, max(sign * h, 0.0) if state.scene.drives else 0.0, there, speed, elastic)[0])
+            around.append(_slow(state, sign * h, there, speed, elastic)[0])
         elastic = np.stack([(around[1] - around[0]) / (2 * h), (around[1] - 2 * here + around[0]) / h**2])
     return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
 
 
-def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float = 1.0) -> tuple[Course, Array]:
-    """Integrate from a start to the end; gives the motion and the coordinates of the links in it.
+def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
+    """Integrate from a start to the end.
 
     Parameters
     ----------
@@ -205,7 +196,7 @@ def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float 
     times = step * np.arange(cycles * analysis.sub_intervals + 1)
     weight, sizes = _scales(state, start)
     tolerance = min(rougher * analysis.time_tolerance, 0.5)
-    record = _Record(times, start.displacement, start.velocity, state, weight)
+    record = _Record(times, start, state, weight)
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep)
     ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
@@ -223,29 +214,36 @@ def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float 
     reasons = PETSc.TS.ConvergedReason
     if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
         raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
-    return Course(times, record.states[:, 0], record.states[:, 1], math.inf, steps, 0.0), record.near
+    return FreeCourse(
+        times, record.states[0], record.states[1], math.inf, steps, 0.0, record.accelerations, record.links
+    )
 
 
 class _Record:
     """Takes samples of the motion step by step, and takes the equation on to where it is."""
 
-    def __init__(self, times: Array, y: Array, rate: Array, state: FreeState, weight: Array) -> None:
-        self.times, self.state, self.weight, self.known = times, state, weight, 1
-        self.states = np.zeros((len(times), 2, len(y)))
-        self.states[0] = y, rate
-        self.near = np.tile(state.linkage.start, (len(times), 1))
+    def __init__(self, times: Array, start: StartState, state: FreeState, weight: Array) -> None:
+        self.times, self.state, self.weight, self.known = times, state, weight, 0
+        self.states = np.zeros((2, len(times), len(weight)))
+        self.accelerations = np.zeros(self.states.shape[1:])
+        self.links = np.zeros((len(times), len(state.linkage.start)))
+        self._take(1, start.displacement[None], start.velocity[None])
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
         known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
         if known > self.known:
-            self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1) / self.weight
-            here = slice(self.known, known)
-            self.near[here] = self.state.positions(self.times[here], self.states[here, 0])
-            self.known = known
+            self._take(known, *(part / self.weight for part in curve(self.times[self.known : known])))
         z, rate = (part[0] / self.weight for part in curve(np.array([end])))
         self.state.move_on(end, z, rate)
         return False
+
+    def _take(self, known: int, y: Array, rate: Array) -> None:
+        """Take the samples up to a number, which are near to where the equation is."""
+        here, self.known = slice(self.known, known), known
+        self.states[:, here] = y, rate
+        self.links[here] = self.state.positions(self.times[here], y)
+        self.accelerations[here] = self.state.accelerations(self.times[here], y, rate)
 
 
 def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:
@@ -261,7 +259,7 @@ def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:
     left = state.residual(time, (y, rate, still))[0]
     diagonal = np.abs(np.diag(stiffness)[:n])
     kinetic = float(rate[0, n:] @ mass[n:, n:] @ rate[0, n:])
-    energy = max(kinetic, float(np.abs(left[n:]).max()), float(np.abs(np.diag(mass)[n:]).min()) * TINY**0.1)
+    energy = max(kinetic, float(np.abs(left[n:]).max()), float(np.abs(np.diag(mass)[n:]).min()) * FREE.least)
     deflection = np.linalg.solve(stiffness[:n, :n], -left[:n])
     bent = max(float(np.abs(deflection @ left[:n])), FREE.small**2 * energy)
     weight = np.append(np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), np.full(state.freedoms, math.sqrt(energy)))

@@ -16,7 +16,7 @@ from fenics_mech.forces.elastic_response import ElasticResponse, response_at
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.free_linkage import FreeLinkage
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
@@ -58,7 +58,6 @@ class FreeState:
     system: System
     linkage: FreeLinkage
     _known: tuple[float, Array, Array] = field(init=False)  # time (s), coordinates of the links and their rates
-    _places: Array | None = None  # coordinates of the links at the times that are looked at, in place of that
 
     def __post_init__(self) -> None:
         """Start from the position at time 0."""
@@ -84,7 +83,7 @@ class FreeState:
         AssemblyError
             When the freedoms hardly say how the links move there.
         """
-        here = self.system_at(np.array([time]), (y[None], rate[None], np.zeros((1, len(y))))).motion
+        here = self._motion(np.array([time]), (y[None], rate[None], np.zeros((1, len(y)))))
         q, velocity = coordinates(here.position, here.angle)[0], coordinates(here.velocity, here.omega)[0]
         self.linkage.refuse_dead_centre(time, q)
         self._known = time, q, velocity
@@ -99,14 +98,15 @@ class FreeState:
         states
             y, y' and y'' there, ``(times, coordinates)`` each.
         """
-        if self._places is None:
+        return moved(self.scene, self.system, self._motion(time, states))
+
+    def _motion(self, time: Array, states: States, near: Array | None = None) -> Motion:
+        """Give the rigid motion, near to coordinates of the links or else to those that are known."""
+        if near is None:
             then, q, velocity = self._known
             near = q + velocity * (time - then)[:, None]
-        else:
-            near = np.tile(self._places, (len(time) // len(self._places), 1))
         places, rates, seconds = (part[:, self.size :] for part in states)
-        motion = self.linkage.motion(time, places, rates, seconds, near)
-        return moved(self.scene, self.system, motion)
+        return self.linkage.motion(time, places, rates, seconds, near)
 
     def along(self, time: Array, states: States, near: Array) -> tuple[System, ElasticResponse]:
         """Give the mechanism and its response at states whose y'' fulfils the equation or not.
@@ -118,9 +118,7 @@ class FreeState:
         near
             Coordinates of the links near to the positions, ``(times, 3 links)``.
         """
-        places, rates, seconds = (part[:, self.size :] for part in states)
-        motion = self.linkage.motion(time, places, rates, seconds, near)
-        system = moved(self.scene, self.system, motion)
+        system = moved(self.scene, self.system, self._motion(time, states, near))
         return system, self._response(system, states)
 
     def positions(self, time: Array, y: Array) -> Array:
@@ -131,7 +129,7 @@ class FreeState:
         time, y
             Times (s) and y near to the position that is known.
         """
-        motion = self.system_at(time, (y, np.zeros_like(y), np.zeros_like(y))).motion
+        motion = self._motion(time, (y, np.zeros_like(y), np.zeros_like(y)))
         return coordinates(motion.position, motion.angle)
 
     def _response(self, system: System, states: States) -> ElasticResponse:
@@ -213,7 +211,7 @@ class FreeState:
         mass[:, n:, :n] = mass[:, :n, n:].transpose(0, 2, 1)
         return mass
 
-    def accelerations(self, time: Array, y: Array, rate: Array, near: Array | None = None) -> Array:
+    def accelerations(self, time: Array, y: Array, rate: Array) -> Array:
         """Give y'' at states, ``(times, coordinates)``: the equation is linear in it.
 
         Parameters
@@ -222,15 +220,7 @@ class FreeState:
             Times (s), ``(times,)``.
         y, rate
             Coordinates and rates, ``(times, coordinates)`` each.
-        near
-            Coordinates of the links near to the positions, ``(times, 3 links)``, where they are far from those known.
         """
         states = y, rate, np.zeros_like(y)
-        if near is not None:
-            known, self._places = self._places, near
-            try:
-                return self.accelerations(time, y, rate)
-            finally:
-                self._places = known
         mass = self._mass(time, states)
         return np.asarray(-np.linalg.solve(mass, self.residual(time, states)[..., None])[..., 0])

@@ -64,7 +64,7 @@ class EquationInTime(Protocol):
 
 @dataclass
 class Collocation:
-    """Steps of the state ``(z, z')`` of the equation at an `instant`.
+    """Steps of the state ``(z, z')`` of an equation.
 
     Parameters
     ----------
@@ -140,6 +140,7 @@ class Collocation:
 
     def _trial(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float]:
         """Accelerations at the points, and the error over the tolerance."""
+        self._fault = ""
         with np.errstate(over="ignore", invalid="ignore"):
             try:
                 found = self._accelerations(start, length, z, rate)
