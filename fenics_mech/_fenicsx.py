@@ -114,6 +114,19 @@ def cellwise(mesh: Any, values: Array) -> Any:
 
 
 @_quiet()
+def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
+    """Give the function that goes from 0 to 1 along every cell of a line; on those `flipped` from 1 to 0."""
+    space = broken_line(mesh, 1)
+    points = space.element.interpolation_points
+    places = np.asarray(points() if callable(points) else points)[:, 0]
+    backward = np.isin(np.arange(mesh.topology.index_map(1).size_local), flipped)
+    function = fem.Function(space)
+    for cell, turned in enumerate(backward):
+        function.x.array[space.dofmap.cell_dofs(cell)] = 1 - places if turned else places
+    return function
+
+
+@_quiet()
 def assemble_matrix(form: Any) -> PETSc.Mat:
     """Compile a bilinear form and assemble it."""
     matrix = fem_petsc.assemble_matrix(compiled(fem.form, form))

@@ -26,12 +26,13 @@ from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.variable_sections import shape_corrections, stiffness_correction
 from fenics_mech.effects import NOTHING, UNLOADED, Loads
+from fenics_mech.forces.bent_axes import beyond_mean
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import element_tension, left_to_statics
 from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.forces.inertia import SHAPES, inertia_of
 from fenics_mech.forces.joint_forces import without_elastic
-from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, forces_inside, straining_displacement
+from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, straining_displacement
 from fenics_mech.mechanism import System
 from fenics_mech.response.static.quasi_static import yielding_to
 from fenics_mech.scene import Prismatic
@@ -118,9 +119,8 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
         force = _sum(force, _by_statics(system, left_to_statics(system, response), tension, step, closed))
     ends = _by_varying(system, response, element, xi) if varies else None
     if tension is not None:
-        axial = forces_inside(system, response, element, xi, pins)[0]
-        of_line, of_nodes = _by_tension_inside(system, response, axial.reshape(z.shape))
-        line, force = _sum(line, of_line), _sum(force, of_nodes)
+        uneven = beyond_mean(system, response, element, xi, pins).reshape(z.shape)
+        force = _sum(force, _by_tension_inside(system, response, uneven))
     if contacts:
         pulled = tension if system.terms.law is not None else None
         of_ends, of_nodes = _by_pins(system, pins, step, closed, pulled)
@@ -320,17 +320,14 @@ def _by_tension(system: System, tension: Array, w: Array) -> Array:
     return system.assembled_from_members(ends)
 
 
-def _by_tension_inside(system: System, response: ElasticResponse, axial: Array) -> tuple[Array, Array]:
-    """Give the loads by what the axial force N at `GAUSS` differs from its mean, ``-int (N - mean) w' N' dx``.
+def _by_tension_inside(system: System, response: ElasticResponse, uneven: Array) -> Array:
+    """Give the forces on nodal dofs by what axial forces differ from those in the equation, ``-int n w' N' dx``.
 
-    Its part that bends an element is linear along it, with the same moments at clamped ends; the rest is on the nodes.
+    `uneven` is what they differ from their means, at `GAUSS`. The moments inside elements have it already.
     """
-    mesh = system.beams.mesh
-    h, line = mesh.cell_length[:, None], np.zeros((*axial.shape[:2], 4))
-    more = (axial - axial @ GAUSS_WEIGHT[:, None]) * GAUSS_WEIGHT
-    ends = _pulled(system, system.to_links(response.displacement), more)
-    line[..., 2:] = ends[..., [2, 5]] / h**2 @ OF_WORK_ACROSS
-    return line, system.assembled_from_members(ends - system.beams.layout.work_equivalent(line))
+    given = system.terms.uneven
+    left = uneven if given is None else uneven - given.slope[..., None] * (2 * GAUSS - 1)
+    return system.assembled_from_members(_pulled(system, system.to_links(response.displacement), left * GAUSS_WEIGHT))
 
 
 def _pulled(system: System, v: Array, axial: Array) -> Array:

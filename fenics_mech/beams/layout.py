@@ -59,6 +59,11 @@ class Layout:
         """
         return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)), offsets=offsets)
 
+    @property
+    def coordinate(self) -> Any:
+        """UFL coefficient of the place 0..1 in each element, along its member."""
+        return _fenicsx.cellwise_coordinate(self.mesh.mesh, self.mesh.cell[self.mesh.cell_flipped])
+
     def sheared(self, angle: Array) -> Layout:
         """Give the layout with shear: the space has the angle of shear too, one per cell.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,10 +26,13 @@ class Stretching:
         ``(elements, n)``.
     bow
         ``int w' z' dx``, ``(elements, n, n)`` (1/m ...).
+    uneven
+        ``int (2 xi - 1) w' z' dx``, xi from 0 to 1 in each element, ``(elements, n, n)`` (1/m ...).
     """
 
     line: Array
     bow: Array
+    uneven: Array
 
     def bowed(self, a: Array, b: Array) -> Array:
         """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
@@ -48,12 +52,12 @@ class Stretching:
         shape
             The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
         """
-        line = np.einsum("ei,ein->en", self.line, shape)
-        return Stretching(line, shape.transpose(0, 2, 1) @ self.bow @ shape)
+        line, back = np.einsum("ei,ein->en", self.line, shape), shape.transpose(0, 2, 1)
+        return Stretching(line, back @ self.bow @ shape, back @ self.uneven @ shape)
 
     @classmethod
     def of(cls, layout: Layout) -> Stretching:
-        """Assemble the derivatives of the energy's stretching part for a tension of 1 N.
+        """Assemble the derivatives of the energy's stretching part for tensions of 1 N, even and uneven.
 
         Parameters
         ----------
@@ -61,9 +65,14 @@ class Stretching:
             The broken space of the mesh.
         """
         rotation = member_rotation(layout.mesh)
-        first, second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))))
-        broken = _fenicsx.assemble_matrix(second)
+        first, *second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))), layout.coordinate)
         line = np.einsum("ei,eij->ej", layout.vector_of_elements(first), rotation)
-        bow = np.einsum("eia,eij,ejb->eab", rotation, layout.of_elements(broken), rotation)
-        broken.destroy()
-        return cls(line, bow)
+        return cls(line, *(_in_links(layout, form, rotation) for form in second))
+
+
+def _in_links(layout: Layout, form: Any, rotation: Array) -> Array:
+    """Assemble a bilinear form: its blocks in the elements' dofs in link axes, ``(elements, 6, 6)``."""
+    broken = _fenicsx.assemble_matrix(form)
+    blocks = np.einsum("eia,eij,ejb->eab", rotation, layout.of_elements(broken), rotation)
+    broken.destroy()
+    return blocks

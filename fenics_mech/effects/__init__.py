@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from fenics_mech.effects import offsets
+from fenics_mech.effects.axial_forces import AxialForces, StressStiffening, UnevenTension
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import (
     NOTHING,
@@ -17,7 +18,6 @@ from fenics_mech.effects.terms import (
     Entries,
     Loads,
     Situation,
-    StressStiffening,
     Terms,
     total,
 )
@@ -32,12 +32,14 @@ __all__ = [
     "NOTHING",
     "UNLOADED",
     "AddedMatrices",
+    "AxialForces",
     "Effect",
     "Entries",
     "Loads",
     "Situation",
     "StressStiffening",
     "Terms",
+    "UnevenTension",
     "active",
     "build_terms",
     "loads_at_nodes",

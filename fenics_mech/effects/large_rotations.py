@@ -10,6 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, each, times
 from fenics_mech.beams.element_dofs import element_dofs
+from fenics_mech.effects.axial_forces import UnevenTension
 from fenics_mech.effects.effect import Effect, Survey
 from fenics_mech.effects.terms import Situation, Terms
 
@@ -123,15 +124,17 @@ class ArcLength:
 
 
 def terms(situation: Situation) -> Terms:
-    """Give the law of the elements."""
+    """Give the law of the elements, and what axial forces of loads and rigid motion change along each."""
     beams, material = situation.beams, situation.scene.damping.material
     axis, stretching = beams.bent_axis, beams.stretching
     rigidity = beams.rigidity.axial.mean / beams.mesh.cell_length
     of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, material)
+    uneven = UnevenTension.of(beams, situation.uneven())
     if beams.reduction is None:
-        return Terms(law=of_nodes)
+        return Terms(law=of_nodes, uneven=uneven)
     coordinates, shape = beams.reduction.of_elements
-    return Terms(law=ArcLength(axis.by(shape), stretching.by(shape), coordinates, rigidity, material, of_nodes))
+    law = ArcLength(axis.by(shape), stretching.by(shape), coordinates, rigidity, material, of_nodes)
+    return Terms(law=law, uneven=uneven)
 
 
 def size(survey: Survey) -> float:

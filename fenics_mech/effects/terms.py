@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_dofs import element_dofs
+from fenics_mech.effects.axial_forces import AxialForces, StressStiffening, UnevenTension
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from fenics_mech.effects.rotation_forces import RotationForces
 
 
-def _no_tension() -> Array:
+def _no_tension() -> NoReturn:
     raise AssertionError("the axial forces are asked for while they are being found")
 
 
@@ -32,13 +33,16 @@ class Situation:
     scene, beams, motion
         The scene, its links' matrices and its rigid motion.
     tension
-        Gives the axial force of each element from loads and rigid motion (N), ``(angles, elements)``.
+        Gives the axial forces of the elements from loads and rigid motion.
+    uneven
+        Gives of these what changes along each element alone (N), ``(angles, elements)``; see `AxialForces.slope`.
     """
 
     scene: Scene
     beams: Beams
     motion: Motion
-    tension: Callable[[], Array] = _no_tension
+    tension: Callable[[], AxialForces] = _no_tension
+    uneven: Callable[[], Array] = _no_tension
 
 
 def in_links(motion: Motion, vectors: Array, turned: float = 0.0) -> Array:
@@ -328,35 +332,6 @@ class ProportionalDamping(_Sum):
 
 
 @dataclass(frozen=True)
-class StressStiffening:
-    """Stiffness of axial forces that are given, linear in the elastic displacement.
-
-    Parameters
-    ----------
-    tension
-        Axial force of each element (N), ``(angles, elements)``.
-    blocks
-        Blocks of the elements in link axes, ``(angles, elements, 6, 6)`` (N/m ...).
-    """
-
-    tension: Array
-    blocks: Array
-
-    @classmethod
-    def of(cls, beams: Beams, tension: Array) -> StressStiffening:
-        """Give ``int N w' z' dx`` with the axial force N of each element (N), ``(angles, elements)``.
-
-        Parameters
-        ----------
-        beams
-            The links' matrices.
-        tension
-            The axial forces.
-        """
-        return cls(tension, tension[..., None, None] * beams.stretching.bow)
-
-
-@dataclass(frozen=True)
 class Terms(_Sum):
     """What effects add; every part may be missing, and a part that is missing costs nothing.
 
@@ -373,7 +348,9 @@ class Terms(_Sum):
     acceleration
         Acceleration that acts like that of the rigid motion: minus gravity (m/s^2), ``(angles, nodal dofs)``.
     stiffening
-        Stiffness of axial forces that are given.
+        Stiffness of the mean axial forces of the elements, where they are given.
+    uneven
+        Stiffness of what axial forces that are given change along the elements.
     law
         A nonlinear force of the elements.
     rotation_forces
@@ -386,6 +363,7 @@ class Terms(_Sum):
     damping: ProportionalDamping = ProportionalDamping()
     acceleration: Array | None = None
     stiffening: StressStiffening | None = None
+    uneven: UnevenTension | None = None
     law: Law | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
 

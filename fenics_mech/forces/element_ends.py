@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fenics_mech._arrays import Array, each, times
 from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
+from fenics_mech.beams.shapes import AXIAL
+from fenics_mech.effects import AxialForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import held_tension, without_elastic
 from fenics_mech.forces.reduced_members import response_of_reduced_members
@@ -76,9 +80,9 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
     v, rotation = system.to_links(response.displacement), member_rotation(beams.mesh)
     if response.modal_damping is not None and response.modal_damping.on_bent_axis is not None:
         ends += each(rotation, response.modal_damping.on_bent_axis)
-    if terms.stiffening is not None:
-        of_elements = v[:, element_dofs(beams.mesh)]
-        ends += each(rotation, times(terms.stiffening.blocks, of_elements))
+    for given in (terms.stiffening, terms.uneven):
+        if given is not None:
+            ends += each(rotation, times(given.blocks, v[:, element_dofs(beams.mesh)]))
     if terms.law is not None and response.velocity is not None:
         ends += each(rotation, terms.law.on_elements.force(v, response.velocity))
     return ends
@@ -100,10 +104,8 @@ def element_tension(system: System, response: ElasticResponse) -> Array | None:
     return None if system.terms.stiffening is None else system.terms.stiffening.tension
 
 
-def mean_tension(system: System, response: ElasticResponse) -> Array:
-    """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
-
-    The share of modal damping does not, as it is linear in the coordinates.
+def uneven_tension(system: System, response: ElasticResponse) -> Array:
+    """Half of what axial forces change along every element (N), ``(angles, elements)``: half of all loads along it.
 
     Parameters
     ----------
@@ -112,5 +114,35 @@ def mean_tension(system: System, response: ElasticResponse) -> Array:
     response
         A motion of it.
     """
-    ends = element_forces(system, response.undamped)
-    return (ends[..., 3] - ends[..., 0]) / 2
+    return np.asarray(_on_elements(system, response)[..., AXIAL].mean(axis=-1))
+
+
+def axial_forces(system: System, response: ElasticResponse) -> AxialForces:
+    """Axial forces of the elements that act on their bent axes.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
+    return AxialForces(mean_tension(system, response), uneven_tension(system, response.undamped))
+
+
+def mean_tension(system: System, response: ElasticResponse) -> Array:
+    """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
+
+    The share of modal damping does not, as it is linear in the coordinates. By virtual work ``int N dx`` is that of the
+    forces on the ends, less that of loads and inertia, as the element is stretched evenly.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
+    response = response.undamped
+    ends = element_forces(system, response) - _on_elements(system, response)
+    return np.asarray(ends[..., 3] - ends[..., 0]) / 2

@@ -17,19 +17,18 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import (
-    AXIAL,
     CUBIC,
     LINEAR,
     NORMAL,
     between_clamped_ends,
     between_fixed_ends,
-    evaluate,
     integral,
 )
 from fenics_mech.beams.variable_sections import between_ends, shape_corrections
+from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_ends import balanced, element_forces, element_tension
-from fenics_mech.forces.element_loads import PointLoad, SpreadLoad, applied_inside
+from fenics_mech.forces.element_ends import balanced, element_tension
+from fenics_mech.forces.element_loads import PointLoad, SpreadLoad
 from fenics_mech.forces.inertia import (
     SHAPES,
     at_elements,
@@ -40,9 +39,8 @@ from fenics_mech.forces.inertia import (
     scaled,
     shear_number,
 )
+from fenics_mech.forces.statics import forces_inside, mass_up_to, spread_and_point_loads, statics
 from fenics_mech.mechanism import System
-
-BETWEEN = 5  # places at which a moment is summed up along a bent axis
 
 
 @dataclass(frozen=True)
@@ -100,9 +98,9 @@ def recover_members(
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
     inertia, (ends, v) = inertia_of(system, response, element), balanced(system, response)
-    axial, shear, moment = _statics(system, response, ends, inertia, loads, element, xi)
+    axial, shear, moment = statics(system, response, ends, inertia, loads, element, xi)
     displacement = nodal_in_members(system, v)[:, element]
-    u, w, slope = _of_nodes(displacement, h, xi)
+    u, w, slope = by_shape_functions(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, inertia, v)
     u, w = u + extra_u, w + extra_w
     if beams.layout.offsets is not None:  # from the neutral line to the axis
@@ -110,10 +108,9 @@ def recover_members(
         u += beams.layout.offsets.neutral[element] * (slope + sections)
     tension, rotation = element_tension(system, response), slope
     if tension is not None:  # the axial force acts on the bent axis
-        moment += tension[:, element] * (w - displacement[..., 1])
+        arms, shorter = of_bent_axis(system, response, ends, loads, element, xi)
+        moment, u = moment + tension[:, element] * (w - displacement[..., 1]) + arms, u + shorter
     if tension is not None and system.terms.law is not None:
-        arms, shorter = _of_bent_axis(system, response, ends, loads, element, xi)
-        moment, u = moment + arms, u + shorter
         along = np.sqrt(1 - slope**2)
         axial, shear, rotation = axial * along - shear * slope, shear * along + axial * slope, np.arcsin(slope)
     elif tension is not None:
@@ -127,30 +124,6 @@ def recover_members(
         deflection=_in_fixed_frame(system, u, w, element).reshape(*shape, 2),
         rotation=rotation.reshape(shape),
     )
-
-
-def _of_bent_axis(
-    system: System, response: ElasticResponse, ends: Array, loads: Sequence[PointLoad], element: Index, xi: Array
-) -> tuple[Array, Array]:
-    """Give what moments and displacements along members differ as axes are bent, ``(angles, places)`` each.
-
-    Forces across a bent axis have shorter arms. Along the arc the moment changes by ``V c + N b``, with the force N
-    along the member's straight line, V across it, and the sine b and cosine c of the rotation; here that is
-    ``V (c - 1)``. A moment at a node is that on b, and so c times the one on the rotation. The displacement along the
-    member has the shortening up to a place, where the element's function has its mean.
-    """
-    h, (places, weights) = system.beams.mesh.cell_length[element], np.polynomial.legendre.leggauss(BETWEEN)
-    inner, of = np.outer(xi, (places + 1) / 2).ravel(), np.repeat(element, BETWEEN)
-    shear = _statics(system, response, ends, inertia_of(system, response, of), loads, of, inner)[1]
-    nodal = nodal_in_members(system, system.to_links(response.displacement))
-    slope = _of_nodes(nodal[:, of], system.beams.mesh.cell_length[of], inner)[2]
-    arm = (np.sqrt(1 - slope**2) - 1).reshape(len(slope), -1, BETWEEN)
-    change = (shear.reshape(arm.shape) * arm) @ (weights / 2) * xi * h
-    law = system.terms.law
-    assert law is not None
-    longer = law.on_elements.shortening(system.to_links(response.displacement))[:, element]  # of whole elements
-    shorter = arm @ (weights / 2) * xi * h + longer * xi
-    return change + ends[:, element, 2] * (1 - np.sqrt(1 - nodal[:, element, 2] ** 2)), shorter
 
 
 def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
@@ -171,7 +144,7 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
         Of shape ``(angles, members, stations, 2)``.
     """
     element, xi = locate(system.beams, s)
-    u, w, _ = _of_nodes(nodal_in_members(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
+    u, w, _ = by_shape_functions(nodal_in_members(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
 
 
@@ -183,67 +156,6 @@ def section_forces(
     Parameters are those of `recover_members`.
     """
     return forces_inside(system, response, *locate(system.beams, s), loads)
-
-
-def forces_inside(
-    system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad] = ()
-) -> tuple[Array, Array, Array]:
-    """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
-    element
-        Element of each place, ``(places,)``.
-    xi
-        The places, 0..1 in their elements, ``(places,)``.
-    loads
-        Loads at places inside elements.
-    """
-    inertia, ends = inertia_of(system, response, element), element_forces(system, response)
-    return _statics(system, response, ends, inertia, loads, element, xi)
-
-
-def _with_spread(system: System, loads: Sequence[PointLoad]) -> tuple[PointLoad | SpreadLoad, ...]:
-    """Give all loads inside elements: point loads, and those spread along them."""
-    line, points = system.terms.loads.line, (*loads, *applied_inside(system))
-    if line is None:
-        return points
-    offsets = system.beams.layout.offsets
-    return (*points, SpreadLoad(line, shear_number(system.beams), None if offsets is None else offsets.neutral))
-
-
-def _statics(
-    system: System,
-    response: ElasticResponse,
-    ends: Array,
-    inertia: tuple[Array, Array],
-    loads: Sequence[PointLoad],
-    element: Index,
-    xi: Array,
-) -> tuple[Array, Array, Array]:
-    """N, V and M at places of elements, ``(angles, places)`` each, from the forces on the elements' ends."""
-    beams, h = system.beams, system.beams.mesh.cell_length[element]
-    ends = ends.copy() if loads else ends
-    for load in loads:
-        ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
-    if beams.layout.offsets is not None:
-        ends = beams.layout.offsets.on_neutral_line(ends)
-    end, (along, across) = ends[:, element], inertia
-    first, second = _mass_up_to(beams, element, xi)
-    axial = -end[..., 0] + h * np.sum(along * first, -1)
-    shear = end[..., 1] - h * np.sum(across * first, -1)
-    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(across * second, -1)
-    for each_load in _with_spread(system, loads):
-        axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
-    if beams.inertia.rotary is not None:
-        moment += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[0]
-    if beams.mass_moment is not None:
-        moment += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[0]
-    return axial, shear, moment
 
 
 def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
@@ -264,26 +176,6 @@ def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
         elements.append(cells[inside])
         places.append(np.clip((s * length - mesh.cell_start[cells[inside]]) / mesh.cell_length[cells[inside]], 0, 1))
     return np.concatenate(elements), np.concatenate(places)
-
-
-def _mass_up_to(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
-    """Integrals, and twice repeated integrals, of rho A times `SHAPES` from an element's start to places xi (kg/m).
-
-    Each is ``(places, 6)``.
-    """
-    if not beams.inertia.density.varies:
-        rho_a = beams.inertia.density.mean[element, None]
-        return rho_a * integral(SHAPES, xi), rho_a * integral(SHAPES, xi, 2)
-    powers = beams.inertia.density.powers[element]
-    points, weights = np.polynomial.legendre.leggauss(
-        (powers.shape[-1] + 5) // 2
-    )  # exact to twice the number, less one
-    places = xi[:, None] * (1 + points) / 2
-    share = weights / 2 * xi[:, None]
-    share = share * np.einsum("sgp,sp->sg", places[..., None] ** np.arange(powers.shape[-1]), powers)
-    shapes = evaluate(SHAPES, places)
-    arm = xi[:, None] - places  # twice the integral of f up to xi is once that of (xi - t) f(t)
-    return np.einsum("sg,sgj->sj", share, shapes), np.einsum("sg,sgj->sj", share * arm, shapes)
 
 
 def between_nodes(
@@ -326,7 +218,7 @@ def between_nodes(
         w += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[1]
     if beams.mass_moment is not None:
         w += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[1]
-    for load in _with_spread(system, loads):
+    for load in spread_and_point_loads(system, loads):
         if varies and isinstance(load, SpreadLoad):  # by the section's own stiffness below
             w += load.by_arm(element, xi, h)
             continue
@@ -350,7 +242,7 @@ def _spread_where_varying(
     The latter are displacements between clamped ends, see `between_ends`.
     """
     beams = system.beams
-    yield between_ends(beams, element, xi, partial(_mass_up_to, beams)), (-inertia[0], -inertia[1])
+    yield between_ends(beams, element, xi, partial(mass_up_to, beams)), (-inertia[0], -inertia[1])
     if (line := system.terms.loads.line) is not None:
         found = between_ends(beams, element, xi, lambda _, x: (integral(LINEAR, x), integral(LINEAR, x, 2)))
         yield found, (line[:, element, :2], line[:, element, 2:])
@@ -378,14 +270,6 @@ def bent_by_tension(system: System, response: ElasticResponse, tension: Array, e
     nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
     shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
     return tension[:, element] * h**2 / beams.rigidity.bending.mean[element] * np.sum(nodal * shapes, -1)
-
-
-def _of_nodes(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
-    """Displacements u and w by the shape functions, and the slope of w."""
-    bent = scaled(displacement[..., NORMAL], h)
-    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
-    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
-    return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
 
 
 def _in_fixed_frame(system: System, u: Array, w: Array, element: Index) -> Array:

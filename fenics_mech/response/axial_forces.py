@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array
-from fenics_mech.effects import StressStiffening, Terms
+from fenics_mech.effects import AxialForces, StressStiffening, Terms, UnevenTension
 from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.mechanism import System
 
 
@@ -57,11 +56,10 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
         When the axial forces do not settle.
     """
     for _ in range(TENSION.most_updates):
-        tension = mean_tension(system, respond(system))
-        before = system.terms.stiffening
+        forces, before = axial_forces(system, respond(system)), system.terms.stiffening
         assert before is not None
-        change = np.abs(tension - before.tension).max() / max(float(np.abs(tension).max()), 1e-300)
-        system = with_tension(system, tension)
+        change = np.abs(forces.mean - before.tension).max() / max(float(np.abs(forces.mean).max()), 1e-300)
+        system = with_axial_forces(system, forces)
         if change < TENSION.settled:
             return system
     raise SolverError(
@@ -71,14 +69,15 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
     )
 
 
-def with_tension(system: System, tension: Array) -> System:
-    """Give a system whose geometric stiffness comes from another axial force (N), ``(angles, elements)``.
+def with_axial_forces(system: System, forces: AxialForces) -> System:
+    """Give a system whose geometric stiffness comes from other axial forces.
 
     Parameters
     ----------
     system
         The mechanism with the effect 'geometric-stiffness'.
-    tension
-        The axial force.
+    forces
+        The axial forces.
     """
-    return replace(system, terms=replace(system.terms, stiffening=StressStiffening.of(system.beams, tension)))
+    stiffening, uneven = StressStiffening.of(system.beams, forces.mean), UnevenTension.of(system.beams, forces.slope)
+    return replace(system, terms=replace(system.terms, stiffening=stiffening, uneven=uneven))

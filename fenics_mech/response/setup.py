@@ -12,12 +12,12 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
-from fenics_mech.effects import EFFECTS, NOTHING, Situation, build_terms
+from fenics_mech.effects import EFFECTS, NOTHING, AxialForces, Situation, build_terms
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.forces.element_ends import axial_forces, uneven_tension
 from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.freedom import describe
@@ -155,12 +155,34 @@ def moved(scene: Scene, system: System, motion: Motion) -> System:
 
 
 def _with_effects(scene: Scene, bare: System) -> System:
-    situation = Situation(scene, bare.beams, bare.motion, tension=lambda: rigid_tension(scene, bare))
+    situation = Situation(
+        scene,
+        bare.beams,
+        bare.motion,
+        tension=lambda: rigid_axial_forces(scene, bare),
+        uneven=lambda: _rigid_uneven_tension(scene, bare),
+    )
     return replace(bare, terms=build_terms(situation))
 
 
-def rigid_tension(scene: Scene, bare: System) -> Array:
-    """Axial force of each element from loads and rigid motion (N), ``(angles, elements)``.
+def _rigid_uneven_tension(scene: Scene, bare: System) -> Array:
+    """Half of what axial forces of loads and rigid motion change along each element (N), ``(angles, elements)``.
+
+    Nothing has to be solved for it.
+    """
+    system = _straight(scene, bare)
+    still = np.zeros((len(system.motion.theta), system.size))
+    return uneven_tension(system, ElasticResponse(still, system.rigid_acceleration))
+
+
+def _straight(scene: Scene, bare: System) -> System:
+    """Give the mechanism whose axial forces do not act on its bending."""
+    linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
+    return _with_effects(scene.changed(effects=linear), bare)
+
+
+def rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
+    """Axial forces of the elements from loads and rigid motion.
 
     Parameters
     ----------
@@ -169,9 +191,8 @@ def rigid_tension(scene: Scene, bare: System) -> Array:
     bare
         Its mechanism without effects.
     """
-    linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
-    system = _with_effects(scene.changed(effects=linear), bare)
-    return mean_tension(system, static_response(scene, system))
+    system = _straight(scene, bare)
+    return axial_forces(system, static_response(scene, system))
 
 
 def rough_tension(scene: Scene, system: System) -> Array | None:
@@ -189,7 +210,7 @@ def rough_tension(scene: Scene, system: System) -> Array | None:
     numpy.ndarray or None
         Shape ``(angles, elements)``; None in linear theory.
     """
-    return None if system.terms.law is None else rigid_tension(scene, system)
+    return None if system.terms.law is None else rigid_axial_forces(scene, system).mean
 
 
 def static_response(scene: Scene, system: System) -> ElasticResponse:

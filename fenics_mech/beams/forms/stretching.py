@@ -6,7 +6,7 @@ import ufl
 from dolfinx import fem
 
 
-def stretching(space: Any, tension: Any) -> Any:
+def stretching(space: Any, tension: Any, xi: Any) -> tuple[Any, Any, Any]:
     """Give ``int N (u' + w'^2/2) dx`` of a state: its work with the tension N (N), constant in each element.
 
     With ``- N^2/(2 EA)`` it is the mixed energy of von Karman's strain (Hellinger and Reissner). Stationary in N, that
@@ -18,15 +18,18 @@ def stretching(space: Any, tension: Any) -> Any:
         Broken space of u and w.
     tension
         N as UFL coefficient (N).
+    xi
+        Place 0..1 in each element, as UFL coefficient.
 
     Returns
     -------
     tuple
         The first derivative at the straight state, a linear form ``int N v' dx``, and the second derivative, the
-        bilinear form ``int N w' z' dx`` of the geometric stiffness.
+        bilinear form ``int N w' z' dx`` of the geometric stiffness. Last that form with a tension that changes from
+        - N to N along the element, ``int N (2 xi - 1) w' z' dx``.
     """
     state = fem.Function(space)
     u, w, *_ = ufl.split(state)
-    work = tension * (u.dx(0) + w.dx(0) ** 2 / 2) * ufl.dx
-    slope = ufl.derivative(work, state, ufl.TestFunction(space))
-    return slope, ufl.derivative(slope, state, ufl.TrialFunction(space))
+    test, trial, strain = ufl.TestFunction(space), ufl.TrialFunction(space), u.dx(0) + w.dx(0) ** 2 / 2
+    even, uneven = (ufl.derivative(part * strain * ufl.dx, state, test) for part in (tension, tension * (2 * xi - 1)))
+    return even, ufl.derivative(even, state, trial), ufl.derivative(uneven, state, trial)

@@ -13,12 +13,12 @@ from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import elastic_response
-from fenics_mech.forces.element_ends import mean_tension
+from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.axial_forces import settles, with_tension
+from fenics_mech.response.axial_forces import settles, with_axial_forces
 from fenics_mech.response.modal_damping import DampedModes, damped_modes, interpolated_damping, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
@@ -173,8 +173,8 @@ class Cycle:
         q, rate
             q (m, rad) and q' (m/s, rad/s) at its angles, ``(angles, coordinates)`` each.
         """
-        tension = mean_tension(equation.system, elastic_response(equation, q, rate))
-        return Equation(with_tension(equation.system, tension), equation.modal_damping)
+        forces = axial_forces(equation.system, elastic_response(equation, q, rate))
+        return Equation(with_axial_forces(equation.system, forces), equation.modal_damping)
 
     def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
         """Judge a motion, if the scene wants it.

@@ -1,0 +1,118 @@
+"""What axial forces do on bent axes: moments along them, by forces that change inside elements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.element_loads import PointLoad
+from fenics_mech.forces.inertia import inertia_of, nodal_in_members, scaled
+from fenics_mech.forces.statics import mass_up_to, spread_and_point_loads, statics
+from fenics_mech.mechanism import System
+
+PLACES, WEIGHTS = np.polynomial.legendre.leggauss(5)  # -1..1, at which forces are summed up along an element
+
+
+def by_shape_functions(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
+    """Displacements u and w by the shape functions, and the slope of w, ``(angles, places)`` each.
+
+    Parameters
+    ----------
+    displacement
+        Dofs of Hermite's functions in member axes, ``(angles, places, 6)``.
+    h
+        Length of the element of each place (m), ``(places,)``.
+    xi
+        Places 0..1 in elements, ``(places,)``.
+    """
+    bent = scaled(displacement[..., NORMAL], h)
+    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
+    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
+    return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
+
+
+def of_bent_axis(
+    system: System, response: ElasticResponse, ends: Array, loads: Sequence[PointLoad], element: Index, xi: Array
+) -> tuple[Array, Array]:
+    """Give what moments and displacements along members differ as axes are bent, ``(angles, places)`` each.
+
+    Along the arc the moment changes by ``V c + N b``, with the force N along the member's straight line, V across it,
+    and the sine b and cosine c of the rotation. Here that is ``V (c - 1) + n b``, with what N differs from its mean
+    over the element, n. A moment at a node is that on b, and so c times the one on the rotation. The displacement
+    along the member has the shortening up to a place, where the element's function has its mean. Where rotations are
+    small, c is 1.
+
+    Parameters
+    ----------
+    system, response
+        The mechanism, and a motion of it.
+    ends
+        Forces on the elements' ends in member axes, ``(angles, elements, 6)``.
+    loads
+        Loads at places inside elements.
+    element, xi
+        Places 0..1 in elements, ``(places,)`` each.
+    """
+    h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
+    inner, of = np.outer(xi, (PLACES + 1) / 2).ravel(), np.repeat(element, len(PLACES))
+    nodal = nodal_in_members(system, v)
+    slope = by_shape_functions(nodal[:, of], h[of], inner)[2]
+    change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
+    if law is None:
+        return change, np.zeros_like(change)
+    shear, arm = statics(system, response, ends, inertia_of(system, response, of), loads, of, inner)[1], _arm(slope)
+    longer = law.on_elements.shortening(v)[:, element]  # of whole elements
+    change += _up_to(shear * arm, h[element] * xi) - ends[:, element, 2] * _arm(nodal[:, element, 2])
+    return change, _up_to(arm, h[element] * xi) + longer * xi
+
+
+def _up_to(values: Array, length: Array) -> Array:
+    """Integrals over lengths, ``(angles, places)``, of values at `PLACES` of each, ``(angles, places x PLACES)``."""
+    return np.asarray((values.reshape(len(values), -1, len(PLACES)) @ WEIGHTS) / 2 * length)
+
+
+def _arm(slope: Array) -> Array:
+    """Cosine of a rotation less 1, from its sine."""
+    return np.asarray(np.sqrt(1 - slope**2) - 1)
+
+
+def beyond_mean(
+    system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad] = ()
+) -> Array:
+    """What the axial forces that act on bent axes differ from their means over elements (N), ``(angles, places)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    element, xi
+        Places 0..1 in elements, ``(places,)`` each.
+    loads
+        Loads at places inside elements.
+    """
+    given, count = system.terms.stiffening is not None, len(system.beams.mesh.cell)
+    if given:  # they are those of loads and rigid motion, with the slope that they are given with
+        response, loads = replace(response, inertia=system.rigid_acceleration, rotation=None), ()
+    all_elements, all_places = np.repeat(np.arange(count), len(PLACES)), np.tile((PLACES + 1) / 2, count)
+    everywhere = _carried(system, response, all_elements, all_places, loads)
+    everywhere = everywhere.reshape(-1, count, len(PLACES))
+    found = _carried(system, response, element, xi, loads) - (everywhere @ WEIGHTS / 2)[:, element]
+    if given and system.terms.uneven is not None:
+        own = 3 / 2 * everywhere @ (WEIGHTS * PLACES)
+        found += (system.terms.uneven.slope - own)[:, element] * (2 * xi - 1)
+    return np.asarray(found)
+
+
+def _carried(system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad]) -> Array:
+    """Axial force at places of elements less that at their starts (N), ``(angles, places)``."""
+    h = system.beams.mesh.cell_length[element]
+    along, first = inertia_of(system, response, element)[0], mass_up_to(system.beams, element, xi)[0]
+    own = h * np.sum(along * first, axis=-1)
+    return own + sum(load.beyond(element, xi, h)[0] for load in spread_and_point_loads(system, loads))
