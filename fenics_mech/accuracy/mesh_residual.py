@@ -32,6 +32,7 @@ from fenics_mech.forces.element_ends import element_tension, left_to_statics
 from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.forces.inertia import SHAPES, inertia_of
 from fenics_mech.forces.joint_forces import without_elastic
+from fenics_mech.forces.mass_shift import MassShift
 from fenics_mech.forces.section_forces import bent_by_tension, between_nodes, straining_displacement
 from fenics_mech.mechanism import System
 from fenics_mech.response.static.quasi_static import yielding_to
@@ -120,7 +121,9 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     ends = _by_varying(system, response, element, xi) if varies else None
     if tension is not None:
         uneven = beyond_mean(system, response, element, xi, pins).reshape(z.shape)
-        force = _sum(force, _by_tension_inside(system, response, uneven))
+        ends = _sum(ends, _by_tension_inside(system, response, uneven))
+        if system.terms.law is not None and step is not None:
+            ends += _by_shift(system, response, step, closed)
     if contacts:
         pulled = tension if system.terms.law is not None else None
         of_ends, of_nodes = _by_pins(system, pins, step, closed, pulled)
@@ -283,13 +286,19 @@ def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
     return force if turning is None else force - (system.nodal_gyroscopic @ turning.T).T
 
 
-def _of_nodes(system: System, v: Array, step: float, closed: bool) -> tuple[Array, Array | None]:
-    """Inertia of displacements of nodes, with drag, and what the gyroscopic matrix takes, ``(angles, nodal dofs)``."""
+def _of_nodes(
+    system: System, v: Array, step: float, closed: bool, links: Index | None = None
+) -> tuple[Array, Array | None]:
+    """Inertia of displacements with drag, and what the gyroscopic matrix takes, ``(angles, dofs)`` each.
+
+    `links` are those of the dofs; by default dofs are nodal ones.
+    """
     first = _first(v, step, closed)
     inertia = _second(v, step, closed) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return inertia, None
-    omega, alpha = (rate[:, system.link_of_dof] for rate in (system.motion.omega, system.tangential))
+    links = system.link_of_dof if links is None else links
+    omega, alpha = system.motion.omega[:, links], system.tangential[:, links]
     return inertia - omega**2 * v, 2 * omega * first + alpha * v
 
 
@@ -321,13 +330,27 @@ def _by_tension(system: System, tension: Array, w: Array) -> Array:
 
 
 def _by_tension_inside(system: System, response: ElasticResponse, uneven: Array) -> Array:
-    """Give the forces on nodal dofs by what axial forces differ from those in the equation, ``-int n w' N' dx``.
+    """Give the loads on elements' ends by what axial forces differ from those in the equation, ``-int n w' N' dx``.
 
     `uneven` is what they differ from their means, at `GAUSS`. The moments inside elements have it already.
     """
     given = system.terms.uneven
     left = uneven if given is None else uneven - given.slope[..., None] * (2 * GAUSS - 1)
-    return system.assembled_from_members(_pulled(system, system.to_links(response.displacement), left * GAUSS_WEIGHT))
+    return _pulled(system, system.to_links(response.displacement), left * GAUSS_WEIGHT)
+
+
+def _by_shift(system: System, response: ElasticResponse, step: float, closed: bool) -> Array:
+    """Give the loads on elements' ends by the inertia of the shift of their mass, see `MassShift`."""
+    mesh, v = system.beams.mesh, system.to_links(response.displacement)
+    shift = MassShift(system, (v, v, v)).in_time[0]
+    moved = np.zeros((*shift.shape, 6))
+    moved[..., AXIAL] = shift[..., None]
+    links = np.repeat(mesh.member_link[mesh.cell_member], 6)
+    inertia, turning = _of_nodes(system, moved.reshape(len(v), -1), step, closed, links)
+    ends = -each(system.beams.element_mass, inertia.reshape(moved.shape))
+    if turning is not None:
+        ends -= each(system.beams.element_gyroscopic, turning.reshape(moved.shape))
+    return ends
 
 
 def _pulled(system: System, v: Array, axial: Array) -> Array:

@@ -24,6 +24,7 @@ from fenics_mech.effects.terms import quarter_back
 from fenics_mech.forces.air import air_loads
 from fenics_mech.forces.elastic_response import ElasticResponse, RotationOfFrames
 from fenics_mech.forces.joint_forces import nodal_forces
+from fenics_mech.forces.mass_shift import MassShift
 from fenics_mech.forces.shortening import Shortening
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.influence import drive_influences
@@ -141,7 +142,8 @@ class Forces:
         """Effort of the drive that moves the links so, ``(angles,)``."""
         rates = self.rates_of(unit)
         shorter = None if self.shortening is None else self.shortening.by_drive(unit, rates.deformation)
-        return -np.sum(list(self._works(rates, shorter).values()), axis=0)
+        shifted = None if self.shift is None else self.shift.by_change(rates.deformation)
+        return -np.sum(list(self._works(rates, shorter, shifted).values()), axis=0)
 
     def rates_of(self, unit: Motion) -> Rates:
         """Rates of the mechanism as one drive moves the links so and q is held; of its undeformed shape if not bent.
@@ -167,7 +169,8 @@ class Forces:
     def powers(self) -> dict[str, Array]:
         """Power of each cause of force in the motion itself (W), ``(angles,)`` each."""
         shorter = self.shortening.in_time[1] if self.shortening is not None and self.bent else None
-        return self._works(self.rates, shorter)
+        shifted = self.shift.in_time[1] if self.shift is not None and self.bent else None
+        return self._works(self.rates, shorter, shifted)
 
     @cached_property
     def displacement(self) -> Array:
@@ -245,15 +248,28 @@ class Forces:
     @cached_property
     def shortening(self) -> Shortening | None:
         """Displacement by the shortening of members whose axial forces are given."""
+        return Shortening.of(self.scene, self.system, self._jets)
+
+    @cached_property
+    def shift(self) -> MassShift | None:
+        """Shift of the elements' mass, where axial forces change inside them."""
+        return None if self.system.terms.uneven is None else MassShift(self.system, self._jets)
+
+    @cached_property
+    def _jets(self) -> tuple[Array, Array, Array]:
+        """Elastic displacement v in link axes and its two time derivatives, ``(angles, nodal dofs)`` each."""
         second = self.still
         if self.response.rotation is not None:
             drag = self.system.terms.damping.drag
             own = self.system.rigid_acceleration + drag * self._velocity + self.response.rotation.centripetal
             second = self.response.inertia - own
-        return Shortening.of(self.scene, self.system, (self.displacement, self._velocity, second))
+        return self.displacement, self._velocity, second
 
-    def _works(self, rates: Rates, shorter: Array | None) -> dict[str, Array]:
-        """Work of each cause in some rates, ``(angles,)`` each; `shorter` is the rate of the shortening's u."""
+    def _works(self, rates: Rates, shorter: Array | None, shifted: Array | None) -> dict[str, Array]:
+        """Work of each cause in some rates, ``(angles,)`` each.
+
+        Their rates of the shortening's u and of the elements' shift are `shorter` and `shifted`.
+        """
         mesh, motion, shape = self.system.beams.mesh, self.system.motion, self.shape
         powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
         powers |= self._of_stress(rates)
@@ -265,9 +281,10 @@ class Forces:
         )
         if self.scene.damping.air is not None:
             powers[Cause.AIR_DRAG] = self._of_applied(*air_loads(self.scene, self.system, self.response), rates, shape)
-        if shorter is not None:
-            for name, power in self._by_shortening(rates, shorter).items():
-                powers[name] = powers.get(name, 0.0) + power
+        more = [] if shorter is None else [self._by_shortening(rates, shorter)]
+        more += [] if shifted is None else [self._by_shift(rates, shifted)]
+        for name, power in (item for works in more for item in works.items()):
+            powers[name] = powers.get(name, 0.0) + power
         return powers
 
     def _of_stress(self, rates: Rates) -> dict[str, Array]:
@@ -292,13 +309,18 @@ class Forces:
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:
         """Power of loads on the mechanism bent by v."""
-        terms = load_terms(self._situation)
-        power = self._of_applied(terms.loads, turned_back(self._situation), rates, v) + self._of_turned(terms, rates, v)
+        power = self._of_turned(load_terms(self._situation), rates, v)
+        return power + sum(self._of_applied(*parts, rates, v) for parts in self._loads)
+
+    @cached_property
+    def _loads(self) -> list[tuple[Loads, Loads]]:
+        """Loads whose work counts as such, and the same turned by a quarter clockwise."""
+        found = [(load_terms(self._situation).loads, turned_back(self._situation))]
         for effect in active(self.scene):
             if effect.work == "as load" and effect.terms is not None:
                 loads = effect.terms(self._situation).loads
-                power += self._of_applied(loads, loads.turned(), rates, v)
-        return power
+                found.append((loads, loads.turned()))
+        return found
 
     def _of_turned(self, terms: Terms, rates: Rates, v: Array) -> Array:
         """Power of what is added to loads as the axes that they act on turn by v."""
@@ -327,6 +349,19 @@ class Forces:
     @property
     def _situation(self) -> Situation:
         return Situation(self.scene, self.system.beams, self.system.motion)
+
+    def _by_shift(self, rates: Rates, shifted: Array) -> dict[str, Array]:
+        """Work of the forces of the straight links in the shift of the elements' mass, and of its own inertia."""
+        assert self.shift is not None
+        found, system = self.shift.works(self._of_axial_forces, rates, shifted), self.system
+        if self.response.rotation is not None:
+            tangential = system.motion.alpha[:, system.link_of_dof], system.terms.damping.external
+            for name, work in self.shift.own_works(self.rates.turning, tangential, rates.rigid).items():
+                found[name] = found.get(name, 0.0) + work
+        found[Cause.LOADS] = sum(
+            (self.shift.of_loads(*parts, rates.turning, shifted) for parts in self._loads), np.zeros(len(shifted))
+        )
+        return found
 
     def _by_shortening(self, rates: Rates, shorter: Array) -> dict[str, Array]:
         """Work of the forces of the straight links in the shortening, and of what the shortening makes in theirs."""
