@@ -1,10 +1,11 @@
 """What the elements neglect: the inertia of the deflection between their nodes, as a line load.
 
 Under a load that does not depend on the motion the nodes of an element move exactly. But the load adds a deflection b
-between them, and b has no inertia and no axial force T acts on it. The variation dT of that force about its mean is
-left out too. So the equation of the nodes lacks ``-int (rho A b'' N + T b' N' + dT w' N') dx``, b'' being an
-acceleration. The response to this load is the error, to first order. In bending it falls with the fourth power of the
-element's length. Along the axis, and where an axial force varies much along a member, it falls with the second.
+between them, and b has no inertia and no axial force T acts on it. Of that force the equation has the mean over each
+element, and a part linear along it by loads and rigid motion; what else it is, n, is left out. So the equation of the
+nodes lacks ``-int (rho A b'' N + T b' N' + n w' N') dx``, b'' being an acceleration. The response to this load is the
+error, to first order. In bending it falls with the fourth power of the element's length, along the axis with the
+second. So does n by the elastic motion, with the inertia of the mass that bending moves along the axis; both are little.
 
 Where a section varies, the nodes are not exact under loads at rest either; see `beams.variable_sections`. A pin that
 travels along a member follows the nodes, without the deflection between them by its own force. That error falls with
@@ -43,7 +44,7 @@ Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 OF_WORK_ALONG, OF_WORK_ACROSS = np.linalg.inv(ALONG).T, np.linalg.inv(ACROSS[[1, 3]]).T  # linear loads of their work
 GAUSS, GAUSS_WEIGHT = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
-ORDER, OF_PINS, OF_LUMPS, OF_PULLED, OF_SLIDERS = 4, 3, 2, 2, 1  # in the length of the elements
+ORDER, OF_PINS, OF_LUMPS, OF_SLIDERS = 4, 3, 2, 1  # in the length of the elements
 
 
 def order_of(system: System) -> float:
@@ -59,25 +60,7 @@ def order_of(system: System) -> float:
     contacts = system.transformation.constraints.contacts.values()
     if any(isinstance(contact.slot, Prismatic) for contact in contacts):
         return OF_SLIDERS
-    if _pulled_unevenly(system):
-        return OF_PULLED
     return OF_PINS if contacts else ORDER
-
-
-def _pulled_unevenly(system: System) -> bool:
-    """Whether the axial force varies along a member by more than its Euler load, as far as the rigid motion shows.
-
-    What an element's force differs from its mean is then most of the error. Measured: a blade in rotation, with 10
-    times that load, has the second power, and the seed, with 0.04 of it, the fourth.
-    """
-    mesh = system.beams.mesh
-    if system.terms.stiffening is None and system.terms.law is None:
-        return False
-    along = np.abs(in_member_axes(mesh, system.rigid_acceleration)[..., AXIAL]).mean(axis=-1)
-    change = along * system.beams.inertia.density.mean * mesh.cell_length
-    euler = np.pi**2 * system.beams.rigidity.bending.mean / mesh.member_length[mesh.cell_member] ** 2
-    of_members = np.add.reduceat(change / euler, np.flatnonzero(np.diff(mesh.cell_member, prepend=-1)), axis=1)
-    return bool((of_members > 1).any())
 
 
 def neglected(system: System, response: ElasticResponse, step: float | None, closed: bool = True) -> Loads:
@@ -334,9 +317,9 @@ def _by_tension_inside(system: System, response: ElasticResponse, uneven: Array)
 
     `uneven` is what they differ from their means, at `GAUSS`. The moments inside elements have it already.
     """
-    given = system.terms.uneven
-    left = uneven if given is None else uneven - given.slope[..., None] * (2 * GAUSS - 1)
-    return _pulled(system, system.to_links(response.displacement), left * GAUSS_WEIGHT)
+    for given in system.terms.uneven:
+        uneven = uneven - given.slope[..., None] * (2 * GAUSS - 1)
+    return _pulled(system, system.to_links(response.displacement), uneven * GAUSS_WEIGHT)
 
 
 def _by_shift(system: System, response: ElasticResponse, step: float, closed: bool) -> Array:

@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from fenics_mech.effects import offsets
-from fenics_mech.effects.axial_forces import AxialForces, StressStiffening, UnevenTension
 from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
 from fenics_mech.effects.terms import (
     NOTHING,
     UNLOADED,

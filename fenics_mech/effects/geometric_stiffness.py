@@ -1,14 +1,14 @@
 """Geometric stiffness: tension in a link holds it straight, compression bends it further."""
 
-from fenics_mech.effects.axial_forces import StressStiffening, UnevenTension
 from fenics_mech.effects.effect import Effect
+from fenics_mech.effects.given_axial_forces import StressStiffening, UnevenTension
 from fenics_mech.effects.terms import Situation, Terms
 
 
 def terms(situation: Situation) -> Terms:
     """Give ``int N w' z' dx`` with the axial force N of loads and rigid motion, linear along each element."""
     beams, forces = situation.beams, situation.tension()
-    return Terms(stiffening=StressStiffening.of(beams, forces.mean), uneven=UnevenTension.of(beams, forces.slope))
+    return Terms(stiffening=StressStiffening.of(beams, forces.mean), uneven=(UnevenTension.of(beams, forces.slope),))
 
 
 EFFECT = Effect(

@@ -10,8 +10,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, each, times
 from fenics_mech.beams.element_dofs import element_dofs
-from fenics_mech.effects.axial_forces import UnevenTension
 from fenics_mech.effects.effect import Effect, Survey
+from fenics_mech.effects.given_axial_forces import UnevenTension
 from fenics_mech.effects.terms import Situation, Terms
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def terms(situation: Situation) -> Terms:
     axis, stretching = beams.bent_axis, beams.stretching
     rigidity = beams.rigidity.axial.mean / beams.mesh.cell_length
     of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, material)
-    uneven = UnevenTension.of(beams, situation.uneven())
+    uneven = (UnevenTension.of(beams, situation.uneven()),)
     if beams.reduction is None:
         return Terms(law=of_nodes, uneven=uneven)
     coordinates, shape = beams.reduction.of_elements

@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_dofs import element_dofs
-from fenics_mech.effects.axial_forces import AxialForces, StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -363,7 +363,7 @@ class Terms(_Sum):
     damping: ProportionalDamping = ProportionalDamping()
     acceleration: Array | None = None
     stiffening: StressStiffening | None = None
-    uneven: UnevenTension | None = None
+    uneven: tuple[UnevenTension, ...] = ()
     law: Law | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
 

@@ -104,9 +104,9 @@ def beyond_mean(
     everywhere = _carried(system, response, all_elements, all_places, loads)
     everywhere = everywhere.reshape(-1, count, len(PLACES))
     found = _carried(system, response, element, xi, loads) - (everywhere @ WEIGHTS / 2)[:, element]
-    if given and system.terms.uneven is not None:
+    if given:
         own = 3 / 2 * everywhere @ (WEIGHTS * PLACES)
-        found += (system.terms.uneven.slope - own)[:, element] * (2 * xi - 1)
+        found += (sum(part.slope for part in system.terms.uneven) - own)[:, element] * (2 * xi - 1)
     return np.asarray(found)
 
 

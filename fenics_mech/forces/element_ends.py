@@ -80,7 +80,7 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
     v, rotation = system.to_links(response.displacement), member_rotation(beams.mesh)
     if response.modal_damping is not None and response.modal_damping.on_bent_axis is not None:
         ends += each(rotation, response.modal_damping.on_bent_axis)
-    for given in (terms.stiffening, terms.uneven):
+    for given in (terms.stiffening, *terms.uneven):
         if given is not None:
             ends += each(rotation, times(given.blocks, v[:, element_dofs(beams.mesh)]))
     if terms.law is not None and response.velocity is not None:

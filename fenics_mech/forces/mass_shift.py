@@ -70,7 +70,8 @@ class MassShift:
         rate
             The rate of s in these, ``(angles, elements)``.
         """
-        omega, found, shift = self._of_elements(rates.turning), {}, self.in_time[0]
+        omega, shift = self._of_elements(rates.turning), self.in_time[0]
+        found: dict[str, Array] = {}
         for name, a in accelerations.items():
             along, turned = self._momenta(a.of_nodes, a.turning)
             found[name] = -np.sum(along * rate + omega * turned * shift, axis=1)
@@ -92,7 +93,8 @@ class MassShift:
         omega, alpha = self._of_elements(turning), self._of_elements(alpha)
         along, turned = self._momenta(rigid, np.zeros_like(rigid))
         across = 2 * omega * first + alpha * shift
-        found = {Cause.INERTIA: -np.sum((second - omega**2 * shift) * along + across * turned, axis=1)}
+        found: dict[str, Array] = {}
+        found[Cause.INERTIA] = -np.sum((second - omega**2 * shift) * along + across * turned, axis=1)
         if drag:
             found[Cause.EXTERNAL_DRAG] = -drag * np.sum(first * along + omega * shift * turned, axis=1)
         return found

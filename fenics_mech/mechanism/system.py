@@ -60,7 +60,7 @@ class System:
             What else it is made from.
         """
         path = self.motion.path
-        if path is None or self.terms.stiffening is not None or self.terms.uneven is not None:
+        if path is None or self.terms.stiffening is not None or self.terms.uneven:
             return make()
         springs = (part.tobytes() for entries in self.terms.matrices.stiffness for part in vars(entries).values())
         return path.once(what, (self.beams, self.transformation), make, (key, *springs))
@@ -78,7 +78,7 @@ class System:
     @property
     def without_axial_forces(self) -> System:
         """The mechanism without axial forces on its bending."""
-        return self.with_terms(replace(self.terms, stiffening=None, uneven=None))
+        return self.with_terms(replace(self.terms, stiffening=None, uneven=()))
 
     @cached_property
     def applied(self) -> Array:
@@ -303,7 +303,7 @@ class System:
     @cached_property
     def symmetric_stiffness(self) -> tuple[Entries, ...]:
         """Of that, what a potential energy has: springs and geometric stiffness."""
-        given = [part.blocks for part in (self.terms.stiffening, self.terms.uneven) if part is not None]
+        given = [part.blocks for part in (self.terms.stiffening, *self.terms.uneven) if part is not None]
         of_elements = (Entries.of_elements(self.beams.mesh, np.sum(given, axis=0)),) if given else ()
         return (*self.terms.matrices.stiffness, *of_elements)
 

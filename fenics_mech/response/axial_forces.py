@@ -79,5 +79,5 @@ def with_axial_forces(system: System, forces: AxialForces) -> System:
     forces
         The axial forces.
     """
-    stiffening, uneven = StressStiffening.of(system.beams, forces.mean), UnevenTension.of(system.beams, forces.slope)
+    stiffening, uneven = StressStiffening.of(system.beams, forces.mean), (UnevenTension.of(system.beams, forces.slope),)
     return replace(system, terms=replace(system.terms, stiffening=stiffening, uneven=uneven))
