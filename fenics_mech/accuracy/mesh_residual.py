@@ -5,7 +5,7 @@ between them, and b has no inertia and no axial force T acts on it. Of that forc
 element, and a part linear along it by loads and rigid motion; what else it is, n, is left out. So the equation of the
 nodes lacks ``-int (rho A b'' N + T b' N' + n w' N') dx``, b'' being an acceleration. The response to this load is the
 error, to first order. In bending it falls with the fourth power of the element's length, along the axis with the
-second. So does n by the elastic motion, with the inertia of the mass that bending moves along the axis; both are little.
+second. So does n by the elastic motion, with the inertia of the mass that bending moves along the axis: both are small.
 
 Where a section varies, the nodes are not exact under loads at rest either; see `beams.variable_sections`. A pin that
 travels along a member follows the nodes, without the deflection between them by its own force. That error falls with
