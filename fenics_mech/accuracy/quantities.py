@@ -210,7 +210,7 @@ def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strai
 
 
 def stations_of(system: System) -> Array:
-    """Places at which members are compared; moments by lumps of mass are right at nodes.
+    """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def stations_of(system: System) -> Array:
     numpy.ndarray
         Shares of the length, ``(stations,)``.
     """
-    mesh = system.beams.mesh
-    if system.beams.inertia.spread is None:
+    mesh, terms = system.beams.mesh, system.terms
+    if system.beams.inertia.spread is None and terms.stiffening is None and terms.law is None:
         return np.linspace(0, 1, MEASURE.stations)
     return np.linspace(0, 1, max(MEASURE.stations, 2 * int(np.bincount(mesh.cell_member).max()) + 1))
