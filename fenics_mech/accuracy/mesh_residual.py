@@ -67,7 +67,7 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
-    are on its nodes, and those of a section that varies on its ends. Differences in time stand for derivatives: of what
+    and of a section that varies are on its ends. Differences in time stand for derivatives: of what
     is too fast for the positions they give less, and no noise.
 
     Parameters
@@ -98,13 +98,13 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
         line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
         if not system.terms.coupled:
             line += _of_joints(system, response.displacement, step, closed)
-    force = None if tension is None else _by_tension(system, tension, z.imag)
+    force = None
     if reduction is not None and (step is not None or tension is not None):
         force = _sum(force, _by_statics(system, left_to_statics(system, response), tension, step, closed))
     ends = _by_varying(system, response, element, xi) if varies else None
     if tension is not None:
         uneven = beyond_mean(system, response, element, xi, pins).reshape(z.shape)
-        ends = _sum(ends, _by_tension_inside(system, response, uneven))
+        ends = _sum(ends, _by_tension_inside(system, response, uneven) + _by_tension(system, tension, z.imag))
         if system.terms.law is not None and step is not None:
             ends += _by_shift(system, response, step, closed)
     if contacts:
@@ -304,12 +304,12 @@ def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
 
 
 def _by_tension(system: System, tension: Array, w: Array) -> Array:
-    """Give the forces on nodal dofs by the axial force on deflections w at `GAUSS`, ``int T w N'' dx``."""
+    """Give the loads on elements' ends by the axial force on deflections w at `GAUSS`, ``int T w N'' dx``."""
     mesh = system.beams.mesh
     bent = (w * GAUSS_WEIGHT) @ evaluate(tuple(f.deriv(2) for f in CUBIC), GAUSS)
     ends = np.zeros((*tension.shape, 6))
     ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
-    return system.assembled_from_members(ends)
+    return ends
 
 
 def _by_tension_inside(system: System, response: ElasticResponse, uneven: Array) -> Array:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.element_dofs import in_member_axes
@@ -27,7 +28,7 @@ from fenics_mech.beams.shapes import (
 from fenics_mech.beams.variable_sections import between_ends, shape_corrections
 from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_ends import balanced, element_tension
+from fenics_mech.forces.element_ends import balanced, element_tension, uneven_tension
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad
 from fenics_mech.forces.inertia import (
     SHAPES,
@@ -263,13 +264,26 @@ def straining_displacement(system: System, response: ElasticResponse, v: Array) 
 def bent_by_tension(system: System, response: ElasticResponse, tension: Array, element: Index, xi: Array) -> Array:
     """Deflection that axial forces on their cubic shape add between the nodes of elements, ``(angles, places)`` (m).
 
-    It acts as the spread load ``T w''``. `tension` is that of the elements (N), ``(angles, elements)``.
+    A force N acts as the spread load ``(N w')'``; that is linear along each element here.
+
+    Parameters
+    ----------
+    system, response
+        The mechanism, and a motion of it.
+    tension
+        Mean axial force of the elements (N), ``(angles, elements)``.
+    element, xi
+        Places 0..1 in elements, ``(places,)`` each.
     """
-    beams = system.beams
+    beams, slope = system.beams, uneven_tension(system, response)
     h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
     nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
-    shapes = between_clamped_ends(tuple(f.deriv(2) for f in CUBIC), xi, number)
-    return tension[:, element] * h**2 / beams.rigidity.bending.mean[element] * np.sum(nodal * shapes, -1)
+    of_mean, of_slope = (
+        np.sum(nodal * between_clamped_ends(tuple((force * f.deriv()).deriv() for f in CUBIC), xi, number), -1)
+        for force in (Polynomial([1]), Polynomial([-1, 2]))
+    )
+    bent = tension[:, element] * of_mean + slope[:, element] * of_slope
+    return np.asarray(h**2 / beams.rigidity.bending.mean[element] * bent)
 
 
 def _in_fixed_frame(system: System, u: Array, w: Array, element: Index) -> Array:
