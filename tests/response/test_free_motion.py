@@ -5,7 +5,10 @@ import pytest
 from scipy.special import ellipk
 
 import fenics_mech as fm
-from fenics_mech.kinematics.free_linkage import with_freedoms
+from fenics_mech.kinematics.free_linkage import FreeLinkage, with_freedoms
+from fenics_mech.response.setup import CommonParts, system_at
+from fenics_mech.response.transient.free_motion import start_of
+from fenics_mech.response.transient.free_state import FreeState
 
 STILL_MOTOR = {"kind": "dc-motor", "stall_torque": 1, "no_load_speed": 0}
 G, LENGTH, STIFF = 9.81, 1.0, 2e16  # m/s^2, m, Pa: bars as good as rigid
@@ -95,6 +98,27 @@ def test_energy_of_a_bending_pendulum_is_balanced():
     data = fm.analyse(scene).data
     assert data.attrs["power_balance_error"] < 1e-6
     assert float(abs(data["deflection"]).max()) > 1e-3  # it does bend (m)
+
+
+def start(scene):
+    scene = with_freedoms(scene)
+    linkage = FreeLinkage(scene)
+    still = (np.zeros((1, len(scene.freedoms))),) * 3
+    places = (np.array([[part.start for part in scene.freedoms.values()]]), *still[1:])
+    motion = linkage.motion(np.zeros(1), *places, linkage.start[None])
+    system = system_at(scene, CommonParts().links(scene), motion)
+    return start_of(scene, FreeState(scene, system, linkage)), system.size
+
+
+def test_a_smooth_start_beside_a_drive_is_that_beside_a_heavy_flywheel():
+    scene = bars(2, duration=0.1).changed({"materials.stiff.modulus": 2e11, "effects": ("coupling", "gravity")})
+    led = scene.changed({"drive": {"joint": "P0", "speed": 4.0}, "freedoms": {"P1": {"start": -1.0, "speed": 2.0}}})
+    wheel = {"start": 0.0, "speed": 4.0, "inertia": 1e7}
+    free = scene.changed({"freedoms": {"P0": wheel, "P1": {"start": -1.0, "speed": 2.0}}})
+    (by_drive, count), (by_wheel, _) = start(led), start(free)
+    for found, wanted in ((by_drive.displacement, by_wheel.displacement), (by_drive.velocity, by_wheel.velocity)):
+        assert np.abs(wanted[:count]).max() > 1e-3  # m and rad, m/s and rad/s: members bend, and ever more
+        np.testing.assert_allclose(found[:count], wanted[:count], atol=1e-5 * np.abs(wanted[:count]).max())
 
 
 def test_freedoms_are_found_at_joints_that_state_them():
