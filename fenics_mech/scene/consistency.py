@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
 
 
+OWN_STEPS = "a motion with freedoms takes steps by collocation, without options that begin with transient_"
 NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
 
 
@@ -335,6 +336,7 @@ def _check_freedoms(scene: Scene) -> None:
         (scene.tolerance is not None, "tolerance", "a motion with freedoms is not made to a tolerance of its result"),
         (bool(scene.impulses), "impulses", "a motion with freedoms has no impulses"),
         (scene.damping.air is not None, "damping.air", "a motion with freedoms has no drag of the air"),
+        (any(name.startswith("transient_") for name in scene.petsc), "petsc", OWN_STEPS),
     )
     for wrong, place, why in refused:
         if wrong:

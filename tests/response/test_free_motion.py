@@ -145,6 +145,7 @@ def test_freedoms_keep_what_is_stated_of_them():
             {"freedoms": {"P0": {"effort": STILL_MOTOR}}},
             "no_load_speed",
         ),
+        ({"petsc": {"transient_ts_type": "alpha2"}, "freedoms": {"P0": {}}}, "transient_"),
         ({"freedoms": {"P0": {"effort": "2 kg"}}}, "effort"),
         ({"freedoms": {"P0": {"effort": {"kind": "formula", "formula": "open('x')"}}}}, "formula"),
     ],
