@@ -178,7 +178,7 @@ def _rigid_uneven_tension(scene: Scene, bare: System) -> Array:
 def _straight(scene: Scene, bare: System) -> System:
     """Give the mechanism whose axial forces do not act on its bending."""
     linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
-    return _with_effects(scene.changed(effects=linear), bare)
+    return _with_effects(scene.model_copy(update={"effects": linear}), bare)  # read anew it would take longer
 
 
 def rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
