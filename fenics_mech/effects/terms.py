@@ -367,6 +367,12 @@ class Terms(_Sum):
     law: Law | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
 
+    @property
+    def axial_stiffness(self) -> tuple[Array, ...]:
+        """Blocks of the elements by axial forces that are given, in link axes, ``(angles, elements, 6, 6)`` each."""
+        even = () if self.stiffening is None else (self.stiffening.blocks,)
+        return (*even, *(part.blocks for part in self.uneven))
+
 
 NOTHING, UNLOADED = Terms(), Loads()
 

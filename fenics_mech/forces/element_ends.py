@@ -39,13 +39,18 @@ def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     response
         A motion of it.
     """
-    beams, strained = system.beams, response.strained(system)
-    v, ends = system.to_links(response.displacement), _on_elements(system, response)
+    stress, v = _by_stress(system, response)
+    return _on_elements(system, response) + stress, v
+
+
+def _by_stress(system: System, response: ElasticResponse) -> tuple[Array, Array]:
+    """Forces on the elements' ends by the links' stress, ``(angles, elements, 6)``, and v as of `balanced`."""
+    beams, strained, v = system.beams, response.strained(system), system.to_links(response.displacement)
     if beams.reduction is None:
-        ends += each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
+        ends = each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
     else:
-        elastic, settled = response_of_reduced_members(beams, strained, without_elastic(system, response))
-        ends, v = ends + elastic, v + settled - strained
+        ends, settled = response_of_reduced_members(beams, strained, without_elastic(system, response))
+        v = v + settled - strained
     held = system.transformation.held
     if held is not None:
         ends[..., [0, 3]] += held_tension(system, held, response)[..., None] * [-1.0, 1.0]
@@ -80,9 +85,8 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
     v, rotation = system.to_links(response.displacement), member_rotation(beams.mesh)
     if response.modal_damping is not None and response.modal_damping.on_bent_axis is not None:
         ends += each(rotation, response.modal_damping.on_bent_axis)
-    for given in (terms.stiffening, *terms.uneven):
-        if given is not None:
-            ends += each(rotation, times(given.blocks, v[:, element_dofs(beams.mesh)]))
+    for blocks in terms.axial_stiffness:
+        ends += each(rotation, times(blocks, v[:, element_dofs(beams.mesh)]))
     if terms.law is not None and response.velocity is not None:
         ends += each(rotation, terms.law.on_elements.force(v, response.velocity))
     return ends
@@ -131,10 +135,10 @@ def axial_forces(system: System, response: ElasticResponse) -> AxialForces:
 
 
 def mean_tension(system: System, response: ElasticResponse) -> Array:
-    """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``.
+    """Mean axial force of every element that acts on its bent axis (N), ``(angles, elements)``; for linear laws.
 
     The share of modal damping does not, as it is linear in the coordinates. By virtual work ``int N dx`` is that of the
-    forces on the ends, less that of loads and inertia, as the element is stretched evenly.
+    forces on the ends, less that of loads and inertia, as the element is stretched evenly: that of the stress is left.
 
     Parameters
     ----------
@@ -143,6 +147,5 @@ def mean_tension(system: System, response: ElasticResponse) -> Array:
     response
         A motion of it.
     """
-    response = response.undamped
-    ends = element_forces(system, response) - _on_elements(system, response)
+    ends = _by_stress(system, response.undamped)[0]
     return np.asarray(ends[..., 3] - ends[..., 0]) / 2

@@ -60,7 +60,7 @@ class System:
             What else it is made from.
         """
         path = self.motion.path
-        if path is None or self.terms.stiffening is not None or self.terms.uneven:
+        if path is None or self.terms.axial_stiffness:
             return make()
         springs = (part.tobytes() for entries in self.terms.matrices.stiffness for part in vars(entries).values())
         return path.once(what, (self.beams, self.transformation), make, (key, *springs))
@@ -303,7 +303,7 @@ class System:
     @cached_property
     def symmetric_stiffness(self) -> tuple[Entries, ...]:
         """Of that, what a potential energy has: springs and geometric stiffness."""
-        given = [part.blocks for part in (self.terms.stiffening, *self.terms.uneven) if part is not None]
+        given = self.terms.axial_stiffness
         of_elements = (Entries.of_elements(self.beams.mesh, np.sum(given, axis=0)),) if given else ()
         return (*self.terms.matrices.stiffness, *of_elements)
 
