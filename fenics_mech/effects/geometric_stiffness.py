@@ -1,13 +1,32 @@
 """Geometric stiffness: tension in a link holds it straight, compression bends it further."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.given_axial_forces import StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
 from fenics_mech.effects.terms import Situation, Terms
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 
 def terms(situation: Situation) -> Terms:
     """Give ``int N w' z' dx`` with the axial force N of loads and rigid motion, linear along each element."""
-    beams, forces = situation.beams, situation.tension()
+    return of_forces(situation.beams, situation.tension())
+
+
+def of_forces(beams: Beams, forces: AxialForces) -> Terms:
+    """Give the stiffness of axial forces.
+
+    Parameters
+    ----------
+    beams
+        The links' matrices.
+    forces
+        The axial forces.
+    """
     return Terms(stiffening=StressStiffening.of(beams, forces.mean), uneven=(UnevenTension.of(beams, forces.slope),))
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech.effects import AxialForces, StressStiffening, Terms, UnevenTension
+from fenics_mech.effects import AxialForces, Terms
 from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
+from fenics_mech.effects.geometric_stiffness import of_forces
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -79,5 +80,5 @@ def with_axial_forces(system: System, forces: AxialForces) -> System:
     forces
         The axial forces.
     """
-    stiffening, uneven = StressStiffening.of(system.beams, forces.mean), (UnevenTension.of(system.beams, forces.slope),)
-    return replace(system, terms=replace(system.terms, stiffening=stiffening, uneven=uneven))
+    given = of_forces(system.beams, forces)
+    return replace(system, terms=replace(system.terms, stiffening=given.stiffening, uneven=given.uneven))
