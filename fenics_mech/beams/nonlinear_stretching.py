@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,7 +43,17 @@ class Stretching:
         a, b
             The displacements, ``(angles, elements, n)``.
         """
-        return np.asarray(np.sum(a * each(self.bow, b), axis=-1))
+        return _product(self.bow, a, b)
+
+    def unevenly_bowed(self, a: Array, b: Array) -> Array:
+        """``a^T uneven b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
+
+        Parameters
+        ----------
+        a, b
+            The displacements, ``(angles, elements, n)``.
+        """
+        return _product(self.uneven, a, b)
 
     def by(self, shape: Array) -> Stretching:
         """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
@@ -68,6 +79,26 @@ class Stretching:
         first, *second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))), layout.coordinate)
         line = np.einsum("ei,eij->ej", layout.vector_of_elements(first), rotation)
         return cls(line, *(_in_links(layout, form, rotation) for form in second))
+
+
+def half_square_in_time(
+    pair: Callable[[Array, Array], Array], jets: tuple[Array, Array, Array]
+) -> tuple[Array, Array, Array]:
+    """Half the square of a displacement and its two time derivatives, ``(angles, elements)`` each.
+
+    Parameters
+    ----------
+    pair
+        Gives the product of two displacements, linear in both and symmetric.
+    jets
+        The displacement and its two time derivatives.
+    """
+    v, first, second = jets
+    return pair(v, v) / 2, pair(first, v), pair(second, v) + pair(first, first)
+
+
+def _product(blocks: Array, a: Array, b: Array) -> Array:
+    return np.asarray(np.sum(a * each(blocks, b), axis=-1))
 
 
 def _in_links(layout: Layout, form: Any, rotation: Array) -> Array:

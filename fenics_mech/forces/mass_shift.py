@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, each
+from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import element_dofs, in_member_axes
+from fenics_mech.beams.nonlinear_stretching import half_square_in_time
 from fenics_mech.beams.shapes import AXIAL
 from fenics_mech.effects import Loads
 from fenics_mech.effects.causes import Cause
@@ -45,8 +46,7 @@ class MassShift:
     @cached_property
     def in_time(self) -> tuple[Array, Array, Array]:
         """Give s and its two time derivatives (m, m/s, m/s^2), each ``(angles, elements)``."""
-        v, first, second = self.jets
-        return self._pair(v, v) / 2, self._pair(first, v), self._pair(second, v) + self._pair(first, first)
+        return half_square_in_time(self._pair, self.jets)
 
     def by_change(self, change: Array) -> Array:
         """Change of s by a small change of v, or of its rate by one of v', ``(angles, elements)``.
@@ -154,6 +154,5 @@ class MassShift:
 
     def _pair(self, a: Array, b: Array) -> Array:
         """``a^T B b/2`` of each element (m), ``(angles, elements)``."""
-        mesh, uneven = self.system.beams.mesh, self.system.beams.stretching.uneven
-        of_a, of_b = (part[:, element_dofs(mesh)] for part in (a, b))
-        return np.asarray(np.sum(of_a * each(uneven, of_b), axis=-1)) / 2
+        dofs = element_dofs(self.system.beams.mesh)
+        return self.system.beams.stretching.unevenly_bowed(a[:, dofs], b[:, dofs]) / 2

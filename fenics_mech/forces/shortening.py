@@ -21,6 +21,7 @@ from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
+from fenics_mech.beams.nonlinear_stretching import half_square_in_time
 from fenics_mech.effects import NOTHING, active, loads_at_nodes, shaped
 from fenics_mech.effects.inextensible import with_stretching
 from fenics_mech.kinematics import Motion
@@ -71,8 +72,7 @@ class Shortening:
     def in_time(self) -> tuple[Array, Array, Array]:
         """Give u and its two time derivatives in link axes, each ``(angles, nodal dofs)``."""
         transformation, motion = self.system.transformation, self.system.motion
-        v, first, second = self.jets
-        lengths = self._pair(v, v) / 2, self._pair(first, v), self._pair(second, v) + self._pair(first, first)
+        lengths = half_square_in_time(self._pair, self.jets)
         zero, one, two = self._moved(lengths, (self.system.values, *transformation.derivatives(motion)))
         return zero, one, two
 
