@@ -67,8 +67,8 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
-    and of a section that varies are on its ends. Differences in time stand for derivatives: of what
-    is too fast for the positions they give less, and no noise.
+    and of a section that varies are on its ends. Differences in time stand for derivatives: of what is too fast for the
+    positions they give less, and no noise.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
             line += _of_joints(system, response.displacement, step, closed)
     force = None
     if reduction is not None and (step is not None or tension is not None):
-        force = _sum(force, _by_statics(system, left_to_statics(system, response), tension, step, closed))
+        force = _by_statics(system, left_to_statics(system, response), tension, step, closed)
     ends = _by_varying(system, response, element, xi) if varies else None
     if tension is not None:
         uneven = beyond_mean(system, response, element, xi, pins).reshape(z.shape)
