@@ -6,7 +6,7 @@ from scipy.special import ellipk
 
 import fenics_mech as fm
 from fenics_mech.kinematics.free_linkage import FreeLinkage, with_freedoms
-from fenics_mech.response.setup import CommonParts, system_at
+from fenics_mech.response.setup import mechanism
 from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
 
@@ -102,12 +102,8 @@ def test_energy_of_a_bending_pendulum_is_balanced():
 
 def start(scene):
     scene = with_freedoms(scene)
-    linkage = FreeLinkage(scene)
-    still = (np.zeros((1, len(scene.freedoms))),) * 3
-    places = (np.array([[part.start for part in scene.freedoms.values()]]), *still[1:])
-    motion = linkage.motion(np.zeros(1), *places, linkage.start[None])
-    system = system_at(scene, CommonParts().links(scene), motion)
-    return start_of(scene, FreeState(scene, system, linkage)), system.size
+    system = mechanism(scene)
+    return start_of(scene, FreeState(scene, system, FreeLinkage(scene))), system.size
 
 
 def test_a_smooth_start_beside_a_drive_is_that_beside_a_heavy_flywheel():
