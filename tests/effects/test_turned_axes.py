@@ -222,21 +222,12 @@ def test_solvers_agree():
     for name, near in (("strain", 1e-6), ("input_torque", 2e-6)):
         largest = np.abs(steady[name]).max().item()
         assert np.abs(balanced[name] - steady[name]).max().item() < near * largest
-    assert off_in_time(scene, steady, "strain") < 5e-5
-
-
-@pytest.mark.slow
-@pytest.mark.xfail(reason="1.5e-4 with the inertia of the mass that bending shifts: not understood yet", strict=True)
-def test_torque_in_time_is_that_of_a_cycle():
-    scene = four_bar(analysis__sub_intervals=240)
-    assert off_in_time(scene, analyse(scene).data, "input_torque") < 5e-5
-
-
-def off_in_time(scene, steady, name):
-    """What the last of five cycles in time differs from the periodic motion, over the largest value."""
-    in_time = analyse(scene.changed(analysis__method="transient", analysis__cycles=5)).data
-    last = in_time[name].isel(theta=slice(-241, -1)).to_numpy()
-    return np.abs(last - steady[name].to_numpy()).max() / np.abs(steady[name]).max().item()
+    # with the default, 1e-5, rests of fast vibrations make 1.5e-4 of the torque, of which 4.6e-4 is told
+    fine = {"analysis__method": "transient", "analysis__cycles": 5, "analysis__time_tolerance": 1e-8}
+    in_time = analyse(scene.changed(**fine)).data.isel(theta=slice(-241, -1))
+    for name in ("strain", "input_torque"):
+        largest = np.abs(steady[name]).max().item()
+        assert np.abs(in_time[name].to_numpy() - steady[name].to_numpy()).max() < 2e-6 * largest
 
 
 @pytest.mark.slow
