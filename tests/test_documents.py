@@ -1,14 +1,17 @@
 """What the documents show is true: commands and snippets run, scenes are scenes, outputs and numbers are today's."""
 
+import importlib
 import re
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fenics_mech import Result, SolverError, analyse, load
 from fenics_mech._console import out
-from fenics_mech.effects import EFFECTS
+from fenics_mech.effects import EFFECTS, Effect, Terms
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
 from tests import documents
@@ -147,6 +150,34 @@ def test_no_page_is_long():
 def test_every_effect_is_in_the_table():
     text = (DOCS / "reference" / "effects.md").read_text()
     assert not [name for name in EFFECTS if f"`{name}`" not in text]
+
+
+def test_section_of_the_contributors_recipe_is_one(place):
+    names = vars(importlib.import_module("fenics_mech.scene.sections.plain")).copy()
+    exec(_recipe("class EllipseSection"), names)
+    section = names["EllipseSection"](width="8 mm", height="4 mm")
+    assert section.area == pytest.approx(np.pi * 0.004 * 0.002)
+
+
+def test_effect_of_the_contributors_recipe_is_the_centrifugal_force(place):
+    names = vars(importlib.import_module("fenics_mech.effects.gravity")) | {"Terms": Terms, "Effect": Effect}
+    exec(_recipe("def terms(situation"), names)
+    scene = load(place / "demos" / "four_bar.toml").changed(analysis__sub_intervals=24)
+    system = mechanism(scene)
+    mesh, motion = system.beams.mesh, system.motion
+    stated = SimpleNamespace(beams=system.beams, motion=motion, scene=SimpleNamespace(turntable=3.0))
+    found = names["terms"](stated).acceleration.reshape(len(motion.theta), -1, 3)
+    arm = np.exp(1j * motion.angle[:, mesh.node_link]) * (mesh.node_xy @ [1, 1j])
+    place_of_nodes = motion.position[:, mesh.node_link] @ [1, 1j] + arm
+    turned = np.exp(1j * motion.angle[:, mesh.node_link]) * (found[..., :2] @ [1, 1j])
+    assert turned == pytest.approx(-9.0 * place_of_nodes)
+    assert not found[..., 2].any()
+    assert names["EFFECT"].stated(SimpleNamespace(turntable=3.0))
+
+
+def _recipe(begin):
+    """The code of a recipe of CONTRIBUTING.md."""
+    return next(block.text for block in blocks(ROOT / "CONTRIBUTING.md") if block.text.startswith(begin))
 
 
 def test_scotch_yoke_is_pushed_by_its_inertia_and_bent_by_the_pin_beside_its_axis(place):
