@@ -33,7 +33,7 @@ from fenics_mech.response.motor_response import MotorCycle
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.newton import Orbit, settled
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import (
@@ -65,7 +65,8 @@ class TheoryLimits:
     fewest: int = 48  # steps
     most_iterations: int = 8  # of Newton's method: it converges quadratically where the exact motion is near
     accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
-    converged: float = 1e-4  # change of the motion by the last iteration: axial stiffness makes forces of what is left
+    converged: float = 1e-4  # change that the next iteration would make: axial stiffness makes forces of it
+    damped_up_to: float = 1.0  # as of `Cycle`, of a motion by its harmonics; measured: more modes change 3e-4 of it
 
 
 THEORY = TheoryLimits()
@@ -175,7 +176,7 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     if cycle.settling:
         inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
     exact = exact.changed(analysis=analysis)
-    exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion))
+    exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion), cycle.damped_up_to)
     top, top_starts = exactly.at_points(analysis.scheme, analysis.stages), exactly.start
     tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
     found = _closed(inside, lambda _: top, motion, tension)
@@ -318,18 +319,18 @@ def _answered(
     SolverError
         Where they do not converge.
     """
-    known, found, left = rung.residual(*state), state, np.inf
-    for done in range(THEORY.most_iterations):
+    known, found, changes = rung.residual(*state), state, list[float]()
+    while len(changes) < THEORY.most_iterations:
         top = exact(found)
         tangents = top.linearised(found[0], found[1], tension)
         change = answer(tangents, known - top.residual(*found))
         tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])
         found = found + change
-        left = float(np.linalg.norm(change[0])) / max(float(np.linalg.norm(found[0])), TINY)
-        if done and left < THEORY.converged:
+        changes.append(float(np.linalg.norm(change[0])) / max(float(np.linalg.norm(found[0])), TINY))
+        if len(changes) > 1 and settled(changes, THEORY.converged):
             break
-    if not left < THEORY.accepted:
-        raise SolverError(f"the exact motion is not near: the last iteration changes it by {left:.1g}")
+    if not changes[-1] < THEORY.accepted:
+        raise SolverError(f"the exact motion is not near: the last iteration changes it by {changes[-1]:.1g}")
     return found - state
 
 
@@ -380,7 +381,8 @@ def _of_harmonics(solution: Solution) -> _Motion | None:
         return np.stack([(turned * (1j * rate * order) ** n @ amplitudes).real for n in range(3)])
 
     theta = scene.drive_angles(steps)
-    cycle = Cycle(scene, moved(scene, system, solve_motion(scene, theta, near=system.motion)))
+    there = moved(scene, system, solve_motion(scene, theta, near=system.motion))
+    cycle = Cycle(scene, there, THEORY.damped_up_to)
     return _Motion(cycle, at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate)), at(theta)[:2])
 
 

@@ -74,10 +74,10 @@ class DampedModes:
         return np.asarray(inside**4 * (3 - 2 * inside) ** 2)
 
 
-def damped_modes(scene: Scene, system: System) -> DampedModes | None:
+def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -> DampedModes | None:
     """Find which modes are damped in a periodic motion of many coordinates; None for all.
 
-    These are all that its steps resolve, and those up to 128 times the lowest frequency. Faster ones follow the loads
+    These are all that its steps resolve, and those up to some times the lowest frequency. Faster ones follow the loads
     without vibrating: their damping would change the strains of the seed four-bar by 2e-5, and in a member that is
     strained little 2e-4 of its own. The frequency is relative to the lowest one, so that it is alike in similar scenes.
     All are damped beside torsional springs, which fast modes wind, and where the solver's steps let them ring: at
@@ -89,12 +89,14 @@ def damped_modes(scene: Scene, system: System) -> DampedModes | None:
         The scene.
     system
         Its mechanism over a cycle.
+    enough
+        Times the lowest frequency, up to which modes are damped that the steps do not resolve.
     """
     wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
     rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
     if not np.any(scene.damping.ratio) or system.size <= DAMPED.small or wound or rings:
         return None
-    enough = DAMPED.fastest * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / DAMPED.weak))
+    enough *= math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / DAMPED.weak))
     resolved = DAMPED.resolved * scene.analysis.sub_intervals / abs(scene.period)
     mass, stiffness = system.once("held matrices", lambda: _held(system))
     return system.once("damped modes", lambda: _up_to(mass, stiffness, enough, resolved), (enough, resolved))

@@ -19,7 +19,13 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_axial_forces
-from fenics_mech.response.modal_damping import DampedModes, damped_modes, interpolated_damping, modal_damping
+from fenics_mech.response.modal_damping import (
+    DAMPED,
+    DampedModes,
+    damped_modes,
+    interpolated_damping,
+    modal_damping,
+)
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -44,10 +50,13 @@ class Cycle:
     ----------
     scene, system
         The scene, and its mechanism at the starts of the sub-intervals.
+    damped_up_to
+        As `enough` of `damped_modes`.
     """
 
     scene: Scene
     system: System
+    damped_up_to: float = DAMPED.fastest
     _equations: dict[tuple[str, int], Equation] = field(default_factory=dict)
     _flows: dict[tuple[str, int], Flow] = field(default_factory=dict)
 
@@ -79,7 +88,7 @@ class Cycle:
     @cached_property
     def damped(self) -> DampedModes | None:
         """Modes that are damped, where they are not all."""
-        return damped_modes(self.scene, self.system)
+        return damped_modes(self.scene, self.system, self.damped_up_to)
 
     @property
     def settling(self) -> bool:

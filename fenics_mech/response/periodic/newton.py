@@ -130,7 +130,7 @@ def _at_load(
     return orbit, tension
 
 
-def settled(changes: Sequence[float]) -> bool:
+def settled(changes: Sequence[float], tolerance: float = NEWTON.tolerance) -> bool:
     """Whether relative changes of the displacement, one an iteration, are at their end.
 
     That is where they have come down to rounding, or where the next one will be below the tolerance: each is a multiple
@@ -140,15 +140,17 @@ def settled(changes: Sequence[float]) -> bool:
     ----------
     changes
         Changes relative to the displacement, the last one last.
+    tolerance
+        Of the change.
     """
-    if not changes or changes[-1] <= NEWTON.tolerance:
+    if not changes or changes[-1] <= tolerance:
         return bool(changes)
     if len(changes) == 1:
         return False
     before, last = changes[-2:]
     if last < NEWTON.rounding and last > before / 2:
         return True
-    return last**2 * max(1.0, last / before**2) <= NEWTON.tolerance
+    return last**2 * max(1.0, last / before**2) <= tolerance
 
 
 def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:
