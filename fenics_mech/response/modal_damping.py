@@ -150,9 +150,9 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
 def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | None:
     """Interpolate the factor F of modes' damping between equal steps of a closed cycle; None where it is not smooth.
 
-    F is known but for a rotation of its rows. Each position's is turned to be like that of the one before it, as in the
-    orthogonal Procrustes problem (Golub and Van Loan, Matrix Computations, section 6.4.1). Then a polynomial through
-    six positions is taken.
+    F is known but for a rotation of its rows. That of all modes is a factor of their damping ``F^T F``, which is
+    interpolated. That of a few modes is turned to be like that of the position before it, as in the orthogonal
+    Procrustes problem (Golub and Van Loan, Matrix Computations, section 6.4.1).
 
     Parameters
     ----------
@@ -168,27 +168,46 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
     numpy.ndarray or None
         ``(steps x places, modes, coordinates)``.
     """
-    _, modes, size = damping.shape
     scaled = damping / unit
+    if scaled.shape[1] < scaled.shape[2]:
+        factors = _through_six(_turned_alike(scaled), places)
+        return None if factors is None else factors * unit
+    whole = scaled.transpose(0, 2, 1) @ scaled
+    products = _through_six({ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}, places)
+    if products is None:
+        return None
+    try:
+        return np.linalg.cholesky(products).transpose(0, 2, 1) * unit
+    except np.linalg.LinAlgError:  # some mode has no damping
+        return None
+
+
+def _turned_alike(scaled: Array) -> dict[int, Array]:
+    """Give F of the positions from two before each one to three after it, turned to be like that of this one."""
     left, _, right = np.linalg.svd(scaled @ np.roll(scaled, -1, axis=0).transpose(0, 2, 1))
     turn = left @ right  # makes F of the next position like that of this one
-    alike, turned = {0: damping}, turn
+    alike, turned = {0: scaled}, turn
     for ahead in (1, 2, 3):
-        alike[ahead] = np.matmul(turned, np.roll(damping, -ahead, axis=0))
+        alike[ahead] = np.matmul(turned, np.roll(scaled, -ahead, axis=0))
         turned = turned @ np.roll(turn, -ahead, axis=0)
     turned = back = np.roll(turn, 1, axis=0).transpose(0, 2, 1)
     for behind in (-1, -2):
-        alike[behind] = np.matmul(turned, np.roll(damping, -behind, axis=0))
+        alike[behind] = np.matmul(turned, np.roll(scaled, -behind, axis=0))
         turned = turned @ np.roll(back, -behind, axis=0)
+    return alike
+
+
+def _through_six(alike: dict[int, Array], places: Array) -> Array | None:
+    """Take polynomials through six positions of every step; None where one through four differs too much."""
 
     def through(positions: range, place: float) -> Array:
         weights = [np.prod([(place - j) / (i - j) for j in positions if j != i]) for i in positions]
         return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
 
-    difference = (through(range(-1, 3), 0.5) - through(range(-2, 4), 0.5)) / unit
-    if not np.abs(difference).max() <= DAMPED.smooth * np.abs(scaled).max():
+    difference = through(range(-1, 3), 0.5) - through(range(-2, 4), 0.5)
+    if not np.abs(difference).max() <= DAMPED.smooth * np.abs(alike[0]).max():
         return None
-    return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, modes, size)
+    return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, *alike[0].shape[1:])
 
 
 def _held(system: System) -> tuple[Stack, Stack]:

@@ -123,9 +123,9 @@ class Cycle:
         return self._equations[scheme, stages]
 
     def _between_starts(self, there: System, tableau: Tableau) -> Array | None:
-        """Give the damping of few modes at points by that at the starts of the steps; None where it is not smooth."""
+        """Give the damping of modes at points by that at the starts of the steps; None where it is not smooth."""
         known = self.start.modal_damping
-        if known is None or self.damped is None or not self.steps.regular.all():
+        if known is None or not self.steps.regular.all():
             return None
         unit = np.sqrt(self.start.links_stiffness.diagonal.mean(axis=0))
         key = str(self.scene.damping.ratio), self.damped
