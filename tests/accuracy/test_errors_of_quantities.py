@@ -166,7 +166,7 @@ def test_a_tolerance_of_the_deflection_is_met_and_one_of_the_strain_does_not_car
     )
     assert abs(tip_of(of_strain) / TIP - 1) > 2e-3
     assert 1e-5 < abs(tip_of(of_both) / TIP - 1) < 1e-3
-    assert of_both.data.attrs["chosen"].startswith("strains to 0.01 and deflections to 0.001, met by ")
+    assert of_both.data.attrs["chosen"].startswith("strains to 1 % and deflections to 0.1 %, met by ")
 
 
 def test_a_tolerance_of_deflections_and_torques_against_a_finer_run():
