@@ -193,8 +193,8 @@ def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
     advice = "Give a larger tolerance"
     if _jumping(scene):
         advice += (
-            ", or loads with longer flanks (ramp) in place of jumps, which excite vibrations that only short steps and "
-            "many modes follow, or material damping, which ends those"
+            ", or loads with longer flanks (ramp), or material damping. Jumps of loads excite vibrations that only "
+            "short steps and many modes follow"
         )
     return SolverError(f"the tolerance of {stated} is not met: with {numbers} {left}; {why}. {advice}")
 

@@ -34,8 +34,8 @@ class Analysis(Part):
     allow_unstable
         Accept a periodic motion that is unstable: small disturbances grow.
     start
-        Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
-        motion), or the file of a result of "transient", to go on from its end. With freedoms there is no file, but
+        Of "transient": "rigid" (links straight and without elastic velocity) or "static" (bent by loads and rigid
+        motion). The file of a result of "transient" goes on from its end. With freedoms there is no file, but
         "smooth" (on the slow motion, without vibration).
     duration
         Of "transient" where nothing is driven: how long the motion goes on (s). It is given at `sub_intervals` equal
