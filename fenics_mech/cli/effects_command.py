@@ -13,9 +13,7 @@ from fenics_mech.cli.common import OutFolder, SceneFile, Strict, refined_scene
 
 def effects(
     scene: SceneFile,
-    compare: Annotated[
-        bool, typer.Option("--compare", help="Also run the scene, with effects added one at a time.")
-    ] = False,
+    compare: Annotated[bool, typer.Option("--compare", help="Also run it with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
         list[str] | None,
