@@ -370,7 +370,7 @@ def _check_mobility(scene: Scene) -> None:
     if drives and drives > left:
         raise SceneError(
             f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "
-            f"freedoms, and {drives} are driven",
+            f"{'freedom' if left == 1 else 'freedoms'}, and {drives} are driven",
             place="joints",
             hint="A link has 3 freedoms; a pin of two bodies takes 2, a weld 3, a slot 1, a prismatic joint 2",
         )

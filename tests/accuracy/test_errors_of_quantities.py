@@ -199,6 +199,7 @@ def test_a_torque_of_what_nothing_drives_has_no_tolerance():
         ({"stress": 1e-3}, "tolerance: .*'stress'; known quantities are strain, deflection, joint_force, torque"),
         ({}, "tolerance: names no quantity"),
         ({"deflection": 2.0}, "tolerance: of deflection: must be more than 1e-08 and less than 1, found 2"),
+        (1, 'tolerance: must be more than 1e-08 and less than 1, found 1: write "1 %" for percent'),
         ({"deflection": "1 mm"}, "tolerance: of deflection: .*wrong unit"),
         ([1e-3], "tolerance: expected a number"),
     ],
