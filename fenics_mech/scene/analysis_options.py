@@ -72,8 +72,8 @@ class Analysis(Part):
         Accept a strain error of more than 2 % by the steps, or 5 % by steps, mesh and modes. Also accept a joint force
         error of half of the largest, and positions that miss a corner of the rigid motion.
     allow_large
-        Accept deflections far beyond small ones: axes that turn by more than 1 rad against the rigid motion, or points
-        that move by more than the member's length.
+        Accept deflections far beyond small ones. Axes turn by more than 1 rad against the rigid motion, or points move
+        by more than the member's length.
     tension
         Axial force of the effect 'geometric-stiffness'. "rigid" is that of loads and rigid motion. "settled" is updated
         with the elastic response until it changes no more (collocation, quasi-static and static).
