@@ -269,7 +269,7 @@ def compared(result: fm.Result, known: Curves) -> dict[str, str]:
 
 
 def draw(rows: list[dict[str, Any]]) -> None:
-    """Draw true and told errors over the largest turn of an axis, which is that with large rotations."""
+    """Draw true and estimated errors over the largest turn of an axis, which is that with large rotations."""
     plt.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "savefig.dpi": 110})
     figure, axes = plt.subplots(2, 2, figsize=(9, 7), layout="constrained", sharex=True, sharey=True)
     turns = {row["machine"]: float(row["turn"]) for row in rows if row["theory"] == "large rotations"}
@@ -280,7 +280,7 @@ def draw(rows: list[dict[str, Any]]) -> None:
             error, told = (np.array([float(row[key]) for row in of_rung]) for key in (name, f"theory_{name}"))
             axis.loglog(turn, 100 * error, "o", color=colour, markersize=4, label=rung)
             axis.loglog(turn[told > 0], 100 * told[told > 0], "o", color=colour, markersize=8, markerfacecolor="none")
-        axis.plot([], [], "o", color="0.3", markersize=8, markerfacecolor="none", label="told by the result")
+        axis.plot([], [], "o", color="0.3", markersize=8, markerfacecolor="none", label="estimated by the program")
         axis.set_title(title, fontsize=10)
         axis.grid(color="0.92")
     figure.supxlabel("largest turn of an axis (rad)", fontsize=10)

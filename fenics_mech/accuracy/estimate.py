@@ -39,7 +39,7 @@ from fenics_mech.response.solution import (
     SubIntervalSolution,
     TransientSolution,
 )
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Damping, Scene
 
 
 @dataclass(frozen=True)
@@ -308,4 +308,6 @@ def _advice(scene: Scene, source: str, times: float) -> str:
         "harmonics": ("harmonics", analysis.harmonics),
     }[source]
     assert not isinstance(now, str)  # all modes leave none out
-    return f"Take at least {math.ceil(ACCEPTED.margin * now * times)} {name}"
+    free = scene.damping == Damping() and not scene.dampers
+    first = "State the damping, as nothing damps the vibration, or take" if source == "time" and free else "Take"
+    return f"{first} at least {math.ceil(ACCEPTED.margin * now * times)} {name}"

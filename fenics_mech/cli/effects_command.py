@@ -13,7 +13,7 @@ from fenics_mech.cli.common import OutFolder, SceneFile, Strict, refined_scene
 
 def effects(
     scene: SceneFile,
-    compare: Annotated[bool, typer.Option("--compare", help="Also run it, effects added one at a time.")] = False,
+    compare: Annotated[bool, typer.Option("--compare", help="Also run it with effects added one at a time.")] = False,
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
         list[str] | None,
@@ -21,7 +21,7 @@ def effects(
     ] = None,
     strict: Strict = False,
 ) -> None:
-    """Estimate the influence of each effect without running the scene, and say which effects it needs."""
+    """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
     from fenics_mech.accuracy.theory_errors import EXACT_STRAINS  # noqa: PLC0415
     from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415

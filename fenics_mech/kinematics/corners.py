@@ -124,8 +124,8 @@ def refuse_unresolved(path: Path, vibrates: bool) -> None:
     if (corner := missed_corner(path, vibrates)) is not None:
         raise SceneError(
             f"link {corner.link} has a corner of its motion near drive angle "
-            f"{np.degrees(corner.theta):.6g} deg, which {len(path.theta)} positions miss (angular "
-            f"acceleration {corner.peak:.3g} rad for each rad^2 of the drive)",
+            f"{np.degrees(corner.theta):.6g} deg, which {len(path.theta)} positions miss: its angular "
+            f"acceleration there is {corner.peak:.3g} rad for each rad^2 of the drive",
             place="analysis.sub_intervals",
             hint=f"Take at least {corner.enough}, or lengths that keep away from dead centres; analysis.allow_coarse "
             "lets it pass",

@@ -193,8 +193,8 @@ def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
     advice = "Give a larger tolerance"
     if _jumping(scene):
         advice += (
-            ", or loads with longer flanks (ramp) in place of jumps, which excite vibrations that only short steps and "
-            "many modes follow, or material damping, which ends those"
+            ", or loads with longer flanks (ramp), or material damping. Jumps of loads excite vibrations that only "
+            "short steps and many modes follow"
         )
     return SolverError(f"the tolerance of {stated} is not met: with {numbers} {left}; {why}. {advice}")
 
@@ -312,10 +312,10 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
     if analysis.method == "periodic":
         parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
     parts.append(f"{analysis.stations} stations")
-    met = " and ".join(f"{WORDS[what]} to {most:g}" for what, most in scene.tolerances.items())
+    met = " and ".join(f"{WORDS[what]} to {percent(most)}" for what, most in scene.tolerances.items())
     least = "; ".join(
         ("" if alone else f"{WORDS[what]}: ")
-        + ", ".join(f"{source} {error:.1g}" for source, error in trial.errors[what].items())
+        + ", ".join(f"{source} {percent(error, 1)}" for source, error in trial.errors[what].items())
         for what in scene.tolerances
     )
     trials = "first trial" if rounds == 1 else f"{rounds} trials"

@@ -34,8 +34,8 @@ class Analysis(Part):
     allow_unstable
         Accept a periodic motion that is unstable: small disturbances grow.
     start
-        Of "transient": "rigid" (links straight and without elastic velocity), "static" (bent by loads and rigid
-        motion), or the file of a result of "transient", to go on from its end. With freedoms there is no file, but
+        Of "transient": "rigid" (links straight and without elastic velocity) or "static" (bent by loads and rigid
+        motion). The file of a result of "transient" goes on from its end. With freedoms there is no file, but
         "smooth" (on the slow motion, without vibration).
     duration
         Of "transient" where nothing is driven: how long the motion goes on (s). It is given at `sub_intervals` equal
@@ -72,8 +72,8 @@ class Analysis(Part):
         Accept a strain error of more than 2 % by the steps, or 5 % by steps, mesh and modes. Also accept a joint force
         error of half of the largest, and positions that miss a corner of the rigid motion.
     allow_large
-        Accept deflections far beyond small ones: axes that turn by more than 1 rad against the rigid motion, or points
-        that move by more than the member's length.
+        Accept deflections far beyond small ones. Axes turn by more than 1 rad against the rigid motion, or points move
+        by more than the member's length.
     tension
         Axial force of the effect 'geometric-stiffness'. "rigid" is that of loads and rigid motion. "settled" is updated
         with the elastic response until it changes no more (collocation, quasi-static and static).

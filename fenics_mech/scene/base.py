@@ -113,7 +113,7 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
             check_texts(value, (*place, str(i)))
 
 
-def check_known(name: str, things: Iterable[str], kind: str, place: str) -> None:
+def check_known(name: str, things: Iterable[str], kind: str, place: str, of: str = "") -> None:
     """Raise `SceneError` unless there is a thing of that name.
 
     Parameters
@@ -126,6 +126,8 @@ def check_known(name: str, things: Iterable[str], kind: str, place: str) -> None
         What is named, in words, for the error: "section".
     place
         Dotted place in the scene, for the error.
+    of
+        What the thing is a part of, in words, where its name is short: " of link crank".
     """
     if name not in things:
-        raise SceneError(f"there is no {kind} {name!r}", place=place, hint=f"Known: {', '.join(things) or 'none'}")
+        raise SceneError(f"there is no {kind} {name!r}{of}", place=place, hint=f"Known: {', '.join(things) or 'none'}")

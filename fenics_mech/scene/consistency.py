@@ -62,10 +62,10 @@ def check_references(scene: Scene) -> None:
 
 
 def _check_point(scene: Scene, name: str, place: str) -> None:
-    body, point = name.split(".")
+    body = name.split(".", maxsplit=1)[0]
     check_known(body, ("ground", *scene.links), "link", place)
     points = scene.ground.points if body == "ground" else scene.links[body].points
-    check_known(point, points, f"point of {body}", place)
+    check_known(name, [f"{body}.{known}" for known in points], "point", place)
 
 
 def _check_mesh(scene: Scene) -> None:
@@ -183,7 +183,7 @@ def _check_members(scene: Scene) -> None:
         for name, member in link.members.items():
             place = f"links.{label}.members.{name}"
             for end in member.ends:
-                check_known(end, link.points, f"point of {label}", f"{place}.ends")
+                check_known(end, link.points, "point", f"{place}.ends", f" of link {label}")
             check_known(member.section, scene.sections, "section", f"{place}.section")
             if member.material is not None:
                 check_known(member.material, scene.materials, "material", f"{place}.material")
@@ -370,7 +370,7 @@ def _check_mobility(scene: Scene) -> None:
     if drives and drives > left:
         raise SceneError(
             f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "
-            f"freedoms, and {drives} are driven",
+            f"{'freedom' if left == 1 else 'freedoms'}, and {drives} are driven",
             place="joints",
             hint="A link has 3 freedoms; a pin of two bodies takes 2, a weld 3, a slot 1, a prismatic joint 2",
         )

@@ -27,6 +27,13 @@ class FileLimits:
 FILE = FileLimits()
 DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{FILE.deepest}}}")
 
+TOML_ADVICE = {  # by how tomllib's message starts
+    "Invalid value": "Write texts, names and numbers with a unit in quotes",
+    "Cannot overwrite a value": "The same key stands twice, or as a value and as a table",
+    "Cannot declare": "The same table stands twice: write its keys under one heading",
+    "Expected '=' after a key": "Write a key as name = value, and a heading as [table]",
+}
+
 
 def load(path: str | Path) -> Scene:
     """Read a scene file.
@@ -84,7 +91,8 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
             raise ValueError(f"the key {shortened(deep[0])} has more than {FILE.deepest} parts")
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also of numbers with too many digits
-        raise SceneError(f"not valid TOML: {error}", place=file) from error
+        advice = next((advice for start, advice in TOML_ADVICE.items() if str(error).startswith(start)), "")
+        raise SceneError(f"not valid TOML: {error}", place=file, hint=advice) from error
     try:
         if "drawing" in data:
             from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (most scenes have none)

@@ -22,7 +22,7 @@ ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself
 SENTENCES = {  # by pydantic's type of error, where its own words speak of Python
     "union_tag_invalid": "there is no kind {tag!r} here; known are {expected_tags}",
     "union_tag_not_found": "must be a table with a `kind`",
-    "tuple_type": "must be a list",
+    "tuple_type": "must be a list in square brackets",
     "dict_type": "must be a table",
     "model_type": "must be a table",
     "model_attributes_type": "must be a table",

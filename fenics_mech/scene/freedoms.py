@@ -32,8 +32,8 @@ class FormulaEffort(Part):
     Parameters
     ----------
     formula
-        Torque (N m) or force (N) as a formula of the time t (s), the joint's angle or stroke theta (rad or m), and its
-        rate omega (rad/s or m/s).
+        Torque (N m) or force (N) as a formula of the time t (s), of theta and of omega. These are the joint's angle or
+        stroke (rad or m), and its rate (rad/s or m/s).
 
     Examples
     --------

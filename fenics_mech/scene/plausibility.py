@@ -112,8 +112,10 @@ def _sections(scene: Scene) -> Found:
         if height < USUAL.thinnest * length:
             yield place + key, f"{what} {height:.3g} m high, as good as nothing, and {beside}"
         elif height > USUAL.highest * length:
-            meant = "" if custom else _likely(height, "m", (("mm", 1e-3),), 1e-3 * length, 0.5 * length)
-            yield place + key, f"{what} {height:.4g} m high, and {beside}: it is no beam{meant}"
+            stated = getattr(section, key.removeprefix("."), height) if key in (".height", ".diameter") else height
+            least = max(1e-3 * length, USUAL.thinnest_in_mm)
+            meant = "" if custom else _likely(stated, "m", (("mm", 1e-3),), least, 0.5 * length)
+            yield place + key, f"{what} {stated:.4g} m high, and {beside}: it is no beam{meant}"
         width = section.area / height if isinstance(section, CustomSection) else getattr(section, "width", None)
         if width is not None and not USUAL.narrowest <= width / length <= USUAL.widest:
             meant = "" if custom else _likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
@@ -140,7 +142,8 @@ def _proportions(scene: Scene) -> Found:
         return f"links.{scene.members()[label][0]}.points"
 
     label, longest = lengths[-1]
-    if longest > USUAL.longest:
+    too_long = longest > USUAL.longest
+    if too_long:
         meant = _likely(longest, "m", (("mm", 1e-3),), 0, USUAL.longest)
         yield place(label), f"member {label} is {longest:.6g} m long{meant}"
     if len(lengths) > 1:
@@ -149,7 +152,7 @@ def _proportions(scene: Scene) -> Found:
             meant = _likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
             yield (place(label), f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}")
         label, shortest = lengths[0]
-        if shortest < USUAL.least_alike * third:
+        if shortest < USUAL.least_alike * third and not too_long:
             meant = _likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
             yield (place(label), f"member {label} is {shortest:.4g} m long, and the next {third:.4g} m{meant}")
 

@@ -20,6 +20,7 @@ class Plausible:
     weakest: float = 1e-5  # strength over the modulus: concrete has 1e-4
     strongest: float = 1e11  # strength (Pa): carbon nanotubes have 6e10
     thinnest: float = 1e-4  # height of a section over the member's length: foil of 0.1 mm in 1 m
+    thinnest_in_mm: float = 1e-4  # height (m) that millimetres without a unit may have meant
     highest: float = 1.0  # the same: a beam is longer than high
     narrowest: float = 1e-5  # width over the length: a wire
     widest: float = 5.0  # the same: a flap is wide

@@ -18,7 +18,8 @@ def _share(value: Any) -> float:
     share = float(in_unit("1")(value))
     smallest, largest = SCENE.smallest_tolerance, SCENE.largest_tolerance
     if not smallest < share < largest:
-        raise ValueError(f"must be more than {smallest:g} and less than {largest:g}, found {shortened(value)}")
+        advice = f': write "{share:.6g} %" for percent' if largest <= share < 100 else ""
+        raise ValueError(f"must be more than {smallest:g} and less than {largest:g}, found {shortened(value)}{advice}")
     return share
 
 

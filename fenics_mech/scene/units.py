@@ -35,6 +35,8 @@ POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³⁴⁵⁶⁷⁸⁹](?![⁰¹²³⁴⁵⁶⁷⁸⁹.])")
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
+COMMA = re.compile(r"\d,\d")
+TWO_NUMBERS = re.compile(r"\d\s+(?!1\s*/)[\d.]")  # as "1 500 g", and not "5 1/s"
 FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+|1)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
 COMMON = {  # in SI, which pint takes half a second of every start to say
     "m": (1.0, {"m": 1}),
@@ -133,6 +135,10 @@ def _by_pint(text: str, unit: str) -> float:
         raise ValueError(f"cannot read {text!r} as a quantity: an exponent is one digit, as in m^2; {example}")
     if not any(map(str.isdigit, text)):  # as "auto"
         raise ValueError(f"cannot read {text!r} as a quantity; {example}")
+    if COMMA.search(text):  # pint would take 1,5 for 15
+        raise ValueError(f"cannot read {text!r} as a quantity: it has a comma. Write a decimal point; {example}")
+    if TWO_NUMBERS.search(text):  # pint would take 1 500 for 1 times 500, or 1e3 2 for the product
+        raise ValueError(f"cannot read {text!r} as a quantity: it has two numbers. Leave out the space; {example}")
     import pint  # noqa: PLC0415
 
     quantity: Any
@@ -142,6 +148,8 @@ def _by_pint(text: str, unit: str) -> float:
         raise ValueError(f"cannot read {text!r} as a quantity; {example}") from error
     if unit == "rad/s" and "hertz" in str(quantity.units):
         raise ValueError(f"{text!r} is a frequency, and 1 Hz is 2 pi rad/s; write rpm or rad/s")
+    if unit == "rad/s" and str(quantity.units) == "1 / minute":  # to pint 1/min is rad/min, and turns may be meant
+        raise ValueError(f"{text!r} does not say whether it counts turns or radians; write rpm or rad/s")
     bare = str(quantity.units) == "dimensionless"
     if (unit == "Hz" and "hertz" not in str(quantity.units) and not bare) or (unit == "1" and not quantity.unitless):
         raise ValueError(f"{text!r} has the wrong unit; {example}")

@@ -42,6 +42,6 @@ def rigid_body_strains(
     side = fields.coordinates["fibre"].index(fibre)
     strain = at_place(fields.variables["strain"][1][..., side], fields.coordinates["s"], s)
     return {
-        member: (fields.coordinates["theta"], strain[:, i], "rigid body (quasi-static)")
+        member: (fields.coordinates["theta"], strain[:, i], "without vibration (quasi-static)")
         for i, member in enumerate(fields.coordinates["member"])
     }

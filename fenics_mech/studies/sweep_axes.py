@@ -17,6 +17,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.build import build
 from fenics_mech.scene.models import OF_LINKS
+from fenics_mech.scene.units import COMMA
 
 MOST_POINTS = 1_000_000  # of a grid
 QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
@@ -227,6 +228,8 @@ def _split(text: str, count: int, form: str) -> tuple[str, list[str]]:
 def _ends(scene: Scene, path: str, first: str, last: str, form: str) -> tuple[float, float]:
     """Give the ends of a range in SI, whole numbers as such."""
     written = f"{first}:{last}"
+    if COMMA.search(written):
+        raise SceneError(f"{written!r} has a comma", place=path, hint="Write a decimal point")
     if (_number(first) is None) != (_number(last) is None):
         raise SceneError(
             f"one end of {written!r} has a unit and the other has none", place=path, hint="Write both alike"

@@ -43,7 +43,7 @@ def branch_figure(branch: Branch) -> Figure:
     data = branch.data
     kinds = (
         ("peak_strain", MICRO, "Largest strain", STRAIN),
-        ("peak_deflection", MILLI, "Largest elastic displacement", DEFLECTION),
+        ("peak_deflection", MILLI, "Largest deflection", DEFLECTION),
     )
     for axes, (name, scale, title, label) in zip(panels, kinds):
         for i, member in enumerate(data["member"].to_numpy()):

@@ -63,7 +63,7 @@ def plot_strain(
     path
         File to write, ending in one of `ENDINGS`.
     rigid
-        Drive angle (rad), strain, label of a rigid-body (quasi-static) curve at the same place.
+        Drive angle (rad), strain, label of a quasi-static curve of rigid links at the same place.
     s
         Place along the member, 0..1.
     fibre
@@ -174,7 +174,8 @@ def strain_figure(
     figure, (axes,) = figure_of(result)
     if rigid is not None and not in_time:
         axes.plot(*curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
-    method = "finite elements, quasi-static" if scene.analysis.method == "quasi-static" else "finite elements"
+    still = scene.analysis.method in ("quasi-static", "static")
+    method = "with deflection, quasi-static" if still else "with vibration"
     axes.plot(*_curve(result, strain), label=method, color=COLOURS[0], linestyle="-")
     for measurement in scene.measurements if not in_time else ():
         if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):

@@ -49,6 +49,7 @@ class ReportLimits:
 
     between_stations: float = 1e-3  # excess of a strain over that at the stations: four digits are printed
     harmonics: int = 4  # of each member: more do not fit a line of 80 columns
+    watts: float = 1.0  # power from which watts are written, and milliwatts below (W)
     rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding
 
 
@@ -145,14 +146,15 @@ def _energy(result: Result) -> Text:
     data = result.data
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
-    parts = [f"{cause} {number(MILLI * value)} mW" for cause, value in power.items()]
+    factor, unit = (1.0, "W") if max(map(abs, power.values()), default=0.0) >= REPORT.watts else (MILLI, "mW")
+    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items()]
     residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
-    text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(MILLI * residual)} mW"
+    text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(factor * residual)} {unit}"
     if not any(effect.couples for effect in _acting(result)):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
-        text += f", MORE than the {number(MILLI * bound)} mW that the estimated errors of the drives explain"
+        text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
     return Text(f"{text}.")
 
 

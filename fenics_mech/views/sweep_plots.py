@@ -84,7 +84,7 @@ def response_figure(sweep: Sweep) -> Figure:
     for axes in (upper, lower):
         _dot_beyond(axes, sweep)
     _settle(upper, sweep, "Largest strain in a cycle", STRAIN)
-    _settle(lower, sweep, "Largest elastic displacement in a cycle", DEFLECTION, last=True)
+    _settle(lower, sweep, "Largest deflection in a cycle", DEFLECTION, last=True)
     return figure
 
 

@@ -18,6 +18,7 @@ from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import LineLoad
+from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
 
 if TYPE_CHECKING:
     from fenics_mech.studies.check import Finding
@@ -76,7 +77,8 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
         elements = len(mesh.stations) - 1 if mesh.stations else mesh.elements
         length = f"{math.dist(*scene.member_ends(label)):.6g}"
         table.add_row(escape(label), length, member.section, member.material, str(elements))
-    counts = f"{len(scene.links)} links, {len(scene.joints)} joints, {len(scene.masses)} point masses"
+    counted = {"link": len(scene.links), "joint": len(scene.joints), "point mass": len(scene.masses)}
+    counts = ", ".join(_count(number, name) for name, number in counted.items() if number or name != "point mass")
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
@@ -111,11 +113,29 @@ def _in_si(scene: Scene) -> Table:
     return table
 
 
+def _count(number: int, name: str) -> str:
+    plural = "" if number == 1 else "es" if name.endswith("s") else "s"
+    return f"{number} {name}{plural}"
+
+
 def _acting(scene: Scene) -> Iterator[str]:
-    """Say which masses there are, and which loads act, in SI."""
+    """Say which rigid links, masses, springs and dampers there are, and which loads act, in SI."""
+    for name, link in scene.links.items():
+        if body := link.rigid:
+            yield (
+                f"rigid link {name}: {number(body.mass)} kg and {number(body.inertia)} kg m^2, "
+                f"centre of mass {_pair(body.centre)} m"
+            )
     for name, mass in scene.masses.items():
         turning = f" and {number(mass.inertia)} kg m^2" if mass.inertia else ""
         yield f"mass {name}: {number(mass.mass)} kg{turning} at {mass.at}"
+    for name, spring in scene.springs.items():
+        yield f"spring {name}: " + _spring(spring)
+    for name, damper in scene.dampers.items():
+        where = f"N m s/rad at joint {damper.joint}" if isinstance(damper, HingeDamper) else f"N s/m {_span(damper)}"
+        yield f"damper {name}: {number(damper.damping)} {where}"
+    if any(scene.gravity):
+        yield f"gravity: {_pair(scene.gravity)} m/s^2"
     for name, load in scene.loads.items():
         if isinstance(load, LineLoad):
             ends = " to ".join(_pair(end) for end in (load.line, load.line_end) if end is not None)
@@ -126,6 +146,21 @@ def _acting(scene: Scene) -> Iterator[str]:
         low, high = map(number, load.factor_range)
         varies = "" if load.factor is None else f", times a factor from {low} to {high} ({load.factor.kind})"
         yield f"load {name}: {what} {where}{varies}"
+
+
+def _spring(spring: LineSpring | HingeSpring) -> str:
+    """Write stiffness, place and free length or angle of a spring."""
+    if isinstance(spring, HingeSpring):
+        free = None if spring.angle is None else f"free angle {_degrees(spring.angle)}"
+        text, kind = f"{number(spring.stiffness)} N m/rad at joint {spring.joint}", "angle"
+    else:
+        free = None if spring.length is None else f"free length {number(spring.length)} m"
+        text, kind = f"{number(spring.stiffness)} N/m {_span(spring)}", "length"
+    return f"{text}, {free or f'free {kind} as at drive angle 0'}"
+
+
+def _span(line: Line) -> str:
+    return f"from {line.between[0]} to {line.between[1]}"
 
 
 def _pair(values: tuple[float, float]) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech import load
 from fenics_mech.accuracy.corrected_response import MESH_SAFETY
-from fenics_mech.accuracy.estimate import Errors, between_stations, left_out
+from fenics_mech.accuracy.estimate import Errors, _advice, between_stations, left_out
 from fenics_mech.accuracy.quantities import places_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
@@ -464,6 +464,14 @@ def test_harmonics():
     found = ratio(analysed(scene).data, exact, "harmonics")  # measured 2.0 to 6.1
     assert (found > 1).all()
     assert (found < 8).all()
+
+
+def test_steps_too_long_for_a_vibration_that_nothing_damps_ask_for_damping(seed):
+    free = seed.changed(damping={})
+    assert _advice(seed, "time", 2.0).startswith("Take at least")
+    assert _advice(free, "time", 2.0).startswith("State the damping, as nothing damps the vibration, or take at least")
+    dampers = {"d": {"joint": "C", "damping": 0.001}}
+    assert _advice(free.changed(dampers=dampers), "time", 2.0).startswith("Take at least")
 
 
 def test_too_coarse_a_mesh_is_refused_with_what_to_do():

@@ -166,7 +166,7 @@ def test_a_tolerance_of_the_deflection_is_met_and_one_of_the_strain_does_not_car
     )
     assert abs(tip_of(of_strain) / TIP - 1) > 2e-3
     assert 1e-5 < abs(tip_of(of_both) / TIP - 1) < 1e-3
-    assert of_both.data.attrs["chosen"].startswith("strains to 0.01 and deflections to 0.001, met by ")
+    assert of_both.data.attrs["chosen"].startswith("strains to 1 % and deflections to 0.1 %, met by ")
 
 
 def test_a_tolerance_of_deflections_and_torques_against_a_finer_run():
@@ -199,6 +199,7 @@ def test_a_torque_of_what_nothing_drives_has_no_tolerance():
         ({"stress": 1e-3}, "tolerance: .*'stress'; known quantities are strain, deflection, joint_force, torque"),
         ({}, "tolerance: names no quantity"),
         ({"deflection": 2.0}, "tolerance: of deflection: must be more than 1e-08 and less than 1, found 2"),
+        (1, 'tolerance: must be more than 1e-08 and less than 1, found 1: write "1 %" for percent'),
         ({"deflection": "1 mm"}, "tolerance: of deflection: .*wrong unit"),
         ([1e-3], "tolerance: expected a number"),
     ],

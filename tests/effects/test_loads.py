@@ -262,7 +262,7 @@ def test_factors():
 @pytest.mark.parametrize(
     ("load", "message"),
     [
-        ({"at": "beam.X"}, "no point of beam 'X'"),
+        ({"at": "beam.X"}, "no point 'beam.X'"),
         ({"at": "ground.O"}, "on the ground has no effect"),
         ({"at": "nowhere"}, "no joint 'nowhere'"),
         ({"at": "rod@0.3"}, "no member 'rod'"),

@@ -250,7 +250,7 @@ def test_units_are_read():
 @pytest.mark.parametrize(
     ("spring", "place", "words"),
     [
-        ({"between": ("crank.X", "ground.O"), "stiffness": 1}, "springs.s.between", "no point of crank"),
+        ({"between": ("crank.X", "ground.O"), "stiffness": 1}, "springs.s.between", "no point 'crank.X'"),
         ({"between": ("crank.A", "coupler.A"), "stiffness": 1}, "springs.s.between", "no direction"),
         ({"between": ("crank.A", "crank.A"), "stiffness": 1}, "springs.s.between", "no direction"),
         ({"between": ("ground.O", "ground.C"), "stiffness": 1}, "springs.s.between", "one rigid body"),

@@ -63,6 +63,9 @@ CASES = {
         "at most 500 entries",
     ),
     # TOML
+    "no quotes": (before("effects = auto"), "Write texts, names and numbers with a unit in quotes"),
+    "key twice": (before('name = "a"\nname = "b"'), "The same key stands twice"),
+    "no list": (before("gravity = 9.81"), "must be a list in square brackets, found 9.81"),
     "deep arrays": (before("gravity = " + "[" * 10**5 + "]" * 10**5), "not valid TOML"),
     "deep tables": (before("gravity = " + "{a = " * 10**5 + "1" + "}" * 10**5), "not valid TOML"),
     "deep key": (before("gravity" + ".a" * 10**5 + " = 1"), "more than 30 parts"),

@@ -322,7 +322,7 @@ BAD_SCENE = {
         "links.rocker.members.uper",
         "'upper'",
     ),
-    "misspelled point": ([('"rocker.W"', '"rocker.V"')], "", "masses.W.at", "no point of rocker 'V'"),
+    "misspelled point": ([('"rocker.W"', '"rocker.V"')], "", "masses.W.at", "no point 'rocker.V'"),
     "misspelled joint": ([('joint = "O"', 'joint = "Q"')], "", "drive.joint", "no joint 'Q'"),
     "drawn angle": ([], "[links]\nrocker = { angle = 1 }", "links.rocker.angle", "the drawing gives 'angle'"),
     "unknown key of a link": ([], "[links]\nrocker = { sections = 'bar' }", "links.rocker.sections", "unknown key"),

@@ -64,7 +64,7 @@ BAD = {
     "not finite": ("= [0, 0], A", "= [nan, 0], A", "links.crank.points.O", "finite"),
     "unknown key": ("ratio = 0.02", "ratios = 0.02", "damping.ratios (line 51)", "unknown key"),
     "missing key": ('fibre = "0.8 mm"', "", "sections.strip.fibre", "missing"),
-    "unknown point": ('["crank.A", ', '["crank.X", ', "joints.A.connect (line 38)", "no point of crank 'X'"),
+    "unknown point": ('["crank.A", ', '["crank.X", ', "joints.A.connect (line 38)", "no point 'crank.X'"),
     "unknown link": ('"coupler.B", ', '"copler.B", ', "joints.B.connect", "no link 'copler'"),
     "unknown section": ('section = "crank"', 'section = "tube"', "links.crank.members.OA.section", "no section 'tube'"),
     "joint to itself": ('["crank.A", "coupler.A"]', '["crank.A", "crank.O"]', "joints.A", "already in joint 'O'"),

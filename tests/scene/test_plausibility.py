@@ -100,6 +100,13 @@ def test_wrong_magnitudes_are_named_with_their_place(mistake):
     assert what in said
 
 
+def test_a_section_higher_than_long_is_told_by_its_own_height():
+    beam = {"shape": "I", "height": "400 mm", "width": "12 mm", "flange": "2 mm", "web": "1.5 mm"}
+    (warning,) = implausible(with_changes({"sections.strip": beam}))
+    assert warning.startswith("sections.strip.height: the section is 0.4 m high, and member ")
+    assert "it is no beam" in warning
+
+
 def test_laws_in_degrees_or_milliseconds():
     law = {"kind": "harmonics", "mean": 40, "cosine": [-30]}
     (warning,) = implausible(with_changes({"drive.0.law": law}, "manipulator"))

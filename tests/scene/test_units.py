@@ -35,6 +35,25 @@ def test_no_quantity_for_another(text, unit):
         in_unit(unit)(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "why"),
+    [
+        ("1,5 mm", "m", "comma"),  # pint takes it for 15 mm
+        ("7,850 kg/m^3", "kg/m**3", "comma"),
+        ("1 500 g", "kg", "two numbers"),  # pint takes it for 500 g
+        ("200 1/min", "rad/s", "turns or radians"),  # pint takes it for rad/min
+    ],
+)
+def test_what_another_reader_would_misread_is_refused(text, unit, why):
+    with pytest.raises(ValueError, match=why):
+        in_unit(unit)(text)
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), [("5 1/min", "1/s", 1 / 12), ("3 1/s", "rad/s", 3.0)])
+def test_a_rate_without_a_unit_of_angle(text, unit, value):
+    assert in_unit(unit)(text) == pytest.approx(value, rel=1e-14)
+
+
 @pytest.mark.parametrize("name", COMMON)
 def test_common_units_are_as_pint_has_them(name):
     unit = "*".join([*(f"{symbol}**{2 * power}" for symbol, power in COMMON[name][1].items()), "s"])

@@ -291,6 +291,7 @@ def test_lack_of_memory_is_not_an_answer(arm, tmp_path, monkeypatch):
         ("drive.speed=1:nan:4", "finite"),
         ("drive.speed=1 kg:2 kg:4", "wrong unit"),
         ("drive.speed=1:2 rad/s:4", "has a unit and the other has none"),
+        ("drive.speed=1,5:2:4", "has a comma"),
         ("drive.sped=1:2:3", "There are joint, speed"),
         ("links.rod.angle=1:2:3", "There are crank, coupler, follower"),
         ("name.x=1:2:3", "nothing below"),

@@ -10,7 +10,7 @@ import fenics_mech.analysis
 import fenics_mech.planning.discretisation
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
-from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError
+from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import missed_corner, solve_motion
 from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.meet_tolerance import _next, within
@@ -53,7 +53,7 @@ def scene_of(name):
 def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     result = analysed(scene_of(name).changed(tolerance=tolerance))
     assert tolerance / 100 < true_error(result) < tolerance
-    assert result.data.attrs["chosen"].startswith(f"strains to {tolerance:g}, met by collocation")
+    assert result.data.attrs["chosen"].startswith(f"strains to {percent(tolerance)}, met by collocation")
 
 
 @pytest.mark.parametrize("name", [pytest.param("seed", marks=pytest.mark.slow), "slider_crank"])

@@ -41,7 +41,7 @@ def test_strain_curve_is_the_result_in_microstrain_over_degrees(result):
     theta = np.linspace(0, 2 * np.pi, 50)
     figure = strain_figure(result, "coupler", s=0.25, fibre="-", rigid=(theta, np.sin(theta), "by hand"))
     found = curves(figure.axes[0])
-    angle, strain = found["finite elements"]
+    angle, strain = found["with vibration"]
     assert angle[::30] == pytest.approx(np.arange(24) * 15.0)  # smooth between 24 positions
     assert strain[::30] == pytest.approx(MICRO * result.strain_at("coupler", 0.25, "-"), rel=1e-12)
     assert found["by hand"][1].max() == pytest.approx(MICRO, rel=1e-2)
@@ -69,7 +69,7 @@ def test_curves_close_at_a_full_turn(result):
 
 def test_a_drive_that_turns_back_is_drawn_from_0_to_360_degrees(result):
     backward = Result(result.data.assign_coords(theta=-result.data["theta"]))
-    angle, strain = curves(strain_figure(backward, "coupler").axes[0])["finite elements"]
+    angle, strain = curves(strain_figure(backward, "coupler").axes[0])["with vibration"]
     assert (np.diff(angle) > 0).all()
     assert strain[30::30] == pytest.approx(MICRO * result.strain_at("coupler")[:0:-1])  # smooth between 24 positions
 

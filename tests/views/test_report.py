@@ -133,6 +133,7 @@ def test_overview_of_scene_files(tmp_path, demo_text):
     assert row(text, "coupler") == ["coupler", "0.2794", "strip", "aluminium", "3"]
     in_si = text.split("The same in SI")[1]  # 0.406 cm^2 and 8.67e-4 cm^4 of 71 GPa and 2714 kg/m^3
     assert row(in_si, "coupler") == ["coupler", "0.03079", "2.883e+06", "0.6156", "0.4621"]
+    assert text.splitlines()[1].startswith("3 links, 4 joints, 2 point masses; joint O at")
     assert "mass A: 0.0452 kg at crank.A" in text
     assert "turns through the whole cycle" in text
     file.write_text(
@@ -142,6 +143,25 @@ def test_overview_of_scene_files(tmp_path, demo_text):
     assert "dead centre" in printed(scene_overview(scene, reachable_range(scene)))
     with pytest.raises(SceneError):
         load(tmp_path / "lost.toml")
+
+
+def test_overview_tells_rigid_links_springs_dampers_and_weight(seed):
+    ends, follower = {"between": ("follower.B", "ground.O")}, seed.links["follower"]
+    scene = seed.changed(
+        gravity=(0.0, -9.81),
+        links=seed.links | {"follower": {"points": follower.points, "rigid": {"mass": 0.3}, "angle": follower.angle}},
+        masses={"A": {"at": "crank.A", "mass": 0.1}},
+        springs={"s": {**ends, "stiffness": 40.0, "length": 0.2}, "h": {"joint": "C", "stiffness": 0.5}},
+        dampers={"d": {**ends, "damping": 2.0}, "b": {"joint": "C", "damping": 0.001}},
+    )
+    text = " ".join(printed(scene_overview(scene, reachable_range(scene))).split())
+    assert "3 links, 4 joints, 1 point mass; " in text
+    assert "rigid link follower: 0.3 kg and 0 kg m^2, centre of mass (0, 0) m" in text
+    assert "spring s: 40 N/m from follower.B to ground.O, free length 0.2 m" in text
+    assert "spring h: 0.5 N m/rad at joint C, free angle as at drive angle 0" in text
+    assert "damper d: 2 N s/m from follower.B to ground.O" in text
+    assert "damper b: 0.001 N m s/rad at joint C" in text
+    assert "gravity: (0, -9.81) m/s^2" in text
 
 
 def test_a_structure_that_nothing_drives_is_summarised_and_drawn(tmp_path):

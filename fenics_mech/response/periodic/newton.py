@@ -170,6 +170,6 @@ def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Arr
         hint = "Lower the load: an axis may turn by less than 90 degrees from its straight line"
     return kind(
         f"no {sought} found: Newton's method stopped after {iterations} "
-        f"iterations at {factor:.3g} of the load, with a relative residual of {left:.1e}, largest at drive angle "
+        f"iterations at {factor:.3g} of the load. The relative residual is {left:.1e}, largest at drive angle "
         f"{theta:.6g} deg, where link {bent} bends most. {hint}"
     )

@@ -266,9 +266,9 @@ class Coefficients:
     def _check_size(self, cycle: int, start: Array, windows: int) -> None:
         if windows > TABLE.most_windows or windows * TABLE.nodes * int(self._ends[-1]) > TABLE.most_entries:
             raise SolverError(
-                f"the matrices or loads change too fast to be interpolated, at {cycle * self.cycle + start[0]:.6g} s, "
-                "or are lost in rounding beside a far too stiff spring or damper. Give smoother loads and laws of the "
-                "drive, or a larger time_tolerance"
+                f"the matrices or loads change too fast to be interpolated, at {cycle * self.cycle + start[0]:.6g} s; "
+                "or they are lost in rounding beside a far too stiff spring or damper. Give smoother loads and laws "
+                "of the drive, or a larger time_tolerance"
             )
 
     def _parts(self, equation: Equation) -> list[Array]:

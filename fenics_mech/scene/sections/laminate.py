@@ -51,7 +51,7 @@ class LaminateSection(Section):
     plies
         The plies, from the side opposite to the member's normal ("-") to the normal's side ("+").
     axis
-        Where the member's axis, with its pins, welds and loads, passes the section: along the "neutral" line, or in the
+        Where the member's axis, with its pins, welds and loads, passes the section. It is the "neutral" line, or the
         "middle" of the thickness. Both are one line where the laminate is symmetric.
 
     Examples

@@ -68,8 +68,8 @@ class PolygonSection(Section):
     shear_factor
         Share of the sum of G A over the polygons that carries shear; it has no default.
     axis
-        Where the member's axis, with its pins, welds and loads, passes the section: along the "neutral" line, in the
-        "middle" between the outer fibres, or at the "origin", y = 0.
+        Where the member's axis, with its pins, welds and loads, passes the section. It is the "neutral" line, the
+        "middle" between the outer fibres, or the "origin", y = 0.
 
     Examples
     --------
