@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech._sparse import ProductPairs, Stack
-from fenics_mech.effects.terms import Law
+from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.mechanism.transformation import Transformation
 
 
@@ -145,7 +145,7 @@ class NonlinearModalForces:
 
     linear: ModalForces
     axial: Array
-    law: Law
+    law: ArcLength
     transformation: Transformation
     jets: tuple[Array, Array]
 
