@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
 from fenics_mech.effects.terms import (
     NOTHING,
     UNLOADED,
@@ -33,13 +33,12 @@ __all__ = [
     "UNLOADED",
     "AddedMatrices",
     "AxialForces",
+    "AxialStiffness",
     "Effect",
     "Entries",
     "Loads",
     "Situation",
-    "StressStiffening",
     "Terms",
-    "UnevenTension",
     "active",
     "build_terms",
     "loads_at_nodes",

@@ -6,7 +6,7 @@ import math
 
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.effects.effect import Effect, Survey
-from fenics_mech.effects.given_axial_forces import UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialStiffness
 from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.effects.terms import Situation, Terms
 
@@ -17,7 +17,7 @@ def terms(situation: Situation) -> Terms:
     axis, stretching = beams.bent_axis, beams.stretching
     rigidity = beams.rigidity.axial.mean / beams.mesh.cell_length
     of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, material)
-    uneven = (UnevenTension.of(beams, situation.uneven()),)
+    uneven = AxialStiffness.uneven(beams, situation.uneven())
     if beams.reduction is None:
         return Terms(law=of_nodes, uneven=uneven)
     coordinates, shape = beams.reduction.of_elements

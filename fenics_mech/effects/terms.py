@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_dofs import element_dofs
-from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -311,16 +311,15 @@ class Terms(_Sum):
     matrices: AddedMatrices = AddedMatrices()
     damping: ProportionalDamping = ProportionalDamping()
     acceleration: Array | None = None
-    stiffening: StressStiffening | None = None
-    uneven: tuple[UnevenTension, ...] = ()
+    stiffening: AxialStiffness | None = None
+    uneven: AxialStiffness | None = None
     law: ArcLength | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
 
     @property
     def axial_stiffness(self) -> tuple[Array, ...]:
         """Blocks of the elements by axial forces that are given, in link axes, ``(angles, elements, 6, 6)`` each."""
-        even = () if self.stiffening is None else (self.stiffening.blocks,)
-        return (*even, *(part.blocks for part in self.uneven))
+        return tuple(part.blocks for part in (self.stiffening, self.uneven) if part is not None)
 
 
 NOTHING, UNLOADED = Terms(), Loads()

@@ -105,7 +105,7 @@ def element_tension(system: System, response: ElasticResponse) -> Array | None:
     law = system.terms.law
     if law is not None and response.velocity is not None:
         return law.on_elements.tension(system.to_links(response.displacement), response.velocity)
-    return None if system.terms.stiffening is None else system.terms.stiffening.tension
+    return None if system.terms.stiffening is None else system.terms.stiffening.force
 
 
 def uneven_tension(system: System, response: ElasticResponse) -> Array:

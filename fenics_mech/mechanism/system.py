@@ -78,7 +78,7 @@ class System:
     @property
     def without_axial_forces(self) -> System:
         """The mechanism without axial forces on its bending."""
-        return self.with_terms(replace(self.terms, stiffening=None, uneven=()))
+        return self.with_terms(replace(self.terms, stiffening=None, uneven=None))
 
     @cached_property
     def applied(self) -> Array:
