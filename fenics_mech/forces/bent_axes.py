@@ -65,7 +65,7 @@ def of_bent_axis(
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
     if law is None:
         return change, np.zeros_like(change)
-    shear, arm = statics(system, response, ends, inertia_of(system, response, of), loads, of, inner)[1], _arm(slope)
+    shear, arm = statics(system, response, ends, loads, of, inner)[1], _arm(slope)
     longer = law.on_elements.shortening(v)[:, element]  # of whole elements
     change += _up_to(shear * arm, h[element] * xi) - ends[:, element, 2] * _arm(nodal[:, element, 2])
     return change, _up_to(arm, h[element] * xi) + longer * xi

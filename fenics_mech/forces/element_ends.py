@@ -14,19 +14,6 @@ from fenics_mech.forces.reduced_members import response_of_reduced_members
 from fenics_mech.mechanism import System
 
 
-def element_forces(system: System, response: ElasticResponse) -> Array:
-    """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
-    """
-    return balanced(system, response)[0]
-
-
 def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     """Forces on the elements' ends, ``(angles, elements, 6)``, and the displacement v that goes with them.
 

@@ -59,7 +59,7 @@ def by_rotary_inertia(
     rate = _rotation(system, turning, element)
     terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
     up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
-    particular = between_clamped_ends(SLOPES, xi, at_elements(shear_number(beams), element), order=3)
+    particular = between_clamped_ends(SLOPES, xi, shear_number(beams)[element], order=3)
     bent = rotary.mean[element] * h**3 * np.sum(rate * particular, -1)
     return h * np.sum(rate * up_to, -1), bent
 
@@ -92,13 +92,13 @@ def by_mass_beside_axis(
     """
     h = system.beams.mesh.cell_length[element]
     along = _of_neutral_line(system, response, element)[0]
-    particular = between_clamped_ends(SHAPES, xi, at_elements(shear_number(system.beams), element), order=3)
+    particular = between_clamped_ends(SHAPES, xi, shear_number(system.beams)[element], order=3)
     on_arm = -mass_moment[element]
     return on_arm * h * np.sum(along * integral(SHAPES, xi), -1), on_arm * h**3 * np.sum(along * particular, -1)
 
 
-def shear_number(beams: Beams) -> Array | None:
-    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear.
+def shear_number(beams: Beams) -> Array:
+    """EI/(G A_s) over the length squared of the elements, ``(elements,)``; 0 where they are rigid in shear.
 
     Parameters
     ----------
@@ -106,21 +106,8 @@ def shear_number(beams: Beams) -> Array | None:
         The links' matrices.
     """
     if beams.rigidity.shear is None:
-        return None
+        return np.zeros(len(beams.mesh.cell))
     return beams.rigidity.bending.mean / beams.rigidity.shear.mean / beams.mesh.cell_length**2
-
-
-def at_elements(values: Array | None, element: Index) -> Array | None:
-    """Values of some elements; None where there are none.
-
-    Parameters
-    ----------
-    values
-        One value for each element.
-    element
-        The elements.
-    """
-    return None if values is None else values[element]
 
 
 def inertia_of(system: System, response: ElasticResponse, element: Index) -> tuple[Array, Array]:

@@ -32,7 +32,6 @@ from fenics_mech.forces.element_ends import balanced, element_tension, uneven_te
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad
 from fenics_mech.forces.inertia import (
     SHAPES,
-    at_elements,
     by_mass_beside_axis,
     by_rotary_inertia,
     inertia_of,
@@ -40,7 +39,7 @@ from fenics_mech.forces.inertia import (
     scaled,
     shear_number,
 )
-from fenics_mech.forces.statics import forces_inside, mass_up_to, spread_and_point_loads, statics
+from fenics_mech.forces.statics import mass_up_to, spread_and_point_loads, statics
 from fenics_mech.mechanism import System
 
 
@@ -98,11 +97,11 @@ def recover_members(
     beams = system.beams
     element, xi = locate(beams, s)
     h = beams.mesh.cell_length[element]
-    inertia, (ends, v) = inertia_of(system, response, element), balanced(system, response)
-    axial, shear, moment = statics(system, response, ends, inertia, loads, element, xi)
+    ends, v = balanced(system, response)
+    axial, shear, moment = statics(system, response, ends, loads, element, xi)
     displacement = nodal_in_members(system, v)[:, element]
     u, w, slope = by_shape_functions(displacement, h, xi)
-    extra_u, extra_w = between_nodes(system, response, element, xi, loads, inertia, v)
+    extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
     u, w = u + extra_u, w + extra_w
     if beams.layout.offsets is not None:  # from the neutral line to the axis
         sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
@@ -156,7 +155,7 @@ def section_forces(
 
     Parameters are those of `recover_members`.
     """
-    return forces_inside(system, response, *locate(system.beams, s), loads)
+    return statics(system, response, balanced(system, response)[0], loads, *locate(system.beams, s))
 
 
 def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
@@ -185,7 +184,6 @@ def between_nodes(
     element: Index,
     xi: Array,
     loads: Sequence[PointLoad] = (),
-    inertia: tuple[Array, Array] | None = None,
     v: Array | None = None,
 ) -> tuple[Array, Array]:
     """Displacements along and across the member that the shape functions leave out, ``(angles, places)`` each (m).
@@ -200,16 +198,16 @@ def between_nodes(
         As of `recover_members`.
     element, xi
         Places 0..1 in elements.
-    inertia, v
-        From `inertia_of` and `balanced`, where they are known.
+    v
+        Displacement from `balanced`, where it is known.
     """
     beams = system.beams
     h, rho_a, number = (
         beams.mesh.cell_length[element],
         beams.inertia.density.mean[element],
-        at_elements(shear_number(beams), element),
+        shear_number(beams)[element],
     )
-    along, across = inertia_of(system, response, element) if inertia is None else inertia
+    along, across = inertia_of(system, response, element)
     varies = beams.rigidity.varies
     u, w = np.zeros((2, *along.shape[:2]))
     if not varies:
@@ -276,7 +274,7 @@ def bent_by_tension(system: System, response: ElasticResponse, tension: Array, e
         Places 0..1 in elements, ``(places,)`` each.
     """
     beams, slope = system.beams, uneven_tension(system, response)
-    h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
+    h, number = beams.mesh.cell_length[element], shear_number(beams)[element]
     nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
     of_mean, of_slope = (
         np.sum(nodal * between_clamped_ends(tuple((force * f.deriv()).deriv() for f in CUBIC), xi, number), -1)
