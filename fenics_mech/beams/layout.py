@@ -16,9 +16,9 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, each
 from fenics_mech._petsc import to_petsc, to_scipy
-from fenics_mech.beams.element_dofs import element_dofs, member_rotation
+from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
@@ -140,6 +140,17 @@ class Layout:
             tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
             tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
         return tie
+
+    def hermite_dofs(self, nodal: Array) -> Array:
+        """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
+
+        Parameters
+        ----------
+        nodal
+            Values of the nodal dofs, ``(angles, nodal dofs)``.
+        """
+        values = in_member_axes(self.mesh, nodal)
+        return each(self.tie, values) if self.tied else values
 
     def work_equivalent(self, line: Array) -> Array:
         """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`.

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, each, times
+from fenics_mech._arrays import Array, times
 from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
@@ -141,6 +141,12 @@ class AirFlow:
         linear = np.einsum("tep,tepj->tej", by_place, powers)
         return linear, np.einsum("tep,tepj->tej", by_place * self.across / 2, powers)
 
+    @property
+    def _units(self) -> Array:
+        """Elements' dofs by those of unit elements, ``(elements, 6)``: rotations times the length."""
+        one, h = np.ones_like(self.beams.mesh.cell_length), self.beams.mesh.cell_length
+        return np.stack([one, one, h] * 2, axis=-1)
+
     def linearised(self, turned: bool = False) -> Linearised:
         """Linearise the drag about the rigid motion; or the same forces turned by a quarter clockwise.
 
@@ -164,11 +170,7 @@ class AirFlow:
 
     def _tied(self, forces: Array) -> Array:
         """Carry forces or matrices over Hermite's functions of the unit element to the elements' nodal dofs."""
-        mesh, layout = self.beams.mesh, self.beams.layout
-        tie = layout.tie if layout.tied else np.tile(np.eye(6), (len(mesh.cell), 1, 1))
-        length = np.ones((len(mesh.cell), 6))
-        length[:, [2, 5]] = mesh.cell_length[:, None]
-        tie = length[..., None] * tie
+        tie = self._units[..., None] * self.beams.layout.tie
         if forces.ndim == 3:
             return np.einsum("eji,tej->tei", tie, forces)
         return np.asarray(tie.transpose(0, 2, 1) @ forces @ tie)
@@ -195,9 +197,6 @@ class AirFlow:
         line = np.concatenate([along, across], axis=-1)
         return Loads(line=line, ends=ends - self.beams.layout.work_equivalent(line))
 
-    def _hermite(self, nodal: Array) -> Array:
-        return each(self.beams.layout.tie, nodal) if self.beams.layout.tied else nodal
-
     def left_out(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Give the part of the drag in a motion that the linearised drag leaves out.
 
@@ -212,11 +211,8 @@ class AirFlow:
             Forces on the elements' ends in member axes, ``(angles, elements, 6)``, and the bound
             ``int k (V - V_0)^2 dx`` of their sum (N), ``(angles, elements)``.
         """
-        mesh, (xi, weights) = self.beams.mesh, self.points
-        h = mesh.cell_length[:, None]
-        length = np.ones((len(mesh.cell), 6))
-        length[:, [2, 5]] = mesh.cell_length[:, None]
-        nodal, rates = (self._hermite(in_member_axes(mesh, vectors)) * length for vectors in (v, rate))
+        h, (xi, weights) = self.beams.mesh.cell_length[:, None], self.points
+        nodal, rates = (self.beams.layout.hermite_dofs(vectors) * self._units for vectors in (v, rate))
         slope = nodal @ SLOPE / h
         shape = rates @ ACROSS + self.omega[..., None] * (nodal @ ALONG) - self.along[..., None] * slope
         powers = xi[..., None] ** np.arange(4)

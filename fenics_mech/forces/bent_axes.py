@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad
-from fenics_mech.forces.inertia import inertia_of, nodal_in_members, scaled
+from fenics_mech.forces.inertia import inertia_of, scaled
 from fenics_mech.forces.statics import mass_up_to, spread_and_point_loads, statics
 from fenics_mech.mechanism import System
 
@@ -60,7 +60,7 @@ def of_bent_axis(
     """
     h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
     inner, of = np.outer(xi, (PLACES + 1) / 2).ravel(), np.repeat(element, len(PLACES))
-    nodal = nodal_in_members(system, v)
+    nodal = system.beams.layout.hermite_dofs(v)
     slope = by_shape_functions(nodal[:, of], h[of], inner)[2]
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
     if law is None:

@@ -35,7 +35,6 @@ from fenics_mech.forces.inertia import (
     by_mass_beside_axis,
     by_rotary_inertia,
     inertia_of,
-    nodal_in_members,
     scaled,
     shear_number,
 )
@@ -99,7 +98,7 @@ def recover_members(
     h = beams.mesh.cell_length[element]
     ends, v = balanced(system, response)
     axial, shear, moment = statics(system, response, ends, loads, element, xi)
-    displacement = nodal_in_members(system, v)[:, element]
+    displacement = system.beams.layout.hermite_dofs(v)[:, element]
     u, w, slope = by_shape_functions(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
     u, w = u + extra_u, w + extra_w
@@ -144,7 +143,8 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
         Of shape ``(angles, members, stations, 2)``.
     """
     element, xi = locate(system.beams, s)
-    u, w, _ = by_shape_functions(nodal_in_members(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
+    h, nodal = system.beams.mesh.cell_length[element], system.beams.layout.hermite_dofs(v)[:, element]
+    u, w, _ = by_shape_functions(nodal, h, xi)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
 
 
@@ -202,17 +202,14 @@ def between_nodes(
         Displacement from `balanced`, where it is known.
     """
     beams = system.beams
-    h, rho_a, number = (
-        beams.mesh.cell_length[element],
-        beams.inertia.density.mean[element],
-        shear_number(beams)[element],
-    )
+    h, rho_a = beams.mesh.cell_length[element], beams.inertia.density.mean[element]
     along, across = inertia_of(system, response, element)
     varies = beams.rigidity.varies
     u, w = np.zeros((2, *along.shape[:2]))
     if not varies:
         u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
-        w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
+        shapes = between_clamped_ends(SHAPES, xi, shear_number(beams)[element])
+        w -= rho_a * h**4 * np.sum(across * shapes, -1)
     if beams.inertia.rotary is not None:
         w += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[1]
     if beams.mass_moment is not None:
@@ -275,7 +272,7 @@ def bent_by_tension(system: System, response: ElasticResponse, tension: Array, e
     """
     beams, slope = system.beams, uneven_tension(system, response)
     h, number = beams.mesh.cell_length[element], shear_number(beams)[element]
-    nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
+    nodal = scaled(system.beams.layout.hermite_dofs(system.to_links(response.displacement))[:, element][..., NORMAL], h)
     of_mean, of_slope = (
         np.sum(nodal * between_clamped_ends(tuple((force * f.deriv()).deriv() for f in CUBIC), xi, number), -1)
         for force in (Polynomial([1]), Polynomial([-1, 2]))
