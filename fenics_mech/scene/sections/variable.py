@@ -45,7 +45,7 @@ def _read(unit: str) -> Callable[[Any], Any]:
 
 def _positive(profile: Any) -> Any:
     with np.errstate(all="ignore"):
-        values = values_along(profile, CHECKED_PLACES)
+        values = _values_along(profile, CHECKED_PLACES)
     bad = ~(np.isfinite(values) & (values > 0))
     if bad.any():
         i = int(np.argmax(bad))
@@ -66,28 +66,14 @@ def _profile(unit: str) -> Any:
     return Annotated[float | str | tuple[float, ...], BeforeValidator(_read(unit)), AfterValidator(_positive), schema]
 
 
-def values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
-    """Values of a profile at places s; a table is joined by monotone cubics (Fritsch and Butland, 1984).
-
-    Parameters
-    ----------
-    profile
-        One value, a formula of s, or values at equally spaced places.
-    s
-        Places along the member, 0..1, ``(places,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape ``(places,)``, in the unit of the profile.
-    """
+def _values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
+    """Values of a profile at places, ``(places,)``; tables by monotone cubics (Fritsch and Butland, 1984)."""
     if isinstance(profile, tuple):
         from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  (slow to import, and few sections have tables)
 
         return np.asarray(PchipInterpolator(np.linspace(0, 1, len(profile)), profile)(s))
     if isinstance(profile, str):
-        functions = {name: getattr(np, name) for name in FUNCTIONS}
-        return np.broadcast_to(Formula(profile, ("s",))(functions, s=s), s.shape)
+        return np.broadcast_to(Formula(profile, ("s",))(FUNCTIONS, s=s), s.shape)
     return np.full_like(s, profile)
 
 
@@ -132,7 +118,7 @@ class VariableSection(Section):
         stock
             The member's material.
         """
-        area, inertia, fibre = (values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
+        area, inertia, fibre = (_values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
         return of_one_material(s, stock.material, area, inertia, fibre)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
@@ -148,7 +134,7 @@ class VariableSection(Section):
             The section's place in the scene, for errors.
         """
         modulus, factor = shear_modulus(stock.material, place), stated_factor(self.shear_factor, place)
-        return modulus * factor * values_along(self.area, s)
+        return modulus * factor * _values_along(self.area, s)
 
 
 class TaperSection(Section):
