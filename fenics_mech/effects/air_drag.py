@@ -58,23 +58,6 @@ class SpreadDamping(Entries):
 
 
 @dataclass(frozen=True)
-class Linearised:
-    """Forces of the drag on the elements' ends in member axes, ``constant + by_rate v' + by_v v``.
-
-    Parameters
-    ----------
-    constant
-        That of the rigid motion, ``(angles, elements, 6)``.
-    by_rate, by_v
-        How it changes with v' and v, ``(angles, elements, 6, 6)``; the latter where the elastic motion is coupled.
-    """
-
-    constant: Array
-    by_rate: Array
-    by_v: Array
-
-
-@dataclass(frozen=True)
 class AirFlow:
     """Air along the elements of a mechanism in its rigid motion.
 
@@ -147,13 +130,19 @@ class AirFlow:
         one, h = np.ones_like(self.beams.mesh.cell_length), self.beams.mesh.cell_length
         return np.stack([one, one, h] * 2, axis=-1)
 
-    def linearised(self, turned: bool = False) -> Linearised:
+    def linearised(self, turned: bool = False) -> tuple[Array, Array, Array]:
         """Linearise the drag about the rigid motion; or the same forces turned by a quarter clockwise.
 
         Parameters
         ----------
         turned
             Whether the forces are turned, which gives their work as a link turns by 1 rad.
+
+        Returns
+        -------
+        tuple
+            Forces on the elements' ends in member axes: that of the rigid motion ``(angles, elements, 6)``, and how it
+            changes with v' and, where the elastic motion is coupled, with v, ``(angles, elements, 6, 6)`` each.
         """
         normal, tangent = (ALONG, -ACROSS) if turned else (ACROSS, ALONG)
         linear, whole = self._moments
@@ -162,11 +151,9 @@ class AirFlow:
         by_u = -np.einsum("ijp,tep->teij", _products(normal, ALONG), linear)
         by_slope = np.einsum("ijp,tep->teij", _products(normal, SLOPE), linear) * self.along[..., None, None]
         by_slope += np.einsum("ijp,tep->teij", _products(tangent, SLOPE), whole)  # the force turns with the axis
-        return Linearised(
-            constant=self._tied(-np.einsum("ip,tep->tei", normal, whole[..., :4])),
-            by_rate=self._tied(by_rate),
-            by_v=self._tied(self.omega[..., None, None] * by_u + by_slope / h),
-        )
+        constant = -np.einsum("ip,tep->tei", normal, whole[..., :4])
+        by_v = self.omega[..., None, None] * by_u + by_slope / h
+        return self._tied(constant), self._tied(by_rate), self._tied(by_v)
 
     def _tied(self, forces: Array) -> Array:
         """Carry forces or matrices over Hermite's functions of the unit element to the elements' nodal dofs."""
@@ -185,8 +172,8 @@ class AirFlow:
         """
         nodal, rates = (in_member_axes(self.beams.mesh, vectors) for vectors in (v, rate))
         ends, turned = (
-            drag.constant + times(drag.by_rate, rates) + times(drag.by_v, nodal)
-            for drag in (self.linearised(), self.linearised(turned=True))
+            constant + times(by_rate, rates) + times(by_v, nodal)
+            for constant, by_rate, by_v in (self.linearised(), self.linearised(turned=True))
         )
         h = self.beams.mesh.cell_length[:, None]
         along, across = (forces[..., AXIAL] @ OF_WORK / h for forces in (ends, turned))
@@ -270,11 +257,11 @@ def terms(situation: Situation) -> Terms:
             hint="Leave it out, or the drive's motor; damping.external acts with both",
         )
     flow = AirFlow.of(situation)
-    drag, still = flow.linearised(), np.zeros((len(flow.speed), 3 * len(mesh.node_link)))
+    _, *tangents = flow.linearised()
+    still = np.zeros((len(flow.speed), 3 * len(mesh.node_link)))
     rotation, dofs = member_rotation(mesh), element_dofs(mesh)
     by_rate, by_v = (
-        SpreadDamping.of_blocks(dofs, -(rotation.transpose(0, 2, 1) @ blocks @ rotation))
-        for blocks in (drag.by_rate, drag.by_v)
+        SpreadDamping.of_blocks(dofs, -(rotation.transpose(0, 2, 1) @ blocks @ rotation)) for blocks in tangents
     )
     return Terms(loads=flow.loads(still, still)[0], matrices=AddedMatrices(damping=(by_rate,), convective=(by_v,)))
 
