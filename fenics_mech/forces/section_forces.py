@@ -94,7 +94,7 @@ def recover_members(
         Point loads on the members, beside those at their ends.
     """
     beams = system.beams
-    element, xi = locate(beams, s)
+    element, xi = _locate(beams, s)
     h = beams.mesh.cell_length[element]
     ends, v = balanced(system, response)
     axial, shear, moment = statics(system, response, ends, loads, element, xi)
@@ -142,7 +142,7 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
     numpy.ndarray
         Of shape ``(angles, members, stations, 2)``.
     """
-    element, xi = locate(system.beams, s)
+    element, xi = _locate(system.beams, s)
     h, nodal = system.beams.mesh.cell_length[element], system.beams.layout.hermite_dofs(v)[:, element]
     u, w, _ = by_shape_functions(nodal, h, xi)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
@@ -155,19 +155,11 @@ def section_forces(
 
     Parameters are those of `recover_members`.
     """
-    return statics(system, response, balanced(system, response)[0], loads, *locate(system.beams, s))
+    return statics(system, response, balanced(system, response)[0], loads, *_locate(system.beams, s))
 
 
-def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
-    """Element and place 0..1 in it of each station of each member, both ``(members x stations,)``.
-
-    Parameters
-    ----------
-    beams
-        The links' matrices.
-    s
-        Stations along every member, 0..1, ``(stations,)``.
-    """
+def _locate(beams: Beams, s: Array) -> tuple[Index, Array]:
+    """Element and place 0..1 in it of each station `s` of each member, both ``(members x stations,)``."""
     mesh = beams.mesh
     elements, places = [], []
     for i, length in enumerate(mesh.member_length):
