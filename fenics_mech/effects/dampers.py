@@ -113,16 +113,7 @@ def shortening_power(
 ) -> Array:
     """Of `damper_power`, the part that is linear in a displacement (W), ``(angles,)``.
 
-    Parameters
-    ----------
-    scene, mesh
-        The scene and its mesh.
-    motions
-        The rigid motion, and one of the same positions with other rates in which the forces do work.
-    v
-        Elastic displacement in link axes and its velocity, ``(angles, nodal dofs)`` each.
-    deformation
-        Rate of the displacement in which the forces do work, ``(angles, nodal dofs)``.
+    Parameters are those of `damper_power`.
     """
     power = np.zeros(len(deformation))
     for c, n, true, virtual in _pairs(scene, mesh, motions):

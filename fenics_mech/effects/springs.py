@@ -124,14 +124,7 @@ def spring_energy(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> Arr
 def shortening_power(scene: Scene, mesh: BeamMesh, rates: Motion, v: Array, deformation: Array) -> Array:
     """Of `spring_power`, the part that is linear in a displacement (W), ``(angles,)``.
 
-    Parameters
-    ----------
-    scene, mesh
-        The scene and its mesh.
-    rates
-        Rates of the links, true or virtual.
-    v, deformation
-        Elastic displacement in link axes, and its rate, ``(angles, nodal dofs)``.
+    Parameters are those of `spring_power`.
     """
     power = np.zeros(len(v))
     for separation, pull, tangent, _ in _pulls(scene, mesh, rates):

@@ -47,12 +47,7 @@ def _by_stress(system: System, response: ElasticResponse) -> tuple[Array, Array]
 def left_to_statics(system: System, response: ElasticResponse) -> Array:
     """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     return balanced(system, response)[1] - system.to_links(response.displacement)
 
@@ -82,12 +77,7 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
 def element_tension(system: System, response: ElasticResponse) -> Array | None:
     """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     law = system.terms.law
     if law is not None and response.velocity is not None:
@@ -98,12 +88,7 @@ def element_tension(system: System, response: ElasticResponse) -> Array | None:
 def uneven_tension(system: System, response: ElasticResponse) -> Array:
     """Half of what axial forces change along every element (N), ``(angles, elements)``: half of all loads along it.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     return np.asarray(_on_elements(system, response)[..., AXIAL].mean(axis=-1))
 
@@ -111,12 +96,7 @@ def uneven_tension(system: System, response: ElasticResponse) -> Array:
 def axial_forces(system: System, response: ElasticResponse) -> AxialForces:
     """Axial forces of the elements that act on their bent axes.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     return AxialForces(mean_tension(system, response), uneven_tension(system, response.undamped))
 
@@ -127,12 +107,7 @@ def mean_tension(system: System, response: ElasticResponse) -> Array:
     The share of modal damping does not, as it is linear in the coordinates. By virtual work ``int N dx`` is that of the
     forces on the ends, less that of loads and inertia, as the element is stretched evenly: that of the stress is left.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     ends = _by_stress(system, response.undamped)[0]
     return np.asarray(ends[..., 3] - ends[..., 0]) / 2

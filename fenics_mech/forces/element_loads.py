@@ -126,12 +126,7 @@ class SpreadLoad:
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
         """What it adds to N, V and M at places of elements, each ``(angles, places)``.
 
-        Parameters
-        ----------
-        element, xi
-            Places 0..1 in elements, ``(places,)`` each.
-        length
-            Length of these elements (m), ``(places,)``.
+        Parameters are those of `PointLoad.beyond`.
         """
         along, across = self._at(element)
         once, twice = (integral(LINEAR, xi, times) for times in (1, 2))
@@ -141,12 +136,7 @@ class SpreadLoad:
     def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
         """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)`` (N m, N m^3).
 
-        Parameters
-        ----------
-        element, xi
-            Places 0..1 in elements, ``(places,)`` each.
-        length
-            Length of these elements (m), ``(places,)``.
+        Parameters are those of `PointLoad.displacement`.
         """
         along, across = self._at(element)
         u = -(length**2) * np.sum(along * between_fixed_ends(LINEAR, xi), -1)
@@ -156,12 +146,7 @@ class SpreadLoad:
     def by_arm(self, element: Index, xi: Array, length: Array) -> Array:
         """Of `displacement` the EI w by the moments of loads along the axis on their arm, ``(angles, places)``.
 
-        Parameters
-        ----------
-        element, xi
-            Places 0..1 in elements, ``(places,)`` each.
-        length
-            Length of these elements (m), ``(places,)``.
+        Parameters are those of `PointLoad.displacement`.
         """
         moments = self.arm[element, None] * self._at(element)[0]
         return -(length**3) * np.sum(moments * between_clamped_ends(LINEAR, xi, self.shear_number[element], 3), -1)

@@ -161,10 +161,7 @@ class NonlinearModalForces:
     def rates(self, q: Array, rate: Array) -> Array:
         """Give y of q and q', ``(angles, modes)``.
 
-        Parameters
-        ----------
-        q, rate
-            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        Parameters are those of `ModalForces.rates`.
         """
         v, v_rate = self._links(q, rate)
         return self.linear.rates(q, rate) + self._bending(self.law.gradient(v), v_rate)
@@ -195,10 +192,7 @@ class NonlinearModalForces:
     def of(self, q: Array, rate: Array) -> Array:
         """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'.
 
-        Parameters
-        ----------
-        q, rate
-            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        Parameters are those of `ModalForces.of`.
         """
         rates = self.rates(q, rate)
         return self.linear.forces(rates) + self.on_bent_axis(rates, q)

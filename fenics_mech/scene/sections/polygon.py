@@ -107,15 +107,7 @@ class PolygonSection(Section):
         return bool(self.parts)
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's for parts that name theirs.
-        """
+        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says."""
         polygons = self._polygons(stock)
         corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
@@ -127,31 +119,13 @@ class PolygonSection(Section):
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's for parts that name theirs.
-        place
-            The section's place in the scene, for errors.
-        """
+        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
         factor, polygons = stated_factor(self.shear_factor, place), self._polygons(stock)
         whole = sum(shear_modulus(of, place) * _polygon(outline, holes).area for outline, holes, of in polygons)
         return np.full_like(s, factor * whole)
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError` where a part's material is not there.
-
-        Parameters
-        ----------
-        place
-            The section's place in the scene, for the error.
-        stock
-            The scene's materials.
-        """
+        """Raise `SceneError` where a part's material is not there."""
         for i, part in enumerate(self.parts):
             check_known(part.material, stock.materials, "material", f"{place}.parts.{i}.material")
 

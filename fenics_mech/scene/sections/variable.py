@@ -109,30 +109,12 @@ class VariableSection(Section):
     shear_factor: ShearFactor | None = None
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material.
-        """
+        """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says."""
         area, inertia, fibre = (_values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
         return of_one_material(s, stock.material, area, inertia, fibre)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material.
-        place
-            The section's place in the scene, for errors.
-        """
+        """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says."""
         modulus, factor = shear_modulus(stock.material, place), stated_factor(self.shear_factor, place)
         return modulus * factor * _values_along(self.area, s)
 
@@ -158,29 +140,11 @@ class TaperSection(Section):
     to: Name
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's sections.
-        """
+        """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
         return self._at(s, stock.sections).rigidity(s, stock)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """G A_s of the shape with the dimensions at every place, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's sections.
-        place
-            Not used: errors name the first of the two sections.
-        """
+        """G A_s of the shape with the dimensions at every place; errors name the first of the two sections."""
         return self._at(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")
 
     def _at(self, s: Array, sections: Mapping[str, Section]) -> Section:
@@ -190,15 +154,7 @@ class TaperSection(Section):
         return sections[self.from_].model_copy(update=here)
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError` unless the two sections are there and of one plain shape.
-
-        Parameters
-        ----------
-        place
-            The section's place in the scene, for the error.
-        stock
-            The scene's sections.
-        """
+        """Raise `SceneError` unless the two sections are there and of one plain shape."""
         for key, name in (("from", self.from_), ("to", self.to)):
             check_known(name, stock.sections, "section", f"{place}.{key}")
         first, second = stock.sections[self.from_], stock.sections[self.to]
