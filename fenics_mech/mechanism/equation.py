@@ -379,18 +379,3 @@ def require_room(system: System, positions: int, stages: int, modes: int | None)
         )
     what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
     require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")
-
-
-def held_matrices(system: System) -> tuple[Stack, Stack]:
-    """Mass and symmetric stiffness, held at the angles.
-
-    Parameters
-    ----------
-    system
-        The mechanism at the angles.
-    """
-    equation, p = Equation(system), system.values
-    products = equation._congruence
-    m = products.values_of_matrix(system.link_mass)
-    k = equation._with(system.link_stiffness, system.symmetric_stiffness)
-    return products.products(p, (m, p)), products.products(p, (k, p))
