@@ -48,20 +48,14 @@ class Stretching:
     def unevenly_bowed(self, a: Array, b: Array) -> Array:
         """``a^T uneven b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
 
-        Parameters
-        ----------
-        a, b
-            The displacements, ``(angles, elements, n)``.
+        Parameters are those of `bowed`.
         """
         return _product(self.uneven, a, b)
 
     def by(self, shape: Array) -> Stretching:
         """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
 
-        Parameters
-        ----------
-        shape
-            The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
+        Parameters are those of `BentAxis.by`.
         """
         line, back = np.einsum("ei,ein->en", self.line, shape), shape.transpose(0, 2, 1)
         return Stretching(line, back @ self.bow @ shape, back @ self.uneven @ shape)

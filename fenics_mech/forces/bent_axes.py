@@ -47,16 +47,7 @@ def of_bent_axis(
     along the member has the shortening up to a place, where the element's function has its mean. Where rotations are
     small, c is 1.
 
-    Parameters
-    ----------
-    system, response
-        The mechanism, and a motion of it.
-    ends
-        Forces on the elements' ends in member axes, ``(angles, elements, 6)``.
-    loads
-        Loads at places inside elements.
-    element, xi
-        Places 0..1 in elements, ``(places,)`` each.
+    Parameters are those of `statics`.
     """
     h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
     inner, of = np.outer(xi, (PLACES + 1) / 2).ravel(), np.repeat(element, len(PLACES))

@@ -125,12 +125,7 @@ class Contact:
     def shift(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Displacement of the member at the pin, in link axes: dofs ``(angles, 6)`` and jets ``(angles, 2, 6)``.
 
-        Parameters
-        ----------
-        motion
-            The rigid motion.
-        orders
-            1 for values, 3 with two time derivatives.
+        Parameters are those of `place`.
         """
         element, xi = self.place(motion, orders)
         h = self.mesh.cell_length[element]
@@ -145,7 +140,7 @@ class Contact:
     def turn(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Minus the member's rotation at the pin: dofs ``(angles, 6)`` and jets ``(angles, 1, 6)``.
 
-        Parameters are those of `shift`.
+        Parameters are those of `place`.
         """
         element, xi = self.place(motion, orders)
         h = self.mesh.cell_length[element]
