@@ -19,7 +19,6 @@ from fenics_mech.effects.terms import (
     Loads,
     Situation,
     Terms,
-    total,
 )
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
@@ -141,4 +140,6 @@ def build_terms(situation: Situation) -> Terms:
             found.append(effect.terms(situation))
             if found[-1].loads and not effect.work:
                 raise TypeError(f"effect {effect.name!r} gives loads: its field `work` must say how theirs is counted")
-    return total(found if situation.beams.layout.offsets is None else [*found, offsets.terms(situation)])
+    if situation.beams.layout.offsets is not None:
+        found.append(offsets.terms(situation))
+    return sum(found, NOTHING)

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
-from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
+from fenics_mech.effects.terms import NOTHING, AddedMatrices, Loads, Situation, Terms
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -52,7 +52,7 @@ def terms(situation: Situation) -> Terms:
                 rotation_forces=separation.couples(pull, damping=along),
             )
         )
-    return total(found)
+    return sum(found, NOTHING)
 
 
 def damper_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array, rate: Array | None) -> dict[str, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, NoReturn, Self
 
@@ -323,8 +323,3 @@ class Terms(_Sum):
 
 
 NOTHING, UNLOADED = Terms(), Loads()
-
-
-def total(terms: Sequence[Terms]) -> Terms:
-    """Sum of all terms."""
-    return sum(terms, NOTHING)
