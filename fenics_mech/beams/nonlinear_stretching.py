@@ -97,7 +97,5 @@ def _product(blocks: Array, a: Array, b: Array) -> Array:
 
 def _in_links(layout: Layout, form: Any, rotation: Array) -> Array:
     """Assemble a bilinear form: its blocks in the elements' dofs in link axes, ``(elements, 6, 6)``."""
-    broken = _fenicsx.assemble_matrix(form)
-    blocks = np.einsum("eia,eij,ejb->eab", rotation, layout.of_elements(broken), rotation)
-    broken.destroy()
-    return blocks
+    blocks = layout.of_elements(_fenicsx.assemble_matrix(form))
+    return np.einsum("eia,eij,ejb->eab", rotation, blocks, rotation)

@@ -49,7 +49,6 @@ def _angle(links: Beams, stiffness: Array) -> Array:
     layout = links.layout
     broken = _fenicsx.assemble_matrix(bending(layout.space, links.rigidity.bending.coefficient))
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
-    broken.destroy()
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]
 
 

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech._petsc import to_petsc, to_scipy
+from fenics_mech._petsc import to_petsc
 from fenics_mech._sparse import Congruence, Stack
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
@@ -24,7 +24,7 @@ from fenics_mech.mechanism.transformation import Transformation, build_transform
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
-KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
+KEPT = ("values", "rigid_acceleration")
 
 
 @dataclass(frozen=True)
@@ -150,25 +150,25 @@ class System:
         """Gyroscopic matrix s of all links, over their coordinates."""
         return self.nodal_gyroscopic if self.beams.reduction is None else self.beams.reduction.gyroscopic
 
-    @cached_property
+    @property
     def nodal_mass(self) -> sp.csr_matrix:
-        """Matrix m over the nodal dofs in link axes, for products with many vectors at once."""
-        return to_scipy(self.beams.mass)
+        """Matrix m over the nodal dofs in link axes."""
+        return self.beams.mass
 
-    @cached_property
+    @property
     def nodal_rotary_mass(self) -> sp.csr_matrix:
         """Share of m that rotation has, over the nodal dofs."""
-        return to_scipy(self.beams.rotary_mass)
+        return self.beams.rotary_mass
 
-    @cached_property
+    @property
     def nodal_stiffness(self) -> sp.csr_matrix:
         """Matrix k over the nodal dofs."""
-        return to_scipy(self.beams.stiffness)
+        return self.beams.stiffness
 
-    @cached_property
+    @property
     def nodal_gyroscopic(self) -> sp.csr_matrix:
         """Matrix s over the nodal dofs."""
-        return to_scipy(self.beams.gyroscopic)
+        return self.beams.gyroscopic
 
     def on_links(self, entries: Entries) -> Entries:
         """Carry entries over the nodal dofs to the links' coordinates."""
