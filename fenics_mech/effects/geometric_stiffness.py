@@ -27,7 +27,9 @@ def of_forces(beams: Beams, forces: AxialForces) -> Terms:
     forces
         The axial forces.
     """
-    return Terms(stiffening=AxialStiffness.even(beams, forces.mean), uneven=AxialStiffness.uneven(beams, forces.slope))
+    return Terms(
+        stiffening=AxialStiffness.even(beams, forces.mean), uneven=(AxialStiffness.uneven(beams, forces.slope),)
+    )
 
 
 EFFECT = Effect(

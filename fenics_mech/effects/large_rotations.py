@@ -17,7 +17,7 @@ def terms(situation: Situation) -> Terms:
     axis, stretching = beams.bent_axis, beams.stretching
     rigidity = beams.rigidity.axial.mean / beams.mesh.cell_length
     of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, material)
-    uneven = AxialStiffness.uneven(beams, situation.uneven())
+    uneven = (AxialStiffness.uneven(beams, situation.uneven()),)
     if beams.reduction is None:
         return Terms(law=of_nodes, uneven=uneven)
     coordinates, shape = beams.reduction.of_elements

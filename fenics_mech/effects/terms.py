@@ -312,14 +312,15 @@ class Terms(_Sum):
     damping: ProportionalDamping = ProportionalDamping()
     acceleration: Array | None = None
     stiffening: AxialStiffness | None = None
-    uneven: AxialStiffness | None = None
+    uneven: tuple[AxialStiffness, ...] = ()
     law: ArcLength | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
 
     @property
     def axial_stiffness(self) -> tuple[Array, ...]:
         """Blocks of the elements by axial forces that are given, in link axes, ``(angles, elements, 6, 6)`` each."""
-        return tuple(part.blocks for part in (self.stiffening, self.uneven) if part is not None)
+        even = () if self.stiffening is None else (self.stiffening,)
+        return tuple(part.blocks for part in (*even, *self.uneven))
 
 
 NOTHING, UNLOADED = Terms(), Loads()

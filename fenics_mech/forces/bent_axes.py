@@ -88,17 +88,16 @@ def beyond_mean(
     loads
         Loads at places inside elements.
     """
-    count = len(system.beams.mesh.cell)
-    given = None if system.terms.stiffening is None else system.terms.uneven
-    if given is not None:  # they are those of loads and rigid motion, with the slope that they are given with
+    given, count = system.terms.stiffening is not None, len(system.beams.mesh.cell)
+    if given:  # they are those of loads and rigid motion, with the slope that they are given with
         response, loads = replace(response, inertia=system.rigid_acceleration, rotation=None), ()
     all_elements, all_places = np.repeat(np.arange(count), len(PLACES)), np.tile((PLACES + 1) / 2, count)
     everywhere = _carried(system, response, all_elements, all_places, loads)
     everywhere = everywhere.reshape(-1, count, len(PLACES))
     found = _carried(system, response, element, xi, loads) - (everywhere @ WEIGHTS / 2)[:, element]
-    if given is not None:
+    if given:
         own = 3 / 2 * everywhere @ (WEIGHTS * PLACES)
-        found += (given.force - own)[:, element] * (2 * xi - 1)
+        found += (sum(part.force for part in system.terms.uneven) - own)[:, element] * (2 * xi - 1)
     return np.asarray(found)
 
 

@@ -253,7 +253,7 @@ class Forces:
     @cached_property
     def shift(self) -> MassShift | None:
         """Shift of the elements' mass, where axial forces change inside them."""
-        return MassShift(self.system, self._jets) if self.system.terms.uneven is not None else None
+        return MassShift(self.system, self._jets) if self.system.terms.uneven else None
 
     @cached_property
     def _jets(self) -> tuple[Array, Array, Array]:

@@ -79,7 +79,7 @@ class System:
     @property
     def without_axial_forces(self) -> System:
         """The mechanism without axial forces on its bending."""
-        return self.with_terms(replace(self.terms, stiffening=None, uneven=None))
+        return self.with_terms(replace(self.terms, stiffening=None, uneven=()))
 
     @cached_property
     def applied(self) -> Array:
