@@ -8,14 +8,15 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 import ufl
 from cffi import FFI  # type: ignore[import-untyped]
 from dolfinx import fem, jit
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
+from fenics_mech._petsc import to_scipy
 from fenics_mech._sparse.kernels import kernels, pointer
 
 try:  # dolfinx >= 0.10
@@ -127,11 +128,13 @@ def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
 
 
 @_quiet()
-def assemble_matrix(form: Any) -> PETSc.Mat:
+def assemble_matrix(form: Any) -> sp.csr_matrix:
     """Compile a bilinear form and assemble it."""
     matrix = fem_petsc.assemble_matrix(compiled(fem.form, form))
     matrix.assemble()
-    return matrix
+    found = to_scipy(matrix)
+    matrix.destroy()
+    return found
 
 
 @_quiet()

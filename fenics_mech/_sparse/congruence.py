@@ -120,7 +120,7 @@ def _met(begin: Index, wanted: Index) -> tuple[Index, Index]:
 
 @dataclass(frozen=True, eq=False)
 class ProductPairs:
-    """ProductPairs of nonzeros whose products are added up.
+    """Pairs of nonzeros whose products are added up.
 
     Parameters
     ----------

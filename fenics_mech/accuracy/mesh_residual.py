@@ -318,7 +318,7 @@ def _by_tension_inside(system: System, response: ElasticResponse, uneven: Array)
     `uneven` is what they differ from their means, at `GAUSS`. The moments inside elements have it already.
     """
     for given in system.terms.uneven:
-        uneven = uneven - given.slope[..., None] * (2 * GAUSS - 1)
+        uneven = uneven - given.force[..., None] * (2 * GAUSS - 1)
     return _pulled(system, system.to_links(response.displacement), uneven * GAUSS_WEIGHT)
 
 

@@ -21,7 +21,6 @@ from fenics_mech.effects import AddedMatrices, Terms
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import held_matrices
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def ringing(system: System, response: ElasticResponse, step: float) -> Iterator[
     amplitudes, accelerations = np.zeros((2, count, *response.displacement.shape))
     free = unloaded(system)
     on_coordinates = system.transformation.backward(system.values, momenta)
-    held = held_matrices(free)
+    held = free.held_matrices()
     for k in struck:
         mass, stiffness = (part.dense(k) for part in held)
         last = [system.size - count, system.size - 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,13 +24,13 @@ class BentAxis:
     Parameters
     ----------
     kernels
-        Those of the shortening and its two derivatives, of the forces of bending and their two derivatives,
-        and of the energy of bending.
+        By name: of the shortening and its two derivatives, of the forces of bending and their two derivatives, and of
+        the energy of bending.
     shape
         Dofs of the broken deflection by the dofs of each element, ``(elements, 4, n)``.
     """
 
-    kernels: tuple[_fenicsx.CellKernel, ...]
+    kernels: Mapping[str, _fenicsx.CellKernel]
     shape: Array
 
     @classmethod
@@ -50,10 +51,16 @@ class BentAxis:
         shorter = shortening(w)
         slope = ufl.derivative(shorter, w, test)
         force = bending_beyond(w, rate, stiffness, test)
-        of_stretch = shorter, slope, ufl.derivative(slope, w, trial)
-        of_bending = force, ufl.derivative(force, w, trial), ufl.derivative(force, rate, trial)
-        forms = *of_stretch, *of_bending, bending_energy_beyond(w, stiffness)
-        kernels = tuple(_fenicsx.CellKernel(form, (w, rate), mesh.cell) for form in forms)
+        forms = {
+            "shortening": shorter,
+            "slope": slope,
+            "curvature": ufl.derivative(slope, w, trial),
+            "force": force,
+            "force by v": ufl.derivative(force, w, trial),
+            "force by rate": ufl.derivative(force, rate, trial),
+            "energy": bending_energy_beyond(w, stiffness),
+        }
+        kernels = {name: _fenicsx.CellKernel(form, (w, rate), mesh.cell) for name, form in forms.items()}
         return cls(kernels, layout.broken_deflection @ member_rotation(mesh))
 
     def by(self, shape: Array) -> BentAxis:
@@ -75,17 +82,14 @@ class BentAxis:
             Displacement of the elements' dofs, ``(angles, elements, n)``.
         """
         w = self._deflection(v)
-        return self.kernels[0](w), self._carried(self.kernels[1](w))
+        return self.kernels["shortening"](w), self._carried(self.kernels["slope"](w))
 
     def shortening_curvature(self, v: Array) -> Array:
         """Give the second derivative of the shortening, ``(angles, elements, n, n)``.
 
-        Parameters
-        ----------
-        v
-            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        Parameters are those of `shortening`.
         """
-        return self._matrices(self.kernels[2](self._deflection(v)))
+        return self._matrices(self.kernels["curvature"](self._deflection(v)))
 
     def force(self, v: Array, rate: Array) -> Array:
         """Give the forces of bending, less the linear ones; the rate is times the retardation time.
@@ -97,30 +101,22 @@ class BentAxis:
         rate
             Its rate times the retardation time of the material, ``(angles, elements, n)``.
         """
-        return self._carried(self.kernels[3](self._deflection(v), self._deflection(rate)))
+        return self._carried(self.kernels["force"](self._deflection(v), self._deflection(rate)))
 
     def energy(self, v: Array) -> Array:
         """Give the strain energy of bending, less that of linear theory (J), ``(angles, elements)``.
 
-        Parameters
-        ----------
-        v
-            Displacement of the elements' dofs, ``(angles, elements, n)``.
+        Parameters are those of `shortening`.
         """
-        return self.kernels[6](self._deflection(v))
+        return self.kernels["energy"](self._deflection(v))
 
     def tangents(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Give the derivatives of these forces by v and by the rate, ``(angles, elements, n, n)`` each.
 
-        Parameters
-        ----------
-        v
-            Displacement of the elements' dofs, ``(angles, elements, n)``.
-        rate
-            Its rate times the retardation time of the material, ``(angles, elements, n)``.
+        Parameters are those of `force`.
         """
         state = self._deflection(v), self._deflection(rate)
-        return self._matrices(self.kernels[4](*state)), self._matrices(self.kernels[5](*state))
+        return self._matrices(self.kernels["force by v"](*state)), self._matrices(self.kernels["force by rate"](*state))
 
     def _deflection(self, v: Array) -> Array:
         return np.einsum("ebn,ten->teb", self.shape, v)

@@ -42,29 +42,15 @@ class Chain:
         """
         return cls(length, np.linalg.inv(stiffness[:, 3:, 3:]))
 
-    def forces(self, loads: Array) -> Array:
-        """Forces on the second node of each element by loads on the nodes beyond it, when only the start is held.
-
-        Parameters
-        ----------
-        loads
-            On all nodes but the first (N, N m), ``(..., elements, 3)``; the result has the same shape.
-        """
+    def _forces(self, loads: Array) -> Array:
+        """Forces on second nodes by loads on all nodes but the first, which is held, ``(..., elements, 3)`` both."""
         found = np.cumsum(loads[..., ::-1, :], axis=-2)[..., ::-1, :]
         arm = self.length[1:] * found[..., 1:, 1]  # of the shear force that the next element brings
         found[..., :-1, 2] += np.cumsum(arm[..., ::-1], axis=-1)[..., ::-1]
         return found
 
-    def displacements(self, forces: Array) -> Array:
-        """Displacements of all nodes but the first, which is held, by the forces on the second nodes of the elements.
-
-        Both are ``(..., elements, 3)``.
-
-        Parameters
-        ----------
-        forces
-            Forces along and across the member (N), and moments (N m).
-        """
+    def _displacements(self, forces: Array) -> Array:
+        """Displacements of all nodes but the first by forces on second nodes, ``(..., elements, 3)`` both."""
         u, w, phi = np.moveaxis(np.einsum("eij,...ej->...ei", self.compliance, forces), -1, 0)
         turned = np.cumsum(phi, axis=-1)
         w[..., 1:] += self.length[1:] * turned[..., :-1]
@@ -73,7 +59,7 @@ class Chain:
     @cached_property
     def end_stiffness(self) -> Array:
         """Force on the end by its displacement when the start is held, ``(3, 3)``."""
-        found = np.linalg.inv(self.displacements(self._of_end(np.eye(3)))[:, -1].T)
+        found = np.linalg.inv(self._displacements(self._of_end(np.eye(3)))[:, -1].T)
         return (found + found.T) / 2
 
     @cached_property
@@ -97,7 +83,7 @@ class Chain:
         """
         start, end = ends[..., :3], ends[..., 3:]
         forces = self._of_end((end - start @ self._swing.T) @ self.end_stiffness)
-        found = self.displacements(forces)
+        found = self._displacements(forces)
         found += start[..., None, :]
         found[..., 1] += np.cumsum(self.length) * start[..., None, 2]
         return found[..., :-1, :], forces
@@ -116,10 +102,10 @@ class Chain:
             As `carried` does.
         """
         padded = np.concatenate([loads, np.zeros((*loads.shape[:-2], 1, 3))], axis=-2)
-        forces = self.forces(padded)
-        released = self.displacements(forces)
+        forces = self._forces(padded)
+        released = self._displacements(forces)
         forces = forces - self._of_end(released[..., -1, :] @ self.end_stiffness)
-        return self.displacements(forces)[..., :-1, :], forces
+        return self._displacements(forces)[..., :-1, :], forces
 
     def _of_end(self, force: Array) -> Array:
         """Forces on the second nodes of the elements by one on the end, ``(..., 3)`` to ``(..., elements, 3)``."""

@@ -56,17 +56,6 @@ class Distribution:
         return self.powers.shape[-1] > 1
 
 
-def means(powers: Array) -> Array:
-    """Means over 0..1 of polynomials by the coefficients of their powers, ``(..., degree + 1)``.
-
-    Parameters
-    ----------
-    powers
-        Coefficients, from the constant on.
-    """
-    return powers @ (1 / np.arange(1, powers.shape[-1] + 1))
-
-
 def along_elements(layout: Layout, properties: Callable[[str, Array], Array], varies: bool) -> tuple[Distribution, ...]:
     """Properties of the members as polynomials in each element, constant ones where no section varies.
 
@@ -128,7 +117,8 @@ def _varying(layout: Layout, properties: Callable[[str, Array], Array]) -> tuple
             np.vander(xi.ravel(), DEGREE + 1, True).reshape(*xi.shape, -1), values[..., None]
         )[..., 0]
     _refuse_negative(mesh, powers)
-    return tuple(Distribution(part, means(p), p) for part, p in zip(ufl.split(function), powers.transpose(1, 0, 2)))
+    mean = 1 / np.arange(1, DEGREE + 2)  # of each power over 0..1
+    return tuple(Distribution(part, p @ mean, p) for part, p in zip(ufl.split(function), powers.transpose(1, 0, 2)))
 
 
 def _refuse_negative(mesh: BeamMesh, powers: Array) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from petsc4py import PETSc
+import scipy.sparse as sp
 
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array
@@ -117,38 +117,39 @@ class Beams:
         return self.inertia.density.mean * offsets.mass if offsets is not None and offsets.mass.any() else None
 
     @cached_property
-    def stiffness(self) -> PETSc.Mat:
-        """Matrix k of all links (block-diagonal by link); PETSc AIJ."""
+    def stiffness(self) -> sp.csr_matrix:
+        """Matrix k of all links (block-diagonal by link)."""
         return self.layout.nodal(self._broken_stiffness)
 
     @cached_property
-    def mass(self) -> PETSc.Mat:
-        """Matrix m of all links with the point masses; PETSc AIJ."""
-        matrix = self.layout.nodal(self._broken_mass)
-        _add_bodies(self.inertia.bodies, matrix, lambda body: np.diag([body.mass, body.mass, body.inertia]))
-        return matrix
+    def mass(self) -> sp.csr_matrix:
+        """Matrix m of all links with the point masses."""
+        return self._with_bodies(self._broken_mass, lambda body: np.diag([body.mass, body.mass, body.inertia]))
 
     @cached_property
-    def rotary_mass(self) -> PETSc.Mat:
-        """Share of m that the rotation of sections and point masses has; PETSc AIJ.
+    def rotary_mass(self) -> sp.csr_matrix:
+        """Share of m that the rotation of sections and point masses has.
 
         The turning of the link's axes adds to that rotation and does not deflect it, so that it feels the angular
         acceleration but no Coriolis and no centrifugal force.
         """
-        size = 3 * len(self.mesh.node_name)
-        if self.inertia.rotary is None:
-            matrix = PETSc.Mat().createAIJ((size, size), nnz=1, comm=PETSc.COMM_SELF)
-        else:
-            matrix = self.layout.nodal(self._broken_rotary)
-        _add_bodies(self.inertia.bodies, matrix, lambda body: np.diag([0.0, 0.0, body.inertia]))
-        return matrix
+        return self._with_bodies(self._broken_rotary, lambda body: np.diag([0.0, 0.0, body.inertia]))
 
     @cached_property
-    def gyroscopic(self) -> PETSc.Mat:
-        """Matrix s of all links with the point masses; PETSc AIJ."""
-        matrix = self.layout.nodal(self._broken_gyroscopic)
-        _add_bodies(self.inertia.bodies, matrix, lambda body: body.mass * QUARTER)
-        return matrix
+    def gyroscopic(self) -> sp.csr_matrix:
+        """Matrix s of all links with the point masses."""
+        return self._with_bodies(self._broken_gyroscopic, lambda body: body.mass * QUARTER)
+
+    def _with_bodies(
+        self, broken: sp.csr_matrix | None, block: Callable[[RigidBody | PointMass], Array]
+    ) -> sp.csr_matrix:
+        """Matrix over the nodal dofs of a broken one, with a block of each body on the first dofs of its node."""
+        size = 3 * len(self.mesh.node_name)
+        matrix = sp.csr_matrix((size, size)) if broken is None else self.layout.nodal(broken)
+        blocks = [(3 * node, block(body)) for node, body in self.inertia.bodies]
+        places = [(first + i, first + j, value) for first, part in blocks for (i, j), value in np.ndenumerate(part)]
+        rows, columns, values = np.array(places).reshape(-1, 3).T
+        return matrix + sp.csr_matrix((values, (rows.astype(int), columns.astype(int))), shape=matrix.shape)
 
     @cached_property
     def element_stiffness(self) -> Array:
@@ -163,7 +164,7 @@ class Beams:
     @cached_property
     def element_rotary_mass(self) -> Array:
         """Share of m of each element that the rotation of its sections has, ``(elements, 6, 6)``."""
-        if self.inertia.rotary is None:
+        if self._broken_rotary is None:
             return np.zeros_like(self.element_mass)
         return self.layout.of_elements(self._broken_rotary)
 
@@ -173,7 +174,7 @@ class Beams:
         return self.layout.of_elements(self._broken_gyroscopic)
 
     @cached_property
-    def _broken_stiffness(self) -> PETSc.Mat:
+    def _broken_stiffness(self) -> sp.csr_matrix:
         space, rigidity = self.layout.space, self.rigidity
         form = axial(space, rigidity.axial.coefficient) + bending(space, rigidity.bending.coefficient)
         if rigidity.shear is not None:
@@ -181,15 +182,15 @@ class Beams:
         return _fenicsx.assemble_matrix(form)
 
     @cached_property
-    def _broken_mass(self) -> PETSc.Mat:
+    def _broken_mass(self) -> sp.csr_matrix:
         form = mass(self.layout.space, self.inertia.density.coefficient)
         if self.mass_moment is not None:
             form += offset_mass(self.layout.space, self.layout.coefficient(self.mass_moment))
         return _fenicsx.assemble_matrix(form if self.inertia.rotary is None else form + self._rotary_form)
 
     @cached_property
-    def _broken_rotary(self) -> PETSc.Mat:
-        return _fenicsx.assemble_matrix(self._rotary_form)
+    def _broken_rotary(self) -> sp.csr_matrix | None:
+        return None if self.inertia.rotary is None else _fenicsx.assemble_matrix(self._rotary_form)
 
     @cached_property
     def stretching(self) -> Stretching:
@@ -204,7 +205,7 @@ class Beams:
         return BentAxis.of(self.layout, self.rigidity.bending.coefficient)
 
     @cached_property
-    def _broken_gyroscopic(self) -> PETSc.Mat:
+    def _broken_gyroscopic(self) -> sp.csr_matrix:
         form = gyroscopic(self.layout.space, self.inertia.density.coefficient)
         if self.mass_moment is not None:
             form += offset_gyroscopic(self.layout.space, self.layout.coefficient(self.mass_moment))
@@ -252,17 +253,3 @@ def _bodies(
     """Nodes of rigid links and point masses, with their inertia."""
     rigid = [(mesh.node(f"{name}.centre"), link.rigid) for name, link in links.items() if link.rigid]
     return (*rigid, *((mesh.node(body.at), body) for body in masses.values()))
-
-
-def _add_bodies(
-    bodies: Sequence[tuple[int, RigidBody | PointMass]],
-    matrix: PETSc.Mat,
-    block: Callable[[RigidBody | PointMass], Array],
-) -> None:
-    """Add a block of each body to a matrix, on the first dofs of its node."""
-    matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-    for node, body in bodies:
-        values = block(body)
-        rows = list(range(3 * node, 3 * node + len(values)))
-        matrix.setValues(rows, rows, values, addv=True)
-    matrix.assemble()

@@ -13,12 +13,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array, Index
-from fenics_mech._petsc import to_petsc, to_scipy
-from fenics_mech.beams.element_dofs import element_dofs, member_rotation
+from fenics_mech._arrays import Array, Index, each
+from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
@@ -86,20 +84,17 @@ class Layout:
         by_cell[self.mesh.cell] = by_element
         return _fenicsx.cellwise(self.mesh.mesh, by_cell)
 
-    def nodal(self, broken: PETSc.Mat) -> PETSc.Mat:
-        """Carry a broken matrix to nodal dofs in link axes, as a new matrix.
+    def nodal(self, broken: sp.csr_matrix) -> sp.csr_matrix:
+        """Carry a broken matrix to nodal dofs in link axes.
 
         Parameters
         ----------
         broken
             Matrix over the dofs of the broken space.
         """
-        embedding = to_petsc(self._embedding)
-        matrix = broken.PtAP(embedding)
-        embedding.destroy()
-        return matrix
+        return (self._embedding.T @ broken @ self._embedding).tocsr()
 
-    def of_elements(self, broken: PETSc.Mat) -> Array:
+    def of_elements(self, broken: sp.csr_matrix) -> Array:
         """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``.
 
         Parameters
@@ -107,9 +102,9 @@ class Layout:
         broken
             Matrix over the dofs of the broken space.
         """
-        matrix, (dofs, hermite) = to_scipy(broken), self._hermite
+        dofs, hermite = self._hermite
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-        blocks = np.asarray(matrix[rows.ravel(), columns.ravel()]).reshape(rows.shape)
+        blocks = np.asarray(broken[rows.ravel(), columns.ravel()]).reshape(rows.shape)
         return np.einsum("eai,eab,ebj->eij", hermite, blocks, hermite)
 
     def vector_of_elements(self, form: Any) -> Array:
@@ -140,6 +135,17 @@ class Layout:
             tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
             tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
         return tie
+
+    def hermite_dofs(self, nodal: Array) -> Array:
+        """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
+
+        Parameters
+        ----------
+        nodal
+            Values of the nodal dofs, ``(angles, nodal dofs)``.
+        """
+        values = in_member_axes(self.mesh, nodal)
+        return each(self.tie, values) if self.tied else values
 
     def work_equivalent(self, line: Array) -> Array:
         """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`.

@@ -48,20 +48,14 @@ class Stretching:
     def unevenly_bowed(self, a: Array, b: Array) -> Array:
         """``a^T uneven b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
 
-        Parameters
-        ----------
-        a, b
-            The displacements, ``(angles, elements, n)``.
+        Parameters are those of `bowed`.
         """
         return _product(self.uneven, a, b)
 
     def by(self, shape: Array) -> Stretching:
         """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
 
-        Parameters
-        ----------
-        shape
-            The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
+        Parameters are those of `BentAxis.by`.
         """
         line, back = np.einsum("ei,ein->en", self.line, shape), shape.transpose(0, 2, 1)
         return Stretching(line, back @ self.bow @ shape, back @ self.uneven @ shape)
@@ -103,7 +97,5 @@ def _product(blocks: Array, a: Array, b: Array) -> Array:
 
 def _in_links(layout: Layout, form: Any, rotation: Array) -> Array:
     """Assemble a bilinear form: its blocks in the elements' dofs in link axes, ``(elements, 6, 6)``."""
-    broken = _fenicsx.assemble_matrix(form)
-    blocks = np.einsum("eia,eij,ejb->eab", rotation, layout.of_elements(broken), rotation)
-    broken.destroy()
-    return blocks
+    blocks = layout.of_elements(_fenicsx.assemble_matrix(form))
+    return np.einsum("eia,eij,ejb->eab", rotation, blocks, rotation)

@@ -19,10 +19,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.mesh import BeamMesh
@@ -87,7 +85,7 @@ class Reduction:
             Whether the displacement along the axis of the inner nodes that are seen is kept.
         """
         height = 3 * len(fine.mesh.node_name)
-        mass = to_scipy(fine.mass)
+        mass = fine.mass
         spans = [Span.of(fine, mass, member) for member in members]
         if cutoff is None:
             cutoff = REDUCTION.cutoff * min((span.lowest for span in spans), default=0.0)
@@ -102,8 +100,7 @@ class Reduction:
             parts.append(_placed(shapes.T, inner, np.arange(len(shapes)), (height, len(shapes))))
         shape, omega = sp.hstack(parts, format="csr"), np.concatenate(omegas)
         inside = sp.diags(omega**2 * (shape.T @ mass @ shape).diagonal()[len(kept) :])
-        seen_mass = to_scipy(seen.mass)
-        on_seen = spans if seen is fine else [Span.of(seen, seen_mass, member) for member in members]
+        on_seen = spans if seen is fine else [Span.of(seen, seen.mass, member) for member in members]
         within = [span.member for span, part in zip(spans, omegas[1:]) for _ in part]
         if stretched:
             axial = _along(spans, on_seen, height)
@@ -149,8 +146,8 @@ class Reduction:
         """``T^T s T``."""
         return self._carried(self.fine.gyroscopic)
 
-    def _carried(self, matrix: PETSc.Mat) -> sp.csr_matrix:
-        return (self.fine_shape.T @ to_scipy(matrix) @ self.fine_shape).tocsr()
+    def _carried(self, matrix: sp.csr_matrix) -> sp.csr_matrix:
+        return (self.fine_shape.T @ matrix @ self.fine_shape).tocsr()
 
     @cached_property
     def place(self) -> Index:

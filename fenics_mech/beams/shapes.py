@@ -68,9 +68,7 @@ def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
     return integral(functions, xi, 2) - at_end * xi[:, None]
 
 
-def between_clamped_ends(
-    functions: tuple[Polynomial, ...], xi: Array, shear_number: Array | None = None, order: int = 4
-) -> Array:
+def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array, shear_number: Array, order: int = 4) -> Array:
     """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``.
 
     Parameters
@@ -80,22 +78,21 @@ def between_clamped_ends(
     xi
         Places 0..1.
     shear_number
-        EI/(G A_s) over the element's length squared, ``(places,)``; None where it is rigid in shear. The clamped ends
+        EI/(G A_s) over the element's length squared, ``(places,)``; 0 where it is rigid in shear. The clamped ends
         hold the rotation phi of the sections: ``phi''' = f_j``, ``w' = phi - shear_number phi''``.
     order
         4 for forces, 3 for moments.
     """
-    g = np.zeros_like(xi) if shear_number is None else shear_number
-    x, g = xi[:, None], g[:, None] if order == 4 else np.zeros_like(xi)[:, None]
+    number = shear_number[:, None]
+    g = number if order == 4 else np.zeros_like(number)
     value = integral(functions, np.ones(1), order) - g * integral(functions, np.ones(1), 2)
     slope = integral(functions, np.ones(1), order - 1)
-    return integral(functions, xi, order) - g * integral(functions, xi, 2) - _towards(value, slope, x, shear_number)
+    return integral(functions, xi, order) - g * integral(functions, xi, 2) - _towards(value, slope, xi[:, None], number)
 
 
-def _towards(value: Array, slope: Array, x: Array, shear_number: Array | None) -> Array:
+def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
     """Deflection at x of the unit element clamped at 0, and held at 1 at a displacement and a section's rotation."""
-    number = 0.0 if shear_number is None else 12 * shear_number[:, None]
-    angle = number / (1 + number) * (value - slope / 2)  # of shear, as in effects.shear
+    angle = 12 * number / (1 + 12 * number) * (value - slope / 2)  # of shear, as in effects.shear
     return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
 
 

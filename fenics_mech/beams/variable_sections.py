@@ -72,14 +72,7 @@ def shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
 
     Both are ``(places, 6)``, at places `xi` 0..1 of elements.
 
-    Parameters
-    ----------
-    beams
-        The links' matrices.
-    element
-        Element of each place, ``(places,)``.
-    xi
-        The places, ``(places,)``.
+    Parameters are those of `shape_corrections`.
     """
     h = beams.mesh.cell_length[element]
     axial, bending = _flexibility(beams, element, xi)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
 from fenics_mech.effects.terms import (
     NOTHING,
     UNLOADED,
@@ -19,7 +19,6 @@ from fenics_mech.effects.terms import (
     Loads,
     Situation,
     Terms,
-    total,
 )
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
@@ -33,13 +32,12 @@ __all__ = [
     "UNLOADED",
     "AddedMatrices",
     "AxialForces",
+    "AxialStiffness",
     "Effect",
     "Entries",
     "Loads",
     "Situation",
-    "StressStiffening",
     "Terms",
-    "UnevenTension",
     "active",
     "build_terms",
     "loads_at_nodes",
@@ -142,4 +140,6 @@ def build_terms(situation: Situation) -> Terms:
             found.append(effect.terms(situation))
             if found[-1].loads and not effect.work:
                 raise TypeError(f"effect {effect.name!r} gives loads: its field `work` must say how theirs is counted")
-    return total(found if situation.beams.layout.offsets is None else [*found, offsets.terms(situation)])
+    if situation.beams.layout.offsets is not None:
+        found.append(offsets.terms(situation))
+    return sum(found, NOTHING)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, each, times
+from fenics_mech._arrays import Array, times
 from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
@@ -55,23 +55,6 @@ def _products(first: Array, second: Array) -> Array:
 
 class SpreadDamping(Entries):
     """A matrix of forces that are spread along elements."""
-
-
-@dataclass(frozen=True)
-class Linearised:
-    """Forces of the drag on the elements' ends in member axes, ``constant + by_rate v' + by_v v``.
-
-    Parameters
-    ----------
-    constant
-        That of the rigid motion, ``(angles, elements, 6)``.
-    by_rate, by_v
-        How it changes with v' and v, ``(angles, elements, 6, 6)``; the latter where the elastic motion is coupled.
-    """
-
-    constant: Array
-    by_rate: Array
-    by_v: Array
 
 
 @dataclass(frozen=True)
@@ -141,13 +124,25 @@ class AirFlow:
         linear = np.einsum("tep,tepj->tej", by_place, powers)
         return linear, np.einsum("tep,tepj->tej", by_place * self.across / 2, powers)
 
-    def linearised(self, turned: bool = False) -> Linearised:
+    @property
+    def _units(self) -> Array:
+        """Elements' dofs by those of unit elements, ``(elements, 6)``: rotations times the length."""
+        one, h = np.ones_like(self.beams.mesh.cell_length), self.beams.mesh.cell_length
+        return np.stack([one, one, h] * 2, axis=-1)
+
+    def linearised(self, turned: bool = False) -> tuple[Array, Array, Array]:
         """Linearise the drag about the rigid motion; or the same forces turned by a quarter clockwise.
 
         Parameters
         ----------
         turned
             Whether the forces are turned, which gives their work as a link turns by 1 rad.
+
+        Returns
+        -------
+        tuple
+            Forces on the elements' ends in member axes: that of the rigid motion ``(angles, elements, 6)``, and how it
+            changes with v' and, where the elastic motion is coupled, with v, ``(angles, elements, 6, 6)`` each.
         """
         normal, tangent = (ALONG, -ACROSS) if turned else (ACROSS, ALONG)
         linear, whole = self._moments
@@ -156,19 +151,13 @@ class AirFlow:
         by_u = -np.einsum("ijp,tep->teij", _products(normal, ALONG), linear)
         by_slope = np.einsum("ijp,tep->teij", _products(normal, SLOPE), linear) * self.along[..., None, None]
         by_slope += np.einsum("ijp,tep->teij", _products(tangent, SLOPE), whole)  # the force turns with the axis
-        return Linearised(
-            constant=self._tied(-np.einsum("ip,tep->tei", normal, whole[..., :4])),
-            by_rate=self._tied(by_rate),
-            by_v=self._tied(self.omega[..., None, None] * by_u + by_slope / h),
-        )
+        constant = -np.einsum("ip,tep->tei", normal, whole[..., :4])
+        by_v = self.omega[..., None, None] * by_u + by_slope / h
+        return self._tied(constant), self._tied(by_rate), self._tied(by_v)
 
     def _tied(self, forces: Array) -> Array:
         """Carry forces or matrices over Hermite's functions of the unit element to the elements' nodal dofs."""
-        mesh, layout = self.beams.mesh, self.beams.layout
-        tie = layout.tie if layout.tied else np.tile(np.eye(6), (len(mesh.cell), 1, 1))
-        length = np.ones((len(mesh.cell), 6))
-        length[:, [2, 5]] = mesh.cell_length[:, None]
-        tie = length[..., None] * tie
+        tie = self._units[..., None] * self.beams.layout.tie
         if forces.ndim == 3:
             return np.einsum("eji,tej->tei", tie, forces)
         return np.asarray(tie.transpose(0, 2, 1) @ forces @ tie)
@@ -183,8 +172,8 @@ class AirFlow:
         """
         nodal, rates = (in_member_axes(self.beams.mesh, vectors) for vectors in (v, rate))
         ends, turned = (
-            drag.constant + times(drag.by_rate, rates) + times(drag.by_v, nodal)
-            for drag in (self.linearised(), self.linearised(turned=True))
+            constant + times(by_rate, rates) + times(by_v, nodal)
+            for constant, by_rate, by_v in (self.linearised(), self.linearised(turned=True))
         )
         h = self.beams.mesh.cell_length[:, None]
         along, across = (forces[..., AXIAL] @ OF_WORK / h for forces in (ends, turned))
@@ -194,9 +183,6 @@ class AirFlow:
         """Give a load by its forces on the elements' ends, and by the linear one of the same work along them."""
         line = np.concatenate([along, across], axis=-1)
         return Loads(line=line, ends=ends - self.beams.layout.work_equivalent(line))
-
-    def _hermite(self, nodal: Array) -> Array:
-        return each(self.beams.layout.tie, nodal) if self.beams.layout.tied else nodal
 
     def left_out(self, v: Array, rate: Array) -> tuple[Array, Array]:
         """Give the part of the drag in a motion that the linearised drag leaves out.
@@ -212,11 +198,8 @@ class AirFlow:
             Forces on the elements' ends in member axes, ``(angles, elements, 6)``, and the bound
             ``int k (V - V_0)^2 dx`` of their sum (N), ``(angles, elements)``.
         """
-        mesh, (xi, weights) = self.beams.mesh, self.points
-        h = mesh.cell_length[:, None]
-        length = np.ones((len(mesh.cell), 6))
-        length[:, [2, 5]] = mesh.cell_length[:, None]
-        nodal, rates = (self._hermite(in_member_axes(mesh, vectors)) * length for vectors in (v, rate))
+        h, (xi, weights) = self.beams.mesh.cell_length[:, None], self.points
+        nodal, rates = (self.beams.layout.hermite_dofs(vectors) * self._units for vectors in (v, rate))
         slope = nodal @ SLOPE / h
         shape = rates @ ACROSS + self.omega[..., None] * (nodal @ ALONG) - self.along[..., None] * slope
         powers = xi[..., None] ** np.arange(4)
@@ -274,11 +257,11 @@ def terms(situation: Situation) -> Terms:
             hint="Leave it out, or the drive's motor; damping.external acts with both",
         )
     flow = AirFlow.of(situation)
-    drag, still = flow.linearised(), np.zeros((len(flow.speed), 3 * len(mesh.node_link)))
+    _, *tangents = flow.linearised()
+    still = np.zeros((len(flow.speed), 3 * len(mesh.node_link)))
     rotation, dofs = member_rotation(mesh), element_dofs(mesh)
     by_rate, by_v = (
-        SpreadDamping.of_blocks(dofs, -(rotation.transpose(0, 2, 1) @ blocks @ rotation))
-        for blocks in (drag.by_rate, drag.by_v)
+        SpreadDamping.of_blocks(dofs, -(rotation.transpose(0, 2, 1) @ blocks @ rotation)) for blocks in tangents
     )
     return Terms(loads=flow.loads(still, still)[0], matrices=AddedMatrices(damping=(by_rate,), convective=(by_v,)))
 

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import Separation, across
-from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
+from fenics_mech.effects.terms import NOTHING, AddedMatrices, Loads, Situation, Terms
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -52,7 +52,7 @@ def terms(situation: Situation) -> Terms:
                 rotation_forces=separation.couples(pull, damping=along),
             )
         )
-    return total(found)
+    return sum(found, NOTHING)
 
 
 def damper_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array, rate: Array | None) -> dict[str, Array]:
@@ -113,16 +113,7 @@ def shortening_power(
 ) -> Array:
     """Of `damper_power`, the part that is linear in a displacement (W), ``(angles,)``.
 
-    Parameters
-    ----------
-    scene, mesh
-        The scene and its mesh.
-    motions
-        The rigid motion, and one of the same positions with other rates in which the forces do work.
-    v
-        Elastic displacement in link axes and its velocity, ``(angles, nodal dofs)`` each.
-    deformation
-        Rate of the displacement in which the forces do work, ``(angles, nodal dofs)``.
+    Parameters are those of `damper_power`.
     """
     power = np.zeros(len(deformation))
     for c, n, true, virtual in _pairs(scene, mesh, motions):

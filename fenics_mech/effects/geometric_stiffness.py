@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
 from fenics_mech.effects.terms import Situation, Terms
 
 if TYPE_CHECKING:
@@ -27,7 +27,9 @@ def of_forces(beams: Beams, forces: AxialForces) -> Terms:
     forces
         The axial forces.
     """
-    return Terms(stiffening=StressStiffening.of(beams, forces.mean), uneven=(UnevenTension.of(beams, forces.slope),))
+    return Terms(
+        stiffening=AxialStiffness.even(beams, forces.mean), uneven=(AxialStiffness.uneven(beams, forces.slope),)
+    )
 
 
 EFFECT = Effect(

@@ -30,55 +30,38 @@ class AxialForces:
 
 
 @dataclass(frozen=True)
-class StressStiffening:
+class AxialStiffness:
     """Stiffness of axial forces that are given, linear in the elastic displacement.
 
     Parameters
     ----------
-    tension
-        Mean axial force of each element (N), ``(angles, elements)``.
+    force
+        Mean axial force of each element, or half of what it changes along the element (N), ``(angles, elements)``.
     blocks
         Blocks of the elements in link axes, ``(angles, elements, 6, 6)`` (N/m ...).
     """
 
-    tension: Array
+    force: Array
     blocks: Array
 
     @classmethod
-    def of(cls, beams: Beams, tension: Array) -> StressStiffening:
-        """Give ``int N w' z' dx`` with the mean axial force N of each element (N), ``(angles, elements)``.
+    def even(cls, beams: Beams, mean: Array) -> AxialStiffness:
+        """Give ``int N w' z' dx`` with the mean axial force N of each element.
 
         Parameters
         ----------
         beams
             The links' matrices.
-        tension
-            The axial forces.
+        mean
+            As `AxialForces.mean`.
         """
-        return cls(tension, tension[..., None, None] * beams.stretching.bow)
-
-
-@dataclass(frozen=True)
-class UnevenTension:
-    """Stiffness of what axial forces that are given change along the elements.
-
-    Without it the force is its mean in each element, and the error of a mesh falls with the second power of the
-    elements' length instead of the fourth.
-
-    Parameters
-    ----------
-    slope
-        Half of what the force changes along each element (N), ``(angles, elements)``.
-    blocks
-        Blocks of the elements in link axes, ``(angles, elements, 6, 6)`` (N/m ...).
-    """
-
-    slope: Array
-    blocks: Array
+        return cls(mean, mean[..., None, None] * beams.stretching.bow)
 
     @classmethod
-    def of(cls, beams: Beams, slope: Array) -> UnevenTension:
-        """Give ``int n w' z' dx`` with ``n = slope (2 xi - 1)`` (N).
+    def uneven(cls, beams: Beams, slope: Array) -> AxialStiffness:
+        """Give ``int n w' z' dx`` with ``n = slope (2 xi - 1)``, what the axial force changes along each element.
+
+        Without it the error of a mesh falls with the second power of the elements' length instead of the fourth.
 
         Parameters
         ----------

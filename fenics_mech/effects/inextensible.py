@@ -16,15 +16,7 @@ if TYPE_CHECKING:
 
 
 def beams(scene: Scene, links: Beams) -> Beams:
-    """Make EA infinite: the mechanism then ties the nodes of each member along its axis (`mechanism.inextensible`).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    links
-        The links' matrices, whose members stretch.
-    """
+    """Make EA infinite: the mechanism ties the nodes of each member along its axis (`mechanism.inextensibility`)."""
     refuse_offsets(scene.rigidity, scene.members(), EFFECT.name, neutral_only=True)
     none = np.zeros(len(links.mesh.cell))
     axial = replace(links.rigidity.axial, coefficient=links.layout.coefficient(none), mean=none + np.inf)

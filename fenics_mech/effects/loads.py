@@ -10,7 +10,7 @@ from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.rotation_forces import RotationForces, of_sines
-from fenics_mech.effects.terms import AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links, total
+from fenics_mech.effects.terms import NOTHING, AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links
 from fenics_mech.scene.applied_loads import LineLoad, Load
 from fenics_mech.scene.bodies import MESH
 
@@ -18,9 +18,8 @@ from fenics_mech.scene.bodies import MESH
 def terms(situation: Situation) -> Terms:
     """Give the loads in link axes, {Qex} of (4.39)."""
     loads = situation.scene.loads.values()
-    return total(
-        [_spread(situation, load) if isinstance(load, LineLoad) else _at_point(situation, load) for load in loads]
-    )
+    found = (_spread(situation, load) if isinstance(load, LineLoad) else _at_point(situation, load) for load in loads)
+    return sum(found, NOTHING)
 
 
 def turned_back(situation: Situation) -> Loads:

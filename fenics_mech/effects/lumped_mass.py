@@ -25,13 +25,6 @@ def beams(scene: Scene, links: Beams) -> Beams:
     A body without a moment of inertia would leave the mass singular. Each has what the scaled diagonal of the
     consistent mass gives it, ``rho A h^3/78`` from each uniform element: Hinton, Rock and Zienkiewicz, Earthquake Eng.
     Struct. Dyn. 4 (1976) 245. Between the nodes the beams have no mass: bending moments run straight there.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    links
-        The links' matrices with the mass spread along members.
     """
     refuse_offsets(scene.rigidity, scene.members(), EFFECT.name)
     mesh = links.mesh

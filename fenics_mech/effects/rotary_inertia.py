@@ -20,13 +20,6 @@ def beams(scene: Scene, links: Beams) -> Beams:
     A section turns by the rigid angle of its link and by phi, with the kinetic energy ``rho I (omega + phi')^2/2`` per
     length. So the mass also acts on the link's angular acceleration, the slope of the rigid acceleration. It has no
     part in the gyroscopic matrix, and none in the centrifugal forces.
-
-    Parameters
-    ----------
-    scene
-        The scene, for the sections' rotary inertia rho I (kg m).
-    links
-        The links' matrices without it.
     """
     (rotary,) = along_elements(
         links.layout, lambda label, s: scene.rigidity(label, s).rotary_inertia[None], links.rigidity.varies

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.effects.rotation_forces import RotationForces, cosine, of_sines, rotated
-from fenics_mech.effects.terms import Entries, summed
+from fenics_mech.effects.terms import Entries
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
@@ -173,9 +173,7 @@ class Separation:
         by
             The right factor, ``(angles, n, k)``; by default `reach`.
         """
-        blocks = self._onto(tangent, self.reach if by is None else by)
-        rows, columns = np.meshgrid(self.dofs, self.dofs, indexing="ij")
-        return Entries(rows.ravel(), columns.ravel(), blocks.reshape(len(blocks), -1))
+        return Entries.of_blocks(self.dofs[None], self._onto(tangent, self.reach if by is None else by)[:, None])
 
     def _onto(self, tangent: Array, by: Array) -> Array:
         return np.asarray(self.reach.transpose(0, 2, 1) @ tangent @ by)

@@ -28,13 +28,6 @@ def beams(scene: Scene, links: Beams) -> Beams:
     the element, makes its energy of bending and shear stationary. So the element is exact under forces at its ends,
     however thin it is: nothing locks.
 
-    Parameters
-    ----------
-    scene
-        The scene, for the sections' shear stiffness G A_s (N).
-    links
-        The links' matrices, whose members are rigid in shear.
-
     Raises
     ------
     SceneError
@@ -56,23 +49,11 @@ def _angle(links: Beams, stiffness: Array) -> Array:
     layout = links.layout
     broken = _fenicsx.assemble_matrix(bending(layout.space, links.rigidity.bending.coefficient))
     moments = layout.of_elements(broken)[:, NORMAL][..., [2, 5]].sum(axis=-1)  # of both ends, by w and w'
-    broken.destroy()
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]
 
 
 def missing_data(scene: Scene) -> str:
-    """Say which member does not state its shear stiffness, or which pin travels along one.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    str
-        What is missing; empty where all is stated.
-    """
+    """Say which member does not state its shear stiffness, or which pin travels along one; else nothing."""
     try:
         for label in scene.members():
             scene.shear_stiffness(label, np.zeros(1))

@@ -12,7 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.separations import SEPARATION, Separation, across
-from fenics_mech.effects.terms import AddedMatrices, Loads, Situation, Terms, total
+from fenics_mech.effects.terms import NOTHING, AddedMatrices, Loads, Situation, Terms
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Scene
@@ -35,16 +35,15 @@ def terms(situation: Situation) -> Terms:
         for name, spring in scene.springs.items():
             if isinstance(spring, HingeSpring):
                 _refuse_winding(scene.cycle_rate, name, Separation.of(scene, mesh, motion, spring))
-    return total(
-        [
-            Terms(
-                loads=Loads(force=separation.force(pull, size)),
-                matrices=AddedMatrices(stiffness=(separation.entries(tangent),)),
-                rotation_forces=separation.couples(pull, tangent),
-            )
-            for separation, pull, tangent, _ in _pulls(scene, mesh, motion)
-        ]
+    found = (
+        Terms(
+            loads=Loads(force=separation.force(pull, size)),
+            matrices=AddedMatrices(stiffness=(separation.entries(tangent),)),
+            rotation_forces=separation.couples(pull, tangent),
+        )
+        for separation, pull, tangent, _ in _pulls(scene, mesh, motion)
     )
+    return sum(found, NOTHING)
 
 
 def spring_forces(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> dict[str, Array]:
@@ -124,14 +123,7 @@ def spring_energy(scene: Scene, mesh: BeamMesh, motion: Motion, v: Array) -> Arr
 def shortening_power(scene: Scene, mesh: BeamMesh, rates: Motion, v: Array, deformation: Array) -> Array:
     """Of `spring_power`, the part that is linear in a displacement (W), ``(angles,)``.
 
-    Parameters
-    ----------
-    scene, mesh
-        The scene and its mesh.
-    rates
-        Rates of the links, true or virtual.
-    v, deformation
-        Elastic displacement in link axes, and its rate, ``(angles, nodal dofs)``.
+    Parameters are those of `spring_power`.
     """
     power = np.zeros(len(v))
     for separation, pull, tangent, _ in _pulls(scene, mesh, rates):

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_dofs import element_dofs
-from fenics_mech.effects.given_axial_forces import AxialForces, StressStiffening, UnevenTension
+from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
     from fenics_mech.beams.mesh import BeamMesh
+    from fenics_mech.effects.nonlinear_law import ArcLength
     from fenics_mech.effects.rotation_forces import RotationForces
 
 
@@ -133,58 +134,6 @@ class Entries:
             Number of nodal dofs.
         """
         return summed(self.values, self.rows * size + self.columns, size**2).reshape(-1, size, size)
-
-
-class Law(Protocol):
-    """A nonlinear force of elements beside the linear elastic one.
-
-    Its displacement v and velocity v' are those of the links' coordinates. Newton's method takes each element's tension
-    as an unknown of its own, beside v. It then needs few steps and no small ones: a tension that is computed from a
-    bending not yet right is a bad guess, as members are stiff along their axes. Source: Magisano, Leonetti and Garcea,
-    Int. J. Numer. Meth. Engng 109 (2017) 1237.
-    """
-
-    @property
-    def dofs(self) -> Index:
-        """The links' coordinates of each element, ``(elements, n)``."""
-
-    @property
-    def on_elements(self) -> Law:
-        """The same by the nodal dofs."""
-
-    def force(self, v: Array, rate: Array) -> Array:
-        """Forces on the elements in link axes, ``(angles, elements, n)``, from v and v'."""
-
-    def shortening(self, v: Array) -> Array:
-        """By how much each element is shorter than its axis, without stretch (m), ``(angles, elements)``, from v."""
-
-    def energy(self, v: Array) -> Array:
-        """Strain energy of the elements less that of linear theory (J), ``(angles, elements)``, from v."""
-
-    def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
-        """Force about v, v' and a tension, ``constant + by_v v + by_rate v'``.
-
-        Returns
-        -------
-        tuple
-            The constant ``(angles, elements, n)``, and two matrices ``(angles, elements, n, n)``.
-        """
-
-    def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
-
-    def tension(self, v: Array, rate: Array) -> Array:
-        """Axial force of each element, with the linear part (N), ``(angles, elements)``."""
-
-    def axial(self, v: Array) -> Array:
-        """Axial force of each element by the linear strain (N), ``(angles, ..., elements)`` of ``(angles, ..., v)``."""
-
-    def gradient(self, v: Array) -> Array:
-        """Gradient of the nonlinear part of each element's elongation, ``(angles, elements, n)``; it is linear in v."""
-
-    @property
-    def bow(self) -> Array:
-        """Second derivative of each element's elongation (1/m ...), ``(elements, n, n)``."""
 
 
 @dataclass(frozen=True)
@@ -362,21 +311,16 @@ class Terms(_Sum):
     matrices: AddedMatrices = AddedMatrices()
     damping: ProportionalDamping = ProportionalDamping()
     acceleration: Array | None = None
-    stiffening: StressStiffening | None = None
-    uneven: tuple[UnevenTension, ...] = ()
-    law: Law | None = None
+    stiffening: AxialStiffness | None = None
+    uneven: tuple[AxialStiffness, ...] = ()
+    law: ArcLength | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
 
     @property
     def axial_stiffness(self) -> tuple[Array, ...]:
         """Blocks of the elements by axial forces that are given, in link axes, ``(angles, elements, 6, 6)`` each."""
-        even = () if self.stiffening is None else (self.stiffening.blocks,)
-        return (*even, *(part.blocks for part in self.uneven))
+        even = () if self.stiffening is None else (self.stiffening,)
+        return tuple(part.blocks for part in (*even, *self.uneven))
 
 
 NOTHING, UNLOADED = Terms(), Loads()
-
-
-def total(terms: Sequence[Terms]) -> Terms:
-    """Sum of all terms."""
-    return sum(terms, NOTHING)

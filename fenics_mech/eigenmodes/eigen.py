@@ -14,7 +14,7 @@ from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc, to_scipy
+from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc
 from fenics_mech._ranks import over_positions
 from fenics_mech.eigenmodes.tracking import Modes, track
 from fenics_mech.errors import SolverError
@@ -80,7 +80,8 @@ def _solve_all(system: System, count: int, options: Mapping[str, Any]) -> Modes:
         positions = iter([(0, rigid.separate.mass, rigid.separate.stiffness)])
     else:
         squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options))
-        positions = ((k, to_scipy(m), to_scipy(s)) for k, m, s in system.positions(symmetric=True))
+        masses, stiffnesses = system.held_matrices()
+        positions = ((k, masses.at(k), stiffnesses.at(k)) for k in range(angles))
     dense = {f"modes_{key}": value for key, value in LAPACK.items()}
     if not first and not dense.items() <= options.items() and _misses_one(positions, squares):
         return _solve_all(system, count, {**options, **dense})

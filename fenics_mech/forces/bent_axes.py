@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad
-from fenics_mech.forces.inertia import inertia_of, nodal_in_members, scaled
+from fenics_mech.forces.inertia import inertia_of, scaled
 from fenics_mech.forces.statics import mass_up_to, spread_and_point_loads, statics
 from fenics_mech.mechanism import System
 
@@ -47,25 +47,16 @@ def of_bent_axis(
     along the member has the shortening up to a place, where the element's function has its mean. Where rotations are
     small, c is 1.
 
-    Parameters
-    ----------
-    system, response
-        The mechanism, and a motion of it.
-    ends
-        Forces on the elements' ends in member axes, ``(angles, elements, 6)``.
-    loads
-        Loads at places inside elements.
-    element, xi
-        Places 0..1 in elements, ``(places,)`` each.
+    Parameters are those of `statics`.
     """
     h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
     inner, of = np.outer(xi, (PLACES + 1) / 2).ravel(), np.repeat(element, len(PLACES))
-    nodal = nodal_in_members(system, v)
+    nodal = system.beams.layout.hermite_dofs(v)
     slope = by_shape_functions(nodal[:, of], h[of], inner)[2]
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
     if law is None:
         return change, np.zeros_like(change)
-    shear, arm = statics(system, response, ends, inertia_of(system, response, of), loads, of, inner)[1], _arm(slope)
+    shear, arm = statics(system, response, ends, loads, of, inner)[1], _arm(slope)
     longer = law.on_elements.shortening(v)[:, element]  # of whole elements
     change += _up_to(shear * arm, h[element] * xi) - ends[:, element, 2] * _arm(nodal[:, element, 2])
     return change, _up_to(arm, h[element] * xi) + longer * xi
@@ -106,7 +97,7 @@ def beyond_mean(
     found = _carried(system, response, element, xi, loads) - (everywhere @ WEIGHTS / 2)[:, element]
     if given:
         own = 3 / 2 * everywhere @ (WEIGHTS * PLACES)
-        found += (sum(part.slope for part in system.terms.uneven) - own)[:, element] * (2 * xi - 1)
+        found += (sum(part.force for part in system.terms.uneven) - own)[:, element] * (2 * xi - 1)
     return np.asarray(found)
 
 

@@ -14,19 +14,6 @@ from fenics_mech.forces.reduced_members import response_of_reduced_members
 from fenics_mech.mechanism import System
 
 
-def element_forces(system: System, response: ElasticResponse) -> Array:
-    """Forces on both ends of every element in its member's axes, ``(angles, elements, 6)``.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
-    """
-    return balanced(system, response)[0]
-
-
 def balanced(system: System, response: ElasticResponse) -> tuple[Array, Array]:
     """Forces on the elements' ends, ``(angles, elements, 6)``, and the displacement v that goes with them.
 
@@ -60,12 +47,7 @@ def _by_stress(system: System, response: ElasticResponse) -> tuple[Array, Array]
 def left_to_statics(system: System, response: ElasticResponse) -> Array:
     """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     return balanced(system, response)[1] - system.to_links(response.displacement)
 
@@ -95,28 +77,18 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
 def element_tension(system: System, response: ElasticResponse) -> Array | None:
     """Axial force with which the elements' axes resist bending (N), ``(angles, elements)``; None in linear theory.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     law = system.terms.law
     if law is not None and response.velocity is not None:
         return law.on_elements.tension(system.to_links(response.displacement), response.velocity)
-    return None if system.terms.stiffening is None else system.terms.stiffening.tension
+    return None if system.terms.stiffening is None else system.terms.stiffening.force
 
 
 def uneven_tension(system: System, response: ElasticResponse) -> Array:
     """Half of what axial forces change along every element (N), ``(angles, elements)``: half of all loads along it.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     return np.asarray(_on_elements(system, response)[..., AXIAL].mean(axis=-1))
 
@@ -124,12 +96,7 @@ def uneven_tension(system: System, response: ElasticResponse) -> Array:
 def axial_forces(system: System, response: ElasticResponse) -> AxialForces:
     """Axial forces of the elements that act on their bent axes.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     return AxialForces(mean_tension(system, response), uneven_tension(system, response.undamped))
 
@@ -140,12 +107,7 @@ def mean_tension(system: System, response: ElasticResponse) -> Array:
     The share of modal damping does not, as it is linear in the coordinates. By virtual work ``int N dx`` is that of the
     forces on the ends, less that of loads and inertia, as the element is stretched evenly: that of the stress is left.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `balanced`.
     """
     ends = _by_stress(system, response.undamped)[0]
     return np.asarray(ends[..., 3] - ends[..., 0]) / 2

@@ -114,63 +114,42 @@ class SpreadLoad:
     line
         As in `Loads.line`: along the axis at both nodes, then along the normal (N/m), ``(angles, elements, 4)``.
     shear_number
-        EI/(G A_s) over the length squared of the elements, ``(elements,)``; None where they are rigid in shear.
+        EI/(G A_s) over the length squared of the elements, ``(elements,)``; 0 where they are rigid in shear.
     arm
-        Place of the neutral line beside the axis that they act on, ``(elements,)`` (m); None where it is that axis.
+        Place of the neutral line beside the axis that they act on, ``(elements,)`` (m).
     """
 
     line: Array
-    shear_number: Array | None = None
-    arm: Array | None = None
+    shear_number: Array
+    arm: Array
 
     def beyond(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array, Array]:
         """What it adds to N, V and M at places of elements, each ``(angles, places)``.
 
-        Parameters
-        ----------
-        element, xi
-            Places 0..1 in elements, ``(places,)`` each.
-        length
-            Length of these elements (m), ``(places,)``.
+        Parameters are those of `PointLoad.beyond`.
         """
         along, across = self._at(element)
         once, twice = (integral(LINEAR, xi, times) for times in (1, 2))
         axial, moment = -length * np.sum(along * once, -1), length**2 * np.sum(across * twice, -1)
-        if self.arm is not None:
-            moment += self.arm[element] * axial
-        return axial, length * np.sum(across * once, -1), moment
+        return axial, length * np.sum(across * once, -1), moment + self.arm[element] * axial
 
     def displacement(self, element: Index, xi: Array, length: Array) -> tuple[Array, Array]:
         """EA u and EI w of an element with fixed, clamped ends under it, each ``(angles, places)`` (N m, N m^3).
 
-        Parameters
-        ----------
-        element, xi
-            Places 0..1 in elements, ``(places,)`` each.
-        length
-            Length of these elements (m), ``(places,)``.
+        Parameters are those of `PointLoad.displacement`.
         """
         along, across = self._at(element)
         u = -(length**2) * np.sum(along * between_fixed_ends(LINEAR, xi), -1)
-        shear = None if self.shear_number is None else self.shear_number[element]
-        w = length**4 * np.sum(across * between_clamped_ends(LINEAR, xi, shear), -1)
+        w = length**4 * np.sum(across * between_clamped_ends(LINEAR, xi, self.shear_number[element]), -1)
         return u, w + self.by_arm(element, xi, length)
 
     def by_arm(self, element: Index, xi: Array, length: Array) -> Array:
         """Of `displacement` the EI w by the moments of loads along the axis on their arm, ``(angles, places)``.
 
-        Parameters
-        ----------
-        element, xi
-            Places 0..1 in elements, ``(places,)`` each.
-        length
-            Length of these elements (m), ``(places,)``.
+        Parameters are those of `PointLoad.displacement`.
         """
-        if self.arm is None:
-            return np.zeros((len(self.line), len(element)))
-        shear = None if self.shear_number is None else self.shear_number[element]
         moments = self.arm[element, None] * self._at(element)[0]
-        return -(length**3) * np.sum(moments * between_clamped_ends(LINEAR, xi, shear, order=3), -1)
+        return -(length**3) * np.sum(moments * between_clamped_ends(LINEAR, xi, self.shear_number[element], 3), -1)
 
     def _at(self, element: Index) -> tuple[Array, Array]:
         here = self.line[:, element]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from fenics_mech._arrays import Array, Index, each
+from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.element_matrices import Beams
@@ -16,20 +16,6 @@ from fenics_mech.mechanism import System
 SHAPES = (*CUBIC, *LINEAR)  # functions that the inertia of an element is made of
 SLOPES = (*(f.deriv() for f in CUBIC), Polynomial([1.0]))  # and the rotation of its sections
 AS_CUBICS = np.array([[f(0.0), f.deriv()(0.0), f(1.0), f.deriv()(1.0)] for f in SLOPES])  # that rotation by `CUBIC`
-
-
-def nodal_in_members(system: System, nodal: Array) -> Array:
-    """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    nodal
-        Values of the nodal dofs, ``(angles, nodal dofs)``.
-    """
-    values, layout = in_member_axes(system.beams.mesh, nodal), system.beams.layout
-    return each(layout.tie, values) if layout.tied else values
 
 
 def by_rotary_inertia(
@@ -59,15 +45,16 @@ def by_rotary_inertia(
     rate = _rotation(system, turning, element)
     terms = [tuple(f * Polynomial.basis(p) for f in SLOPES) for p in range(powers.shape[-1])]
     up_to = sum(powers[element, p, None] * integral(f, xi) for p, f in enumerate(terms))
-    particular = between_clamped_ends(SLOPES, xi, at_elements(shear_number(beams), element), order=3)
+    particular = between_clamped_ends(SLOPES, xi, shear_number(beams)[element], order=3)
     bent = rotary.mean[element] * h**3 * np.sum(rate * particular, -1)
     return h * np.sum(rate * up_to, -1), bent
 
 
 def _rotation(system: System, nodal: Array, element: Index) -> Array:
     """Rotation of the sections of elements by nodal values in link axes, by `SLOPES`, ``(angles, places, 5)``."""
-    h = system.beams.mesh.cell_length[element]
-    slopes, plain = nodal_in_members(system, nodal)[:, element], in_member_axes(system.beams.mesh, nodal)[:, element]
+    mesh, layout = system.beams.mesh, system.beams.layout
+    h, slopes, plain = mesh.cell_length[element], layout.hermite_dofs(nodal), in_member_axes(mesh, nodal)
+    slopes, plain = slopes[:, element], plain[:, element]
     rate = np.empty((*slopes.shape[:2], len(SLOPES)))  # slope of w less angle of shear
     rate[..., :4], rate[..., 4] = scaled(slopes[..., NORMAL], h) / h[:, None], plain[..., 2] - slopes[..., 2]
     return rate
@@ -92,13 +79,13 @@ def by_mass_beside_axis(
     """
     h = system.beams.mesh.cell_length[element]
     along = _of_neutral_line(system, response, element)[0]
-    particular = between_clamped_ends(SHAPES, xi, at_elements(shear_number(system.beams), element), order=3)
+    particular = between_clamped_ends(SHAPES, xi, shear_number(system.beams)[element], order=3)
     on_arm = -mass_moment[element]
     return on_arm * h * np.sum(along * integral(SHAPES, xi), -1), on_arm * h**3 * np.sum(along * particular, -1)
 
 
-def shear_number(beams: Beams) -> Array | None:
-    """EI/(G A_s) over the length squared of the elements; None where they are rigid in shear.
+def shear_number(beams: Beams) -> Array:
+    """EI/(G A_s) over the length squared of the elements, ``(elements,)``; 0 where they are rigid in shear.
 
     Parameters
     ----------
@@ -106,21 +93,8 @@ def shear_number(beams: Beams) -> Array | None:
         The links' matrices.
     """
     if beams.rigidity.shear is None:
-        return None
+        return np.zeros(len(beams.mesh.cell))
     return beams.rigidity.bending.mean / beams.rigidity.shear.mean / beams.mesh.cell_length**2
-
-
-def at_elements(values: Array | None, element: Index) -> Array | None:
-    """Values of some elements; None where there are none.
-
-    Parameters
-    ----------
-    values
-        One value for each element.
-    element
-        The elements.
-    """
-    return None if values is None else values[element]
 
 
 def inertia_of(system: System, response: ElasticResponse, element: Index) -> tuple[Array, Array]:
@@ -152,12 +126,12 @@ def inertia_of(system: System, response: ElasticResponse, element: Index) -> tup
 def _of_neutral_line(system: System, response: ElasticResponse, element: Index) -> tuple[Array, Array]:
     """Acceleration of the neutral line, as `inertia_of` gives that of the mass."""
     h = system.beams.mesh.cell_length[element]
-    inertia = nodal_in_members(system, response.inertia)[:, element]
+    inertia = system.beams.layout.hermite_dofs(response.inertia)[:, element]
     along = np.zeros((*inertia.shape[:2], 6))
     across = np.zeros_like(along)
     along[..., 4:], across[..., :4] = inertia[..., AXIAL], scaled(inertia[..., NORMAL], h)
     if response.rotation is not None:
-        turning = nodal_in_members(system, response.rotation.turning)[:, element]
+        turning = system.beams.layout.hermite_dofs(response.rotation.turning)[:, element]
         along[..., :4], across[..., 4:] = -scaled(turning[..., NORMAL], h), turning[..., AXIAL]  # the form s
     return along, across
 

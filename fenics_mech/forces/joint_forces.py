@@ -44,12 +44,7 @@ def nodal_forces(system: System, response: ElasticResponse) -> Array:
 def without_elastic(system: System, response: ElasticResponse) -> Array:
     """Force that the nodes need from joints and from the links' stress, ``m a - f``, ``(angles, nodal dofs)``.
 
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
+    Parameters are those of `nodal_forces`.
     """
     terms, v = system.terms, system.to_links(response.displacement)
     forces = (system.nodal_mass @ response.inertia.T).T - system.applied

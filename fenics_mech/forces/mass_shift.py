@@ -4,7 +4,7 @@ Bending draws the points of an axis together. An element's shape functions hold 
 of its axial force; between them its mass moves along the axis by s in the mean. With ``int (2 xi - 1) w' z' dx`` as
 matrix B of an element, ``s = v^T B v/4``. What changes the axial force along the element is inertia and loads along
 it, half of which is the slope c of `AxialForces`. In s they do the work ``- 2 c ds = - c v^T B dv``, which is that of
-the stiffness `UnevenTension`. So torque and energy have s too.
+the stiffness `AxialStiffness.uneven`. So torque and energy have s too.
 """
 
 from __future__ import annotations

@@ -32,15 +32,13 @@ from fenics_mech.forces.element_ends import balanced, element_tension, uneven_te
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad
 from fenics_mech.forces.inertia import (
     SHAPES,
-    at_elements,
     by_mass_beside_axis,
     by_rotary_inertia,
     inertia_of,
-    nodal_in_members,
     scaled,
     shear_number,
 )
-from fenics_mech.forces.statics import forces_inside, mass_up_to, spread_and_point_loads, statics
+from fenics_mech.forces.statics import mass_up_to, spread_and_point_loads, statics
 from fenics_mech.mechanism import System
 
 
@@ -96,13 +94,13 @@ def recover_members(
         Point loads on the members, beside those at their ends.
     """
     beams = system.beams
-    element, xi = locate(beams, s)
+    element, xi = _locate(beams, s)
     h = beams.mesh.cell_length[element]
-    inertia, (ends, v) = inertia_of(system, response, element), balanced(system, response)
-    axial, shear, moment = statics(system, response, ends, inertia, loads, element, xi)
-    displacement = nodal_in_members(system, v)[:, element]
+    ends, v = balanced(system, response)
+    axial, shear, moment = statics(system, response, ends, loads, element, xi)
+    displacement = system.beams.layout.hermite_dofs(v)[:, element]
     u, w, slope = by_shape_functions(displacement, h, xi)
-    extra_u, extra_w = between_nodes(system, response, element, xi, loads, inertia, v)
+    extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
     u, w = u + extra_u, w + extra_w
     if beams.layout.offsets is not None:  # from the neutral line to the axis
         sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
@@ -144,8 +142,9 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
     numpy.ndarray
         Of shape ``(angles, members, stations, 2)``.
     """
-    element, xi = locate(system.beams, s)
-    u, w, _ = by_shape_functions(nodal_in_members(system, v)[:, element], system.beams.mesh.cell_length[element], xi)
+    element, xi = _locate(system.beams, s)
+    h, nodal = system.beams.mesh.cell_length[element], system.beams.layout.hermite_dofs(v)[:, element]
+    u, w, _ = by_shape_functions(nodal, h, xi)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
 
 
@@ -156,19 +155,11 @@ def section_forces(
 
     Parameters are those of `recover_members`.
     """
-    return forces_inside(system, response, *locate(system.beams, s), loads)
+    return statics(system, response, balanced(system, response)[0], loads, *_locate(system.beams, s))
 
 
-def locate(beams: Beams, s: Array) -> tuple[Index, Array]:
-    """Element and place 0..1 in it of each station of each member, both ``(members x stations,)``.
-
-    Parameters
-    ----------
-    beams
-        The links' matrices.
-    s
-        Stations along every member, 0..1, ``(stations,)``.
-    """
+def _locate(beams: Beams, s: Array) -> tuple[Index, Array]:
+    """Element and place 0..1 in it of each station `s` of each member, both ``(members x stations,)``."""
     mesh = beams.mesh
     elements, places = [], []
     for i, length in enumerate(mesh.member_length):
@@ -185,7 +176,6 @@ def between_nodes(
     element: Index,
     xi: Array,
     loads: Sequence[PointLoad] = (),
-    inertia: tuple[Array, Array] | None = None,
     v: Array | None = None,
 ) -> tuple[Array, Array]:
     """Displacements along and across the member that the shape functions leave out, ``(angles, places)`` each (m).
@@ -200,21 +190,18 @@ def between_nodes(
         As of `recover_members`.
     element, xi
         Places 0..1 in elements.
-    inertia, v
-        From `inertia_of` and `balanced`, where they are known.
+    v
+        Displacement from `balanced`, where it is known.
     """
     beams = system.beams
-    h, rho_a, number = (
-        beams.mesh.cell_length[element],
-        beams.inertia.density.mean[element],
-        at_elements(shear_number(beams), element),
-    )
-    along, across = inertia_of(system, response, element) if inertia is None else inertia
+    h, rho_a = beams.mesh.cell_length[element], beams.inertia.density.mean[element]
+    along, across = inertia_of(system, response, element)
     varies = beams.rigidity.varies
     u, w = np.zeros((2, *along.shape[:2]))
     if not varies:
         u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
-        w -= rho_a * h**4 * np.sum(across * between_clamped_ends(SHAPES, xi, number), -1)
+        shapes = between_clamped_ends(SHAPES, xi, shear_number(beams)[element])
+        w -= rho_a * h**4 * np.sum(across * shapes, -1)
     if beams.inertia.rotary is not None:
         w += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[1]
     if beams.mass_moment is not None:
@@ -276,8 +263,8 @@ def bent_by_tension(system: System, response: ElasticResponse, tension: Array, e
         Places 0..1 in elements, ``(places,)`` each.
     """
     beams, slope = system.beams, uneven_tension(system, response)
-    h, number = beams.mesh.cell_length[element], at_elements(shear_number(beams), element)
-    nodal = scaled(nodal_in_members(system, system.to_links(response.displacement))[:, element][..., NORMAL], h)
+    h, number = beams.mesh.cell_length[element], shear_number(beams)[element]
+    nodal = scaled(system.beams.layout.hermite_dofs(system.to_links(response.displacement))[:, element][..., NORMAL], h)
     of_mean, of_slope = (
         np.sum(nodal * between_clamped_ends(tuple((force * f.deriv()).deriv() for f in CUBIC), xi, number), -1)
         for force in (Polynomial([1]), Polynomial([-1, 2]))

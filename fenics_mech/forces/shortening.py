@@ -17,7 +17,6 @@ import numpy as np
 from scipy.sparse.linalg import SuperLU, splu
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.mesh import mesh_scene
@@ -157,5 +156,5 @@ class Shortening:
     @cached_property
     def _factors(self) -> list[SuperLU]:
         """Factors of the links' stiffness over the coordinates at every angle."""
-        bare = replace(self.system, terms=NOTHING)
-        return [splu(to_scipy(stiffness).tocsc()) for _, _, stiffness in bare.positions()]
+        _, stiffness = replace(self.system, terms=NOTHING).held_matrices()
+        return [splu(stiffness.at(k).tocsc()) for k in range(len(stiffness))]

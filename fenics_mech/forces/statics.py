@@ -10,42 +10,13 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import evaluate, integral
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_ends import element_forces
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad, applied_inside
 from fenics_mech.forces.inertia import SHAPES, by_mass_beside_axis, by_rotary_inertia, inertia_of, shear_number
 from fenics_mech.mechanism import System
 
 
-def forces_inside(
-    system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad] = ()
-) -> tuple[Array, Array, Array]:
-    """Give N, V and M on the straight axes at places xi (0..1) of elements, ``(angles, places)`` each.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    response
-        A motion of it.
-    element
-        Element of each place, ``(places,)``.
-    xi
-        The places, 0..1 in their elements, ``(places,)``.
-    loads
-        Loads at places inside elements.
-    """
-    inertia, ends = inertia_of(system, response, element), element_forces(system, response)
-    return statics(system, response, ends, inertia, loads, element, xi)
-
-
 def statics(
-    system: System,
-    response: ElasticResponse,
-    ends: Array,
-    inertia: tuple[Array, Array],
-    loads: Sequence[PointLoad],
-    element: Index,
-    xi: Array,
+    system: System, response: ElasticResponse, ends: Array, loads: Sequence[PointLoad], element: Index, xi: Array
 ) -> tuple[Array, Array, Array]:
     """N, V and M on the straight axes at places of elements, ``(angles, places)`` each.
 
@@ -55,8 +26,6 @@ def statics(
         The mechanism, and a motion of it.
     ends
         Forces on the elements' ends in member axes, ``(angles, elements, 6)``.
-    inertia
-        From `inertia_of`.
     loads
         Loads at places inside elements.
     element, xi
@@ -68,7 +37,7 @@ def statics(
         ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
     if beams.layout.offsets is not None:
         ends = beams.layout.offsets.on_neutral_line(ends)
-    end, (along, across) = ends[:, element], inertia
+    end, (along, across) = ends[:, element], inertia_of(system, response, element)
     first, second = mass_up_to(beams, element, xi)
     axial = -end[..., 0] + h * np.sum(along * first, -1)
     shear = end[..., 1] - h * np.sum(across * first, -1)
@@ -95,8 +64,8 @@ def spread_and_point_loads(system: System, loads: Sequence[PointLoad]) -> tuple[
     line, points = system.terms.loads.line, (*loads, *applied_inside(system))
     if line is None:
         return points
-    offsets = system.beams.layout.offsets
-    return (*points, SpreadLoad(line, shear_number(system.beams), None if offsets is None else offsets.neutral))
+    number, offsets = shear_number(system.beams), system.beams.layout.offsets
+    return (*points, SpreadLoad(line, number, np.zeros_like(number) if offsets is None else offsets.neutral))
 
 
 def mass_up_to(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:

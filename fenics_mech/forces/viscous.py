@@ -28,7 +28,7 @@ def elastic_strain(scene: Scene, stress: Array, every: int = 1) -> Array:
     """
     retardation = scene.damping.material
     if retardation and scene.analysis.method == "periodic":
-        return elastic_part(stress, retardation, scene.period)
+        return _elastic_part(stress, retardation, scene.period)
     if retardation and scene.analysis.method == "transient":
         return delayed(stress, retardation, every * scene.period / scene.analysis.sub_intervals)
     return stress
@@ -56,18 +56,8 @@ def sampling_error(scene: Scene, stress: Array) -> Array:
     return np.abs(missed).max(axis=(0, *range(2, missed.ndim)))
 
 
-def elastic_part(total: Array, material: float, period: float) -> Array:
-    """Solve ``strain + material * d strain/dt = total`` over a cycle, harmonic by harmonic.
-
-    Parameters
-    ----------
-    total
-        Stress over E, at equal steps of a whole cycle, ``(angles, ...)``.
-    material
-        Retardation time of the material (s).
-    period
-        Duration of the cycle (s).
-    """
+def _elastic_part(total: Array, material: float, period: float) -> Array:
+    """Solve ``strain + material * d strain/dt = total`` over a cycle of that period (s), harmonic by harmonic."""
     harmonics = np.fft.rfft(total, axis=0)
     omega = 2 * np.pi / period * np.arange(len(harmonics))
     lag = (1 + 1j * omega * material).reshape(-1, *(1,) * (total.ndim - 1))

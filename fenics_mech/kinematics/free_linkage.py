@@ -21,6 +21,7 @@ from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, rates_by_drives
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.freedoms import Freedom
+from fenics_mech.scene.joints import Joint
 
 
 @dataclass(frozen=True)
@@ -114,13 +115,11 @@ class FreeLinkage:
         if not self.scene.drives:
             return (np.zeros((len(time), 0)),) * 3
         theta = self.scene.coordinate(time)
-        jet, drives = self.loops.drive(theta.value), slice(len(self.scene.drives))
+        jet, count = self.loops.drive(theta.value), len(self.scene.drives)
+        value, first, second = (part[:, :count] for part in (jet.value, jet.first, jet.second))
         rate, change = theta.first[:, None], theta.second[:, None]
-        value: Array = jet.value[:, drives]
-        first: Array = jet.first[:, drives]
-        second: Array = jet.second[:, drives]
-        by_time = first * rate, second * rate**2 + first * change  # chain rule
-        return value, np.asarray(by_time[0], dtype=float), np.asarray(by_time[1], dtype=float)
+        acceleration: Array = np.asarray(second * rate**2 + first * change, dtype=float)  # chain rule
+        return value, first * rate, acceleration
 
     def _theta(self, time: Array, places: Array) -> Array:
         """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase."""
@@ -153,9 +152,9 @@ def with_freedoms(scene: Scene) -> Scene:
     wanted = [name for name in scene.freedoms if name not in stated]
     if not len(motions) and not wanted:
         return scene
-    others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene, name)]
+    others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene.joints[name])]
     places, rates = _of_joints(scene, loops, q, motions, wanted + others)
-    chosen = _chosen(scene, rates, wanted, others)
+    chosen = _chosen(scene.joints, rates, wanted, others)
     if len(chosen) != len(motions):
         words = "; ".join(describe(scene.links, scene.joints, q, motions))
         raise SceneError(
@@ -167,17 +166,16 @@ def with_freedoms(scene: Scene) -> Scene:
     return scene.changed(freedoms=scene.freedoms | starting)
 
 
-def _may_state(scene: Scene, name: str) -> bool:
-    joint = scene.joints[name]
+def _may_state(joint: Joint) -> bool:
     return len(joint.connect) == 2 and joint.kind != "weld"
 
 
-def _chosen(scene: Scene, rates: Mapping[str, Array], wanted: list[str], others: list[str]) -> list[str]:
+def _chosen(joints: Mapping[str, Joint], rates: Mapping[str, Array], wanted: list[str], others: list[str]) -> list[str]:
     """Give joints that state free motions by their rates in them: those that are wanted, then what moves most beside.
 
     Joints on the ground come first among those that move much.
     """
-    on_ground = {name: any(at.startswith("ground.") for at in scene.joints[name].connect) for name in others}
+    on_ground = {name: any(at.startswith("ground.") for at in joints[name].connect) for name in others}
     found = list(wanted)
     left = np.eye(len(next(iter(rates.values()), ())))  # free motions that no joint found so far states
     for name in wanted:

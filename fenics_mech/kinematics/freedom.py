@@ -30,17 +30,9 @@ def free_motions(loops: Loops, q: Array) -> Array:
         x, y of the links' origins (m) and their rotations (rad), ``(motions, links, 3)``. Each motion has a link of its
         own that it turns, or where none turns shifts, and that the other motions leave.
     """
-    size = _size(loops.scene.links)
-    unit = np.tile([size, size, 1.0], len(loops.links))
-    lengths = 2 * len(loops.points) + len(loops.lines)
-    rows = np.ones(len(loops.names))
-    rows[:lengths] = size
-    if len(loops.driven_strokes):
-        rows[-len(loops.driven_strokes) :] = size
-    jacobian = loops.jacobian(q[None])[0] * unit / rows[:, None]
-    _, values, right = np.linalg.svd(jacobian)
+    _, values, right = np.linalg.svd(loops.without_units(q[None])[0])
     null = right[int((values > CONDITION.free).sum()) :]
-    return (row_reduced(null, np.arange(len(q)) % 3 == 2) * unit).reshape(len(null), len(loops.links), 3)
+    return (row_reduced(null, np.arange(len(q)) % 3 == 2) * loops.unit).reshape(len(null), len(loops.links), 3)
 
 
 def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:

@@ -63,7 +63,7 @@ def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmissi
     """
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
-        return transmission_angles(loops, coordinates_at(loops, theta, branch)) or {}
+        return _transmission_angles(loops, coordinates_at(loops, theta, branch)) or {}
 
     def angle(pair: tuple[str, tuple[str, ...]]) -> Callable[[Array], Array]:
         return lambda theta: angles(theta)[pair]
@@ -77,16 +77,8 @@ def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmissi
     return tuple(found)
 
 
-def transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
-    """Give the transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(positions, 3 links)``.
-    """
+def _transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
+    """Transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known."""
     joints, known = _joints(loops, q), {GROUND}
     found: dict[tuple[str, tuple[str, ...]], Array] = {}
 

@@ -38,7 +38,7 @@ def links(scene: Scene) -> Beams:
     seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse, at_nodes)))
     cutoff = scene.analysis.cutoff
     highest = None if cutoff == "auto" else 2 * math.pi * cutoff
-    return replace(seen, reduction=Reduction.of(fine, seen, members, highest, nonlinear(acting)))
+    return replace(seen, reduction=Reduction.of(fine, seen, members, highest, _nonlinear(acting)))
 
 
 def links_depend_on(scene: Scene) -> tuple[object, ...]:
@@ -55,17 +55,11 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     parts = [getattr(scene, key) for key in OF_LINKS]
     if scene.analysis.reduction == "none":
         return parts, nodes, shapes
-    return parts, nodes, shapes, scene.analysis.cutoff, nonlinear(acting), most_recovered(acting)
+    return parts, nodes, shapes, scene.analysis.cutoff, _nonlinear(acting), most_recovered(acting)
 
 
-def nonlinear(acting: Iterable[Effect]) -> bool:
-    """Whether the strain of the links is nonlinear.
-
-    Parameters
-    ----------
-    acting
-        The effects that act.
-    """
+def _nonlinear(acting: Iterable[Effect]) -> bool:
+    """Whether the strain of the links is nonlinear."""
     return any(effect.nonlinear for effect in acting)
 
 
@@ -77,7 +71,7 @@ def most_recovered(acting: Collection[Effect]) -> int:
     acting
         The effects that act.
     """
-    given = any(effect.stress_stiffening for effect in acting) and not nonlinear(acting)
+    given = any(effect.stress_stiffening for effect in acting) and not _nonlinear(acting)
     return REDUCTION.recovered_stiffened if given else REDUCTION.recovered
 
 

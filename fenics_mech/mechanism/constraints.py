@@ -131,7 +131,7 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
             if contact is not None:
                 contacts[name] = contact
             slide = None if name in driven else column(f"{name}.slide")
-            equations += _slot(scene, name, joint, points[0], points[1], slide, contact)
+            equations += _slot(name, joint, (points[0], points[1]), places, scene.guide_angle(joint), slide, contact)
         else:
             grounded = any(point.link == GROUND for point in points)
             pin = None if grounded else np.array([column(f"{name}.X"), column(f"{name}.Y")])
@@ -159,19 +159,18 @@ def _tied(joint: str, first: Attachment, second: Attachment) -> ConstraintEquati
 
 
 def _slot(
-    scene: Scene,
     name: str,
     joint: Slot | Prismatic,
-    guide: Attachment,
-    pin: Attachment,
+    ends: tuple[Attachment, Attachment],
+    places: list[tuple[float, float]],
+    angle: float,
     slide: int | None,
     contact: Contact | None,
 ) -> list[ConstraintEquation]:
-    """A pin moves as its guide does where it is, and along it."""
+    """A pin moves as its guide does where it is, and along it; `ends` and `places` are those of guide and pin."""
+    guide, pin = ends
     frame = pin.link if pin.link != GROUND else guide.link
-    angle = scene.guide_angle(joint)
     along = np.array([[np.cos(angle)], [np.sin(angle)]])  # in the guide's axes
-    places = [scene.point(point)[1] for point in joint.connect]
 
     def carried(motion: Motion, orders: int) -> Term:
         turn = _into(motion, frame, guide.link, orders)
@@ -179,11 +178,7 @@ def _slot(
             dofs, shape = contact.shift(motion, orders)
             return dofs, [-value for value in product(turn, shape)]
         distance = travelled(motion, guide.body, pin.body, places, angle, orders)
-        shift = [
-            np.broadcast_to(guide.shift, (len(motion.theta), 2, 3)).copy(),
-            *(np.zeros((len(motion.theta), 2, 3)),) * 2,
-        ]
-        jets = [value.copy() for value in shift[:orders]]
+        jets = [value.copy() for value in constant(guide.shift, motion, orders)]
         for jet, d in zip(jets, distance):
             jet[:, :, 2] += (QUARTER @ along)[:, 0] * d[:, None]  # the guide's rotation swings the pin
         return guide.dofs[None], [-value for value in product(turn, jets)]
@@ -199,16 +194,14 @@ def _slot(
         terms.append(carried)
     if slide is not None:
         terms.append(slid)
-    held = pin if pin.link != GROUND else guide
-    body = held.body if held is pin else "ground"
-    equations = [ConstraintEquation(name, body, frame, 2, tuple(terms), contact)]
+    equations = [ConstraintEquation(name, pin.body, frame, 2, tuple(terms), contact)]
     if isinstance(joint, Prismatic):
         turning = [_fixed(pin.dofs[2:], np.ones((1, 1)))] if pin.dofs.size else []
         if contact is not None:
             turning.append(contact.turn)
         elif guide.dofs.size:
             turning.append(_fixed(guide.dofs[2:], -np.ones((1, 1))))
-        equations.append(ConstraintEquation(name, body, frame, 1, tuple(turning), contact))
+        equations.append(ConstraintEquation(name, pin.body, frame, 1, tuple(turning), contact))
     return equations
 
 

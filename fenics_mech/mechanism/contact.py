@@ -12,7 +12,7 @@ from numpy.polynomial import Polynomial
 from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import GROUND
@@ -125,55 +125,34 @@ class Contact:
     def shift(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Displacement of the member at the pin, in link axes: dofs ``(angles, 6)`` and jets ``(angles, 2, 6)``.
 
-        Parameters
-        ----------
-        motion
-            The rigid motion.
-        orders
-            1 for values, 3 with two time derivatives.
+        Parameters are those of `place`.
         """
         element, xi = self.place(motion, orders)
         h = self.mesh.cell_length[element]
         jets = [np.zeros((len(element), 2, 6)) for _ in range(orders)]
-        one = np.ones_like(h)
-        for functions, row, columns, scale in ((LINEAR, 0, AXIAL, [one, one]), (CUBIC, 1, NORMAL, [one, h, one, h])):
-            for function, column, factor in zip(functions, columns, scale):
-                for jet, value in zip(jets, _along(function, xi)):
-                    jet[:, row, column] = factor * value
-        return self._in_link_axes(element, jets, motion, orders)
+        scale = np.stack([np.ones_like(h), h] * 2, axis=-1)
+        for jet, along, across in zip(jets, _at_pin(LINEAR, xi), _at_pin(CUBIC, xi)):
+            jet[:, 0, AXIAL], jet[:, 1, NORMAL] = along, scale * across
+        into_member = member_rotation(self.mesh)[element]
+        out = constant(into_member[0, :2, :2].T, motion, orders)
+        return element_dofs(self.mesh)[element], product(out, [jet @ into_member for jet in jets])
 
     def turn(self, motion: Motion, orders: int) -> tuple[Index, Jets]:
         """Minus the member's rotation at the pin: dofs ``(angles, 6)`` and jets ``(angles, 1, 6)``.
 
-        Parameters
-        ----------
-        motion
-            The rigid motion.
-        orders
-            1 for values, 3 with two time derivatives.
+        Parameters are those of `place`.
         """
         element, xi = self.place(motion, orders)
         h = self.mesh.cell_length[element]
         jets = [np.zeros((len(element), 1, 6)) for _ in range(orders)]
-        for function, column, factor in zip(CUBIC, NORMAL, [1 / h, np.ones_like(h), 1 / h, np.ones_like(h)]):
-            for jet, value in zip(jets, _along(function.deriv(), xi)):
-                jet[:, 0, column] = -factor * value
-        angle = member_rotation(self.mesh)[element]
-        return element_dofs(self.mesh)[element], product(jets, [angle, *(np.zeros_like(angle),) * (orders - 1)])
-
-    def _in_link_axes(self, element: Index, jets: Jets, motion: Motion, orders: int) -> tuple[Index, Jets]:
-        into_member = member_rotation(self.mesh)[element]
-        out = constant(member_rotation(self.mesh)[element[0], :2, :2].T, motion, orders)
-        return element_dofs(self.mesh)[element], product(out, [jet @ into_member for jet in jets])
+        scale = np.stack([1 / h, np.ones_like(h)] * 2, axis=-1)
+        for jet, slope in zip(jets, _at_pin(tuple(f.deriv() for f in CUBIC), xi)):
+            jet[:, 0, NORMAL] = -scale * slope
+        return element_dofs(self.mesh)[element], [jet @ member_rotation(self.mesh)[element] for jet in jets]
 
 
 def travelled(
-    motion: Motion,
-    guide: str,
-    pin: str,
-    places: list[tuple[float, float]],
-    angle: float,
-    orders: int,
+    motion: Motion, guide: str, pin: str, places: list[tuple[float, float]], angle: float, orders: int
 ) -> Jets:
     """Distance of a pin along its guide from the guide's point (m), with time derivatives, ``(angles,)`` each.
 
@@ -195,14 +174,14 @@ def travelled(
     link = GROUND if guide == "ground" else motion.links.index(guide)
     turn = [a[:, link] if link != GROUND else zero for a in (motion.angle, motion.omega, motion.alpha)]
     tangent = [r[:, :, 0] for r in rotation_matrices(turn[0] + angle, turn[1], turn[2], orders)]
-    return [
-        value[:, 0, 0] for value in product([t[:, None, :] for t in tangent], [g[:, :, None] for g in gap[:orders]])
-    ]
+    along = product([t[:, None, :] for t in tangent], [g[:, :, None] for g in gap[:orders]])
+    return [value[:, 0, 0] for value in along]
 
 
-def _along(function: Polynomial, xi: Jets) -> Jets:
-    """A function at a place that moves, by the chain rule."""
+def _at_pin(functions: tuple[Polynomial, ...], xi: Jets) -> Jets:
+    """Functions at a place that moves, by the chain rule, ``(angles, functions)`` each."""
+    value, slope, curvature = (evaluate(tuple(f.deriv(n) for f in functions), xi[0]) for n in range(3))
     if len(xi) == 1:
-        return [function(xi[0])]
-    first, second = function.deriv(1)(xi[0]), function.deriv(2)(xi[0])
-    return [function(xi[0]), first * xi[1], second * xi[1] ** 2 + first * xi[2]]
+        return [value]
+    rate, change = xi[1][:, None], xi[2][:, None]
+    return [value, slope * rate, curvature * rate**2 + slope * change]

@@ -18,7 +18,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import require_memory
 from fenics_mech._sparse import DENSE, Congruence, Stack
 from fenics_mech.effects import Entries
-from fenics_mech.effects.terms import Law
+from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
@@ -198,7 +198,7 @@ class Equation:
         stiffness = tangents.stiffness + self._tangents(self.modal.law.dofs, blocks, np.zeros(1))[1]
         return replace(tangents, stiffness=stiffness, load=tangents.load + load, modal=modal)
 
-    def _linearised(self, law: Law, state: tuple[Array, Array], tension: Array, share: float = 1.0) -> Matrices:
+    def _linearised(self, law: ArcLength, state: tuple[Array, Array], tension: Array, share: float = 1.0) -> Matrices:
         """Linearise about v and v' of the links, and the tension of their elements."""
         mesh, forces = self.system.beams.mesh, self.system.rotation_forces
         found = self._added(
@@ -379,18 +379,3 @@ def require_room(system: System, positions: int, stages: int, modes: int | None)
         )
     what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
     require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")
-
-
-def held_matrices(system: System) -> tuple[Stack, Stack]:
-    """Mass and symmetric stiffness, held at the angles.
-
-    Parameters
-    ----------
-    system
-        The mechanism at the angles.
-    """
-    equation, p = Equation(system), system.values
-    products = equation._congruence
-    m = products.values_of_matrix(system.link_mass)
-    k = equation._with(system.link_stiffness, system.symmetric_stiffness)
-    return products.products(p, (m, p)), products.products(p, (k, p))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech._sparse import ProductPairs, Stack
-from fenics_mech.effects.terms import Law
+from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.mechanism.transformation import Transformation
 
 
@@ -145,7 +145,7 @@ class NonlinearModalForces:
 
     linear: ModalForces
     axial: Array
-    law: Law
+    law: ArcLength
     transformation: Transformation
     jets: tuple[Array, Array]
 
@@ -161,10 +161,7 @@ class NonlinearModalForces:
     def rates(self, q: Array, rate: Array) -> Array:
         """Give y of q and q', ``(angles, modes)``.
 
-        Parameters
-        ----------
-        q, rate
-            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        Parameters are those of `ModalForces.rates`.
         """
         v, v_rate = self._links(q, rate)
         return self.linear.rates(q, rate) + self._bending(self.law.gradient(v), v_rate)
@@ -195,10 +192,7 @@ class NonlinearModalForces:
     def of(self, q: Array, rate: Array) -> Array:
         """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'.
 
-        Parameters
-        ----------
-        q, rate
-            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        Parameters are those of `ModalForces.of`.
         """
         rates = self.rates(q, rate)
         return self.linear.forces(rates) + self.on_bent_axis(rates, q)

@@ -51,16 +51,8 @@ def _times(factor: Array, values: Array) -> Array:
     return np.einsum("t,t...->t...", factor, values)
 
 
-def swing(system: System, unit: Motion) -> Array:
-    """Give the displacement of all nodal dofs in link axes as the crank turns by 1 rad, ``(angles, nodal dofs)``.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    unit
-        Its rigid motion when the crank turns at 1 rad/s.
-    """
+def _swing(system: System, unit: Motion) -> Array:
+    """Displacement of all nodal dofs in link axes as the crank turns by 1 rad, ``(angles, nodal dofs)``."""
     return replace(system, motion=unit).rigid_velocity
 
 
@@ -74,7 +66,7 @@ def load_with_torque(system: System, unit: Motion) -> Array:
     unit
         Its motion at a rate of 1 rad/s.
     """
-    torque = -np.sum(swing(system, unit) * _residual_forces(system), axis=1)
+    torque = -np.sum(_swing(system, unit) * _residual_forces(system), axis=1)
     return np.column_stack([system.load, torque])
 
 
@@ -140,7 +132,7 @@ class MotorEquation(Equation):
         """
         system, terms, link = self.system, self.system.terms, self.system.link_of_dof
         transformation, motion = system.transformation, system.motion
-        field, residual, matrices = swing(system, self.unit), _residual_forces(system), terms.matrices
+        field, residual, matrices = _swing(system, self.unit), _residual_forces(system), terms.matrices
         omega, alpha = motion.omega[:, link], system.tangential[:, link]
         s, centrifugal = system.nodal_gyroscopic.T, (system.nodal_mass - system.nodal_rotary_mass).T
         momentum = (system.nodal_mass.T @ field.T).T  # x^T m

@@ -141,7 +141,7 @@ class RigidModes:
         """Find the motions in which links give way to the system's load, as nothing holds them.
 
         Beside the rigid-body modes these are freedoms that only axial forces resist. They count where the load moves
-        them and the axial forces do not hold them within `LIMITS.turn`. The links then accelerate, and are in no
+        them and the axial forces do not hold them within `RIGID.turn`. The links then accelerate, and are in no
         equilibrium whose stability axial forces could decide. A weight that hangs still holds its links.
 
         Parameters

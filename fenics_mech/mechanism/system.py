@@ -12,7 +12,8 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech._petsc import to_petsc, to_scipy
+from fenics_mech._petsc import to_petsc
+from fenics_mech._sparse import Congruence, Stack
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import NOTHING, Entries, Loads, Terms
@@ -23,7 +24,7 @@ from fenics_mech.mechanism.transformation import Transformation, build_transform
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
-KEPT = ("values", "nodal_mass", "nodal_rotary_mass", "nodal_stiffness", "nodal_gyroscopic", "rigid_acceleration")
+KEPT = ("values", "rigid_acceleration")
 
 
 @dataclass(frozen=True)
@@ -149,25 +150,25 @@ class System:
         """Gyroscopic matrix s of all links, over their coordinates."""
         return self.nodal_gyroscopic if self.beams.reduction is None else self.beams.reduction.gyroscopic
 
-    @cached_property
+    @property
     def nodal_mass(self) -> sp.csr_matrix:
-        """Matrix m over the nodal dofs in link axes, for products with many vectors at once."""
-        return to_scipy(self.beams.mass)
+        """Matrix m over the nodal dofs in link axes."""
+        return self.beams.mass
 
-    @cached_property
+    @property
     def nodal_rotary_mass(self) -> sp.csr_matrix:
         """Share of m that rotation has, over the nodal dofs."""
-        return to_scipy(self.beams.rotary_mass)
+        return self.beams.rotary_mass
 
-    @cached_property
+    @property
     def nodal_stiffness(self) -> sp.csr_matrix:
         """Matrix k over the nodal dofs."""
-        return to_scipy(self.beams.stiffness)
+        return self.beams.stiffness
 
-    @cached_property
+    @property
     def nodal_gyroscopic(self) -> sp.csr_matrix:
         """Matrix s over the nodal dofs."""
-        return to_scipy(self.beams.gyroscopic)
+        return self.beams.gyroscopic
 
     def on_links(self, entries: Entries) -> Entries:
         """Carry entries over the nodal dofs to the links' coordinates."""
@@ -307,36 +308,50 @@ class System:
         of_elements = (Entries.of_elements(self.beams.mesh, np.sum(given, axis=0)),) if given else ()
         return (*self.terms.matrices.stiffness, *of_elements)
 
-    def positions(
-        self, symmetric: bool = False, among: slice = slice(None)
-    ) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
-        """Walk over the angles: yields index, M (4.57) and K (4.58).
-
-        The two PETSc matrices are used again at the next angle: copy what has to last.
+    def held_matrices(self, symmetric: bool = True, among: slice = slice(None)) -> tuple[Stack, Stack]:
+        """M (4.57) and K (4.58) of the mechanism held at its angles.
 
         Parameters
         ----------
         symmetric
             Leave out the stiffness of loads that turn with the links and of dampers, as natural modes do.
         among
-            The angles to walk over.
+            The angles.
         """
-        p = _csr(self.transformation, self.values[0])
-        pointers, columns, _ = p.getValuesCSR()
-        added = tuple(map(self.on_links, self.symmetric_stiffness if symmetric else self.added_stiffness))
-        link_mass, constant = self.beams.mass, self.beams.stiffness
-        if self.beams.reduction is not None:
-            link_mass, constant = to_petsc(self.link_mass), to_petsc(self.link_stiffness)
-        link_stiffness = _Changing(constant, added)
-        mass, stiffness = (matrix.PtAP(p) for matrix in (link_mass, link_stiffness.at(0)))
-        for k in range(len(self.values))[among]:
-            if k:
-                p.setValuesCSR(pointers, columns, self.values[k])
-                p.assemble()
-                link_mass.PtAP(p, result=mass)  # (4.47)
-                link_stiffness.at(k).PtAP(p, result=stiffness)  # (4.48)
-            yield k, mass, stiffness
-        for matrix in (p, mass, stiffness):
+        added = [self.on_links(part) for part in (self.symmetric_stiffness if symmetric else self.added_stiffness)]
+        constant = self.link_mass, self.link_stiffness
+        places = [tuple(part.astype(np.int64) for part in matrix.nonzero()) for matrix in constant]
+        places += [(entries.rows, entries.columns) for entries in added]
+        transformation, p = self.transformation, self.values[among]
+        products = Congruence.of(*transformation.shape, transformation.rows, transformation.columns, places)
+        m, k = map(products.values_of_matrix, constant)
+        for entries in added:
+            k = k + products.values_of(entries.rows, entries.columns, entries.part(among).values)
+        return products.products(p, (m, p)), products.products(p, (k, p))
+
+    def positions(
+        self, symmetric: bool = False, among: slice = slice(None)
+    ) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:
+        """Walk over the angles: yields index, M and K.
+
+        The two PETSc matrices are used again at the next angle: copy what has to last.
+
+        Parameters
+        ----------
+        symmetric, among
+            As of `held_matrices`.
+        """
+        stacks = self.held_matrices(symmetric, among)
+        matrices: list[PETSc.Mat] = []
+        for i, k in enumerate(range(len(self.values))[among]):
+            if not matrices:
+                matrices = [to_petsc(stack.at(i)) for stack in stacks]
+                pointers, columns, _ = matrices[0].getValuesCSR()
+            for matrix, stack in zip(matrices, stacks):
+                matrix.setValuesCSR(pointers, columns, stack.values[i])
+                matrix.assemble()
+            yield k, *matrices
+        for matrix in matrices:
             matrix.destroy()
 
 
@@ -359,40 +374,3 @@ def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTH
     """
     held = Inextensible.of(beams.mesh, beams.rigidity.axial.mean)
     return System(beams, motion, build_transformation(scene, beams, motion, held), terms)
-
-
-def _csr(transformation: Transformation, values: Array) -> PETSc.Mat:
-    """PETSc matrix of P from its nonzeros at one angle."""
-    height = transformation.shape[0]
-    pointers = np.searchsorted(transformation.rows, np.arange(height + 1)).astype(PETSc.IntType)
-    csr = (pointers, transformation.columns.astype(PETSc.IntType), values)
-    return PETSc.Mat().createAIJ(transformation.shape, csr=csr, comm=PETSc.COMM_SELF)
-
-
-class _Changing:
-    """A constant PETSc matrix with entries that change from angle to angle added; without any, the matrix itself."""
-
-    def __init__(self, base: PETSc.Mat, added: tuple[Entries, ...]) -> None:
-        self.base, self.added = base, added
-        if added:
-            rows, columns = (np.concatenate([getattr(a, name) for a in added]) for name in ("rows", "columns"))
-            start = to_scipy(base).tocoo()
-            places = np.concatenate([start.row, rows]), np.concatenate([start.col, columns])
-            values = np.concatenate([start.data, np.zeros(len(rows))])
-            whole = sp.coo_matrix((values, places), shape=base.size).tocsr()  # keeps the zeros
-            whole.sort_indices()
-            self.matrix, self.data = to_petsc(whole), whole.data.copy()
-            self.pointers, self.columns, _ = self.matrix.getValuesCSR()
-            key = np.repeat(np.arange(len(whole.indptr) - 1), np.diff(whole.indptr)) * base.size[1] + whole.indices
-            self.places = [np.searchsorted(key, a.rows * base.size[1] + a.columns) for a in added]
-
-    def at(self, k: int) -> PETSc.Mat:
-        """Give the matrix at angle number k; it is the same object at every angle."""
-        if not self.added:
-            return self.base
-        data = self.data.copy()
-        for entries, place in zip(self.added, self.places):
-            np.add.at(data, place, entries.values[min(k, len(entries.values) - 1)])
-        self.matrix.setValuesCSR(self.pointers, self.columns, data)
-        self.matrix.assemble()
-        return self.matrix

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import in_member_axes
-from fenics_mech.effects import Entries, StressStiffening, Terms
+from fenics_mech.effects import AxialStiffness, Entries, Terms
 from fenics_mech.effects.effect import Survey
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.mechanism import System
@@ -65,7 +65,7 @@ def _gravity(scene: Scene, system: System, still: Array) -> float:
 
 def _stiffening(system: System, modes: Modes, tension: Array) -> float:
     """Largest share by which axial forces change the stiffness of a mode: Rayleigh's quotient."""
-    blocks = Entries.of_elements(system.beams.mesh, StressStiffening.of(system.beams, tension).blocks)
+    blocks = Entries.of_elements(system.beams.mesh, AxialStiffness.even(system.beams, tension).blocks)
     shares = []
     for mode in range(modes.omega.shape[1]):
         v = system.to_links(modes.shapes[:, mode])

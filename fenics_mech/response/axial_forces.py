@@ -59,7 +59,7 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
     for _ in range(TENSION.most_updates):
         forces, before = axial_forces(system, respond(system)), system.terms.stiffening
         assert before is not None
-        change = np.abs(forces.mean - before.tension).max() / max(float(np.abs(forces.mean).max()), 1e-300)
+        change = np.abs(forces.mean - before.force).max() / max(float(np.abs(forces.mean).max()), 1e-300)
         system = with_axial_forces(system, forces)
         if change < TENSION.settled:
             return system

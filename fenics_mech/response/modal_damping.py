@@ -11,7 +11,6 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.mechanism.matrices import not_positive
 from fenics_mech.mechanism.modal_forces import MATRICES
 from fenics_mech.response.periodic.steps import Steps
@@ -212,7 +211,7 @@ def _through_six(alike: dict[int, Array], places: Array) -> Array | None:
 
 def _held(system: System) -> tuple[Stack, Stack]:
     """Mass and positive stiffness at the angles."""
-    mass, stiffness = held_matrices(system)
+    mass, stiffness = system.held_matrices()
     if len(indefinite := not_positive(stiffness)):
         least = [np.linalg.eigvalsh(stiffness.dense(k))[0] for k in indefinite]
         theta = np.degrees(system.motion.theta[indefinite[int(np.argmin(least))]])

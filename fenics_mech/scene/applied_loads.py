@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
@@ -45,16 +45,8 @@ class FactorHarmonics(Harmonics):
     mean: float = 0.0
     cosine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
     sine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Drive angles (rad) at which the value jumps: none."""
-        return ()
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Drive angles (rad) between which the value is a polynomial: none."""
-        return ()
+    jumps: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) at which the value jumps
+    corners: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) between which the value is a polynomial
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles (rad), of their shape."""
@@ -127,6 +119,7 @@ class FactorExpression(Part):
 
     kind: Literal["expression"] = "expression"
     formula: str
+    corners: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) between which the value is a polynomial: not known
 
     @field_validator("formula")
     @classmethod
@@ -139,11 +132,6 @@ class FactorExpression(Part):
         """Drive angles (rad) at which the value jumps: 0, where the formula does not end as it began."""
         begin, end = _evaluated(self.formula, np.array([0.0, TURN]))
         return () if math.isclose(begin, end, rel_tol=SAMPLING.same, abs_tol=SAMPLING.same) else (0.0,)
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Drive angles (rad) between which the value is a polynomial: a formula does not tell any."""
-        return ()
 
     def at(self, theta: Array) -> Array:
         """Values at drive angles (rad), of their shape."""

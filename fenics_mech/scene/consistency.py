@@ -38,14 +38,15 @@ def check_references(scene: Scene) -> None:
     _check_joints(scene)
     for name, mass in scene.masses.items():
         _check_point(scene, mass.at, f"masses.{name}.at")
-        if mass.at.split(".")[0] in scene.links and scene.links[mass.at.split(".")[0]].rigid:
+        body = mass.at.split(".")[0]
+        if body == "ground":
+            raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
+        if scene.links[body].rigid:
             raise SceneError(
                 "its link is rigid, and its mass is stated there",
                 place=f"masses.{name}.at",
                 hint="Add it to the link's `rigid` mass",
             )
-        if mass.at.startswith("ground."):
-            raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
     for i, measurement in enumerate(scene.measurements):
         check_known(measurement.member, scene.members(), "member", f"measurements.{i}.member")
     _check_mesh(scene)
@@ -343,30 +344,14 @@ def _check_freedoms(scene: Scene) -> None:
             raise SceneError(why, place=place)
 
 
-def freedoms(scene: Scene) -> int:
-    """Freedoms that the joints of a scene leave (Gruebler's count), before any drive.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    int
-        Three for each link, less what its joints hold.
-    """
-    lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
-    taken = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.joints.values())
-    return 3 * len(scene.links) - taken
-
-
 def _check_mobility(scene: Scene) -> None:
     """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled.
 
     What nothing drives may be held more often than it needs.
     """
-    left, drives = freedoms(scene), len(scene.moved_joints)
+    lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
+    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.joints.values())
+    left, drives = 3 * len(scene.links) - held, len(scene.moved_joints)  # Gruebler's count
     if drives and drives > left:
         raise SceneError(
             f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "

@@ -100,7 +100,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
             data = completed(data, folder)
         return build({"name": Path(file).stem[: SCENE.longest_name]} | data)
     except SceneError as error:
-        line = line_of(text, error.place.split("."))
+        line = _line_of(text, error.place.split("."))
         raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None
 
 
@@ -127,21 +127,8 @@ def schema() -> dict[str, Any]:
     return full
 
 
-def line_of(text: str, place: Sequence[str]) -> int | None:
-    """Find the line of a TOML text on which the deepest known part of a dotted place stands.
-
-    Parameters
-    ----------
-    text
-        The whole file.
-    place
-        Keys from the outermost table on.
-
-    Returns
-    -------
-    int or None
-        Line, from 1 on; None where no part of the place stands in the text.
-    """
+def _line_of(text: str, place: Sequence[str]) -> int | None:
+    """Line of a TOML text, from 1 on, with the deepest known part of a dotted place; None where there is none."""
     best, depth_of_best, table = None, 0, []
     for number, line in enumerate(text.splitlines(), 1):
         header = re.match(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$", line)

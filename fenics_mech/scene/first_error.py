@@ -15,7 +15,6 @@ BRANCHES = (  # of pydantic unions, which stand in its places and not in the dat
     "revolute", "weld", "slot", "prismatic", "harmonics", "table", "expression", "pulse", "load", "line-load", "line",
     "hinge",
 )  # fmt: skip
-MOST_COMPARED = 1000  # errors; a file may have 400,000 unknown keys
 
 ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself
 
@@ -75,7 +74,7 @@ def _misspelled(found: list[Any]) -> Any | None:
     for error in found:
         if error["type"] == "missing":
             missing.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
-    for error in found[:MOST_COMPARED]:
+    for error in found[:1000]:  # a file may have 400,000 unknown keys
         names = missing.get(error["loc"][:-1], []) if error["type"] == "extra_forbidden" else []
         if names and difflib.get_close_matches(str(error["loc"][-1]), names, n=1):
             return error

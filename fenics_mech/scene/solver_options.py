@@ -89,7 +89,6 @@ ABSOLUTE = Number(0, 1e30)
 TIMES = Number(1, 1_000_000, whole=True)
 FEW = Number(1, 1000, whole=True)
 
-KRYLOV = "gmres fgmres lgmres gcr bcgs bcgsl ibcgs fbcgs tfqmr tcqmr"  # of systems that are not symmetric
 FACTORS: dict[str, Kind] = {
     "pc_factor_fill": Number(1, 20),
     "pc_factor_zeropivot": RELATIVE,
@@ -102,7 +101,7 @@ FACTORISED: dict[str, Kind] = FACTORS | {
     "pc_type": _names("lu cholesky"),
 }
 BLOCK: dict[str, Kind] = FACTORS | {
-    "ksp_type": _names(f"preonly {KRYLOV}"),
+    "ksp_type": _names("preonly gmres fgmres lgmres gcr bcgs bcgsl ibcgs fbcgs tfqmr tcqmr"),
     "pc_type": _names("none jacobi sor ilu icc lu cholesky svd"),
     "pc_factor_levels": Number(0, 20, whole=True),
     "pc_factor_shift_type": _names("none nonzero positive_definite inblocks"),
@@ -176,19 +175,8 @@ PARTS: dict[str, dict[str, Kind]] = {
 OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, kind in options.items()}
 
 
-def check_options(options: dict[str, Any]) -> dict[str, Any]:
-    """Give the options as they are.
-
-    Parameters
-    ----------
-    options
-        Values by the names of options of PETSc and SLEPc.
-
-    Raises
-    ------
-    SceneError
-        When one of them is not listed, or has a value of another kind than it takes.
-    """
+def _check_options(options: dict[str, Any]) -> dict[str, Any]:
+    """Give the options as they are; raise `SceneError` where one is not listed, or its value is not of its kind."""
     for key, value in options.items():
         if key not in OPTIONS:
             raise SceneError("unknown option of a solver", place=f"petsc.{shortened(key)[1:-1]}", hint=_nearest(key))
@@ -208,7 +196,7 @@ def _nearest(key: str) -> str:
 
 SolverOptions = Annotated[
     dict[str, Any],
-    AfterValidator(check_options),
+    AfterValidator(_check_options),
     WithJsonSchema(
         {
             "type": "object",

@@ -172,7 +172,7 @@ def test_geometric_stiffness_takes_the_axial_forces():
     analysis = {"method": "quasi-static", "sub_intervals": 12}
     effects = ("geometric-stiffness",)
     free, held = (
-        mechanism(seed_four_bar(analysis=analysis, effects=more)).terms.stiffening.tension
+        mechanism(seed_four_bar(analysis=analysis, effects=more)).terms.stiffening.force
         for more in (effects, effects + HELD)
     )
     assert np.abs(held - free).max() < 1e-11 * np.abs(free).max()

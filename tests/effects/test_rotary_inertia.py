@@ -184,10 +184,10 @@ def test_whole_inertia_of_a_member_that_varies():
     beams = mechanism(beam(3, SIMPLY, section=varying)).beams
     turn = np.zeros(12)
     turn[1::3], turn[2::3] = beams.mesh.node_xy[:, 0], 1.0
-    assert turn @ beams.rotary_mass[:, :] @ turn == pytest.approx(RHO * 1.5e-8 * LENGTH, rel=1e-12)
+    assert turn @ beams.rotary_mass.toarray() @ turn == pytest.approx(RHO * 1.5e-8 * LENGTH, rel=1e-12)
 
 
 def test_without_the_effect_mass_is_that_of_displacements():
     beams = mechanism(beam(2, SIMPLY, effects=())).beams
     assert beams.inertia.rotary is None
-    assert beams.rotary_mass.norm() == 0
+    assert abs(beams.rotary_mass).max() == 0

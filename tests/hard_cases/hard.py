@@ -3,7 +3,6 @@
 import numpy as np
 from scipy.linalg import eigh
 
-from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.build import build
 
@@ -28,7 +27,7 @@ def arm(speed, **rest):
 def natural(scene):
     """The mechanism of a scene, its natural frequencies at drive angle 0 (rad/s) and its modes."""
     system = mechanism(scene)
-    mass, stiffness = held_matrices(system)
+    mass, stiffness = system.held_matrices()
     squares, shapes = eigh(stiffness.dense(0), mass.dense(0))
     return system, np.sqrt(squares), shapes
 

@@ -13,9 +13,8 @@ from fenics_mech.effects import active
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.scene import load, parse
 from fenics_mech.scene.drawing import completed
-from fenics_mech.scene.formulas.expression import FUNCTIONS as NAMES
-from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.formulas.interval import FUNCTIONS, Interval, unbounded_at
+from fenics_mech.scene.formulas.expression import FUNCTIONS, Formula, Jet
+from fenics_mech.scene.formulas.interval import INTERVAL_FUNCTIONS, Interval, unbounded_at
 
 LOAD = '\n[loads.p]\nat = "coupler@0.5"\nforce = [1, 0]\n'
 SPRINGS = "\n[springs]\n"
@@ -217,7 +216,7 @@ def random_formula(chance, depth):
         [
             f"({parts[0]} {chance.choice('+-*/')} {parts[1]})",
             f"({parts[0]})**{chance.choice(['2', '3', '-1', '-2', '0.5', '-0.5', '1.5', '0'])}",
-            f"{chance.choice(NAMES)}({parts[0]})",
+            f"{chance.choice(list(FUNCTIONS))}({parts[0]})",
             f"-({parts[0]})",
         ]
     )
@@ -231,7 +230,7 @@ def test_bounds_hold_all_values_between_them():
             rule = Formula(random_formula(chance, 4), ("theta",))
             left = np.linspace(0.01, 6.2, 40)
             right = left + chance.choice([1e-3, 0.1, 1.0])
-            found = rule(FUNCTIONS, theta=Interval(left, right))
+            found = rule(INTERVAL_FUNCTIONS, theta=Interval(left, right))
             if not isinstance(found, Interval):
                 continue
             bounded += int(found.bounded.sum())

@@ -5,7 +5,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fenics_mech import analyse
-from fenics_mech.mechanism.equation import held_matrices
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import four_bar
 from tests.common import response_of
@@ -37,7 +36,7 @@ def linkage(lengths, speed=20.0, scale=1.0, modulus=71e9, **rest):
 def test_reciprocity(lengths):
     """Maxwell and Betti: a force at A bends B as one at B bends A, at every position."""
     system = mechanism(linkage(lengths))
-    _, stiffness = held_matrices(system)
+    _, stiffness = system.held_matrices()
     compliance = np.linalg.inv(stiffness.full)
     unit = np.sqrt(np.einsum("tii->ti", compliance))
     off = (compliance - compliance.transpose(0, 2, 1)) / (unit[:, :, None] * unit[:, None, :])

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.effects.rotation_forces import RotationForces
-from fenics_mech.effects.terms import Law
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.modal_forces import NonlinearModalForces
@@ -93,7 +93,7 @@ class Coefficients:
     windows: int = TABLE.windows
     corners: Callable[[int], Array] = lambda cycle: np.zeros(0)
     error: float = 0.0
-    law: Law | None = None
+    law: ArcLength | None = None
     rotation_forces: RotationForces | None = None
     between: tuple[float, float] = (-np.inf, np.inf)  # the stretch of time without jumps that is looked at
     _tables: dict[int, _Table] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.build import build
+from fenics_mech.scene.factories.bars import bars
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
 
@@ -67,17 +68,7 @@ def four_bar(
     ['crank', 'coupler', 'follower']
     """
     lengths = [in_unit("m")(value) for value in (crank, coupler, follower, ground)]
-    angles = _start_angles(lengths, branch)
     names = ("crank", "coupler", "follower")
-    ends = (("O", "A"), ("A", "B"), ("C", "B"))
-    links = {
-        name: {
-            "points": {first: (0.0, 0.0), second: (length, 0.0)},
-            "members": {first + second: {"ends": (first, second), "section": name, "material": "material"}},
-            "angle": angle,
-        }
-        for name, length, (first, second), angle in zip(names, lengths, ends, (0.0, *angles))
-    }
     joints = {
         "O": {"connect": ("ground.O", "crank.O")},
         "A": {"connect": ("crank.A", "coupler.A")},
@@ -90,7 +81,7 @@ def four_bar(
         "materials": {"material": material},
         "sections": dict(zip(names, sections, strict=True)),
         "ground": {"points": {"O": (0.0, 0.0), "C": (lengths[3], 0.0)}},
-        "links": links,
+        "links": bars(names, ("OA", "AB", "CB"), lengths, (0.0, *_start_angles(lengths, branch))),
         "joints": joints,
         "masses": {"A": {"at": "crank.A", "mass": mass_a}, "B": {"at": "follower.B", "mass": mass_b}},
         "drive": {"joint": "O", "speed": speed},

@@ -8,6 +8,7 @@ from typing import Any
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.build import build
+from fenics_mech.scene.factories.bars import bars
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
 
@@ -81,20 +82,13 @@ def quick_return(
     rise = (height - long * math.sin(swing)) / link  # sine of the coupler's angle at drive angle 0
     if abs(rise) > 1:
         raise SceneError(f"the coupler of {link:g} m does not reach the guide at {height:g} m", hint="Make it longer")
-    names, ends = ("crank", "rocker", "coupler"), (("O", "A"), ("C", "D"), ("D", "E"))
+    names = ("crank", "rocker", "coupler")
     data: dict[str, Any] = {
         "name": "quick return",
         "materials": {"material": material},
         "sections": dict(zip(names, sections, strict=True)),
         "ground": {"points": {"C": (0.0, 0.0), "O": (0.0, bearing), "G": (0.0, height)}},
-        "links": {
-            name: {
-                "points": {first: (0.0, 0.0), second: (length, 0.0)},
-                "members": {first + second: {"ends": (first, second), "section": name, "material": "material"}},
-                "angle": angle,
-            }
-            for name, (first, second), length, angle in zip(names, ends, lengths, (0.0, swing, math.asin(rise)))
-        },
+        "links": bars(names, ("OA", "CD", "DE"), lengths, (0.0, swing, math.asin(rise))),
         "joints": {
             "O": {"connect": ("ground.O", "crank.O")},
             "C": {"connect": ("ground.C", "rocker.C")},

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.build import build
+from fenics_mech.scene.factories.bars import bars
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
 
@@ -78,14 +79,7 @@ def slider_crank(
     lean = math.asin((aside + r * math.sin(direction)) / length)  # of the rod in the guide's axes, at drive angle 0
     angle = direction + (lean if branch == "right" else math.pi - lean)
     names = ("crank", "rod")
-    links: dict[str, Any] = {
-        name: {
-            "points": {ends[0]: (0.0, 0.0), ends[1]: (size, 0.0)},
-            "members": {"".join(ends): {"ends": ends, "section": name, "material": "material"}},
-            "angle": start,
-        }
-        for name, ends, size, start in zip(names, (("O", "A"), ("A", "B")), (r, length), (0.0, angle))
-    }
+    links = bars(names, ("OA", "AB"), (r, length), (0.0, angle))
     weights = {"A": {"at": "crank.A", "mass": masses[0]}, "slider": {"at": "rod.B", "mass": masses[1]}}
     if rigid_crank is not None:
         del links["crank"]["members"], weights["A"]

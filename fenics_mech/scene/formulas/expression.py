@@ -13,7 +13,9 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 
-FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")
+FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")
+}
 OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -188,14 +190,8 @@ class Jet(Arithmetic):
         zero = np.zeros_like(like.value)
         return cls(zero + value, zero, zero)
 
-    def through(self, f: Array, df: Array, ddf: Array) -> Jet:
-        """Chain rule: values and derivatives of an outer function at this one's values.
-
-        Parameters
-        ----------
-        f, df, ddf
-            The outer function and its two derivatives at `value`, of the same shape.
-        """
+    def _through(self, f: Array, df: Array, ddf: Array) -> Jet:
+        """Chain rule: an outer function f and its two derivatives at this one's values."""
         return Jet(f, df * self.first, ddf * self.first**2 + df * self.second)
 
     def _other(self, other: Jet | float) -> Jet:
@@ -217,23 +213,35 @@ class Jet(Arithmetic):
         x, p = self.value, float(power)
         df = p * x ** (p - 1) if p else np.zeros_like(x)
         ddf = p * (p - 1) * x ** (p - 2) if p * (p - 1) else np.zeros_like(x)
-        return self.through(x**p, df, ddf)
+        return self._through(x**p, df, ddf)
 
     def __rpow__(self, other: float) -> Jet:
         raise ValueError("an exponent is a number")
 
 
-def _jet_function(f: Callable, df: Callable, ddf: Callable) -> Callable[[Any], Any]:
-    """Extend a function with known derivatives to jets; plain numbers stay numbers."""
-    return lambda x: x.through(f(x.value), df(x.value), ddf(x.value)) if isinstance(x, Jet) else f(x)
+def jet_functions(functions: Mapping[str, Callable[[Any], Any]]) -> dict[str, Callable[[Any], Any]]:
+    """Extend functions to jets of what they take; what is no jet they take as before.
+
+    Parameters
+    ----------
+    functions
+        Functions of the names in `FUNCTIONS`.
+    """
+    sin, cos, tan, exp, tanh, sqrt = (functions[name] for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt"))
+    derivatives: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
+        "sin": (cos, lambda x: -sin(x)),
+        "cos": (lambda x: -sin(x), lambda x: -cos(x)),
+        "tan": (lambda x: 1 + tan(x) ** 2, lambda x: 2 * tan(x) * (1 + tan(x) ** 2)),
+        "exp": (exp, exp),
+        "log": (lambda x: x**-1, lambda x: -(x**-2)),
+        "sqrt": (lambda x: 0.5 * sqrt(x) ** -1, lambda x: -0.25 * x**-1.5),
+        "tanh": (lambda x: 1 - tanh(x) ** 2, lambda x: -2 * tanh(x) * (1 - tanh(x) ** 2)),
+    }
+    return {name: _of_jets(functions[name], *both) for name, both in derivatives.items()}
 
 
-JET_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    "sin": _jet_function(np.sin, np.cos, lambda x: -np.sin(x)),
-    "cos": _jet_function(np.cos, lambda x: -np.sin(x), lambda x: -np.cos(x)),
-    "tan": _jet_function(np.tan, lambda x: 1 / np.cos(x) ** 2, lambda x: 2 * np.tan(x) / np.cos(x) ** 2),
-    "exp": _jet_function(np.exp, np.exp, np.exp),
-    "log": _jet_function(np.log, lambda x: 1 / x, lambda x: -1 / x**2),
-    "sqrt": _jet_function(np.sqrt, lambda x: 0.5 / np.sqrt(x), lambda x: -0.25 * x**-1.5),
-    "tanh": _jet_function(np.tanh, lambda x: 1 - np.tanh(x) ** 2, lambda x: -2 * np.tanh(x) * (1 - np.tanh(x) ** 2)),
-}
+def _of_jets(f: Callable, df: Callable, ddf: Callable) -> Callable[[Any], Any]:
+    return lambda x: x._through(f(x.value), df(x.value), ddf(x.value)) if isinstance(x, Jet) else f(x)
+
+
+JET_FUNCTIONS = jet_functions(FUNCTIONS)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.formulas.expression import Arithmetic, Formula, Jet
+from fenics_mech.scene.formulas.expression import FUNCTIONS, Arithmetic, Formula, Jet, jet_functions
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,8 @@ class Interval(Arithmetic):
         """Whether both bounds are finite."""
         return np.isfinite(self.low) & np.isfinite(self.high)
 
-    def holds(self, start: float, step: float) -> Array:
-        """Whether one of the numbers ``start + k step``, k whole, lies inside.
-
-        Parameters
-        ----------
-        start, step
-            The number of k = 0, and the distance between neighbours.
-        """
+    def _holds(self, start: float, step: float) -> Array:
+        """Whether one of the numbers ``start + k step``, k whole, lies inside."""
         return np.floor((self.high - start) / step) >= np.ceil((self.low - start) / step)
 
     def _other(self, other: Interval | float) -> Interval:
@@ -73,63 +67,37 @@ class Interval(Arithmetic):
     def __pow__(self, power: float) -> Interval:
         p = float(power)
         if p % 1:
-            return self.from_zero(lambda x: x**p) if p > 0 else EXP(self.from_zero(np.log) * p)
+            return self._from_zero(lambda x: x**p) if p > 0 else (self._from_zero(np.log) * p)._rising(np.exp)
         ends = Interval.around(self.low**p, self.high**p)
         inside = (self.low <= 0) & (self.high >= 0)
         if p < 0:
             return Interval(np.where(inside, -np.inf, ends.low), np.where(inside, np.inf, ends.high))
         return ends if p % 2 or p == 0 else Interval(np.where(inside, 0.0, ends.low), ends.high)
 
-    def from_zero(self, f: Callable[[Array], Array]) -> Interval:
-        """Values of an increasing function of positive numbers; no bounds where some are negative.
-
-        Parameters
-        ----------
-        f
-            The function, of arrays.
-        """
+    def _from_zero(self, f: Callable[[Array], Array]) -> Interval:
+        """Values of an increasing function of positive numbers; no bounds where some are negative."""
         negative = self.low < -INTERVAL.rounding * (1 + np.abs(self.high))
         low, high = f(np.maximum(self.low, 0)), f(np.maximum(self.high, 0))
         return Interval(np.where(negative, -np.inf, low), np.where(negative, np.inf, high))
 
-    def wave(self, f: Callable[[Array], Array], crest: float) -> Interval:
-        """Values of a sine whose maximum is at `crest`.
-
-        Parameters
-        ----------
-        f
-            The sine, of arrays, with period 2 pi and values from -1 to 1.
-        crest
-            One place of its maximum (rad).
-        """
+    def _wave(self, f: Callable[[Array], Array], crest: float) -> Interval:
+        """Values of a sine of which one maximum is at `crest` (rad)."""
         ends = Interval.around(f(self.low), f(self.high))
-        low = np.where(self.holds(crest + np.pi, 2 * np.pi), -1.0, ends.low)
-        return self.kept(Interval(low, np.where(self.holds(crest, 2 * np.pi), 1.0, ends.high)))
+        low = np.where(self._holds(crest + np.pi, 2 * np.pi), -1.0, ends.low)
+        return self._kept(Interval(low, np.where(self._holds(crest, 2 * np.pi), 1.0, ends.high)))
 
     def tan(self) -> Interval:
         """Values of the tangent; no bounds over a pole."""
-        pole = self.holds(np.pi / 2, np.pi)
+        pole = self._holds(np.pi / 2, np.pi)
         low, high = np.tan(self.low), np.tan(self.high)
-        return self.kept(Interval(np.where(pole, -np.inf, low), np.where(pole, np.inf, high)))
+        return self._kept(Interval(np.where(pole, -np.inf, low), np.where(pole, np.inf, high)))
 
-    def rising(self, f: Callable[[Array], Array]) -> Interval:
-        """Values of an increasing function.
+    def _rising(self, f: Callable[[Array], Array]) -> Interval:
+        """Values of an increasing function."""
+        return self._kept(Interval(f(self.low), f(self.high)))
 
-        Parameters
-        ----------
-        f
-            The function, of arrays.
-        """
-        return self.kept(Interval(f(self.low), f(self.high)))
-
-    def kept(self, values: Interval) -> Interval:
-        """Values of a function of this interval, without bounds where it has none: a wave of a pole is no number.
-
-        Parameters
-        ----------
-        values
-            Values of the function, as found from the bounds.
-        """
+    def _kept(self, values: Interval) -> Interval:
+        """Values of a function of this interval, without bounds where it has none: a wave of a pole is no number."""
         return Interval(np.where(self.bounded, values.low, -np.inf), np.where(self.bounded, values.high, np.inf))
 
 
@@ -138,16 +106,17 @@ def _function(of_interval: Callable[[Interval], Interval], f: Callable[[Any], An
     return lambda x: of_interval(x) if isinstance(x, Interval) else f(x)
 
 
-EXP = _function(lambda x: x.rising(np.exp), np.exp)
-FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    "sin": _function(lambda x: x.wave(np.sin, np.pi / 2), np.sin),
-    "cos": _function(lambda x: x.wave(np.cos, 0.0), np.cos),
-    "tan": _function(Interval.tan, np.tan),
-    "exp": EXP,
-    "log": _function(lambda x: x.from_zero(np.log), np.log),
-    "sqrt": _function(lambda x: x.from_zero(np.sqrt), np.sqrt),
-    "tanh": _function(lambda x: x.rising(np.tanh), np.tanh),
+OF_INTERVALS: dict[str, Callable[[Interval], Interval]] = {
+    "sin": lambda x: x._wave(np.sin, np.pi / 2),
+    "cos": lambda x: x._wave(np.cos, 0.0),
+    "tan": Interval.tan,
+    "exp": lambda x: x._rising(np.exp),
+    "log": lambda x: x._from_zero(np.log),
+    "sqrt": lambda x: x._from_zero(np.sqrt),
+    "tanh": lambda x: x._rising(np.tanh),
 }
+INTERVAL_FUNCTIONS = {name: _function(f, FUNCTIONS[name]) for name, f in OF_INTERVALS.items()}
+INTERVAL_JET_FUNCTIONS = jet_functions(INTERVAL_FUNCTIONS)
 
 
 def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.inf) -> float | None:
@@ -175,7 +144,7 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
     left, right = edges[:-1], edges[1:]
     with np.errstate(all="ignore"):
         for _ in range(INTERVAL.deepest):
-            found = formula(FUNCTIONS, **{name: Interval(left, right)})
+            found = formula(INTERVAL_FUNCTIONS, **{name: Interval(left, right)})
             if not isinstance(found, Interval):
                 return None if np.isfinite(found) and found > above else low
             unknown = ~(found.bounded & np.asarray(found.low > above))
@@ -187,23 +156,6 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
             middle = (left + right) / 2
             left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
     return float(left.min())
-
-
-def _jet_function(*parts: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Extend a function, given with its two derivatives, to jets of intervals; plain numbers stay numbers."""
-    return lambda x: x.through(*(part(x.value) for part in parts)) if isinstance(x, Jet) else parts[0](x)
-
-
-SIN, COS, TAN, TANH, SQRT = (FUNCTIONS[name] for name in ("sin", "cos", "tan", "tanh", "sqrt"))
-JET_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    "sin": _jet_function(SIN, COS, lambda x: -SIN(x)),
-    "cos": _jet_function(COS, lambda x: -SIN(x), lambda x: -COS(x)),
-    "tan": _jet_function(TAN, lambda x: 1 + TAN(x) ** 2, lambda x: 2 * TAN(x) * (1 + TAN(x) ** 2)),
-    "exp": _jet_function(EXP, EXP, EXP),
-    "log": _jet_function(FUNCTIONS["log"], lambda x: x**-1, lambda x: -(x**-2)),
-    "sqrt": _jet_function(SQRT, lambda x: 0.5 * SQRT(x) ** -1, lambda x: -0.25 * x**-1.5),
-    "tanh": _jet_function(TANH, lambda x: 1 - TANH(x) ** 2, lambda x: -2 * TANH(x) * (1 - TANH(x) ** 2)),
-}
 
 
 def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool = False) -> tuple[Array, Array]:
@@ -225,10 +177,10 @@ def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool 
     with np.errstate(all="ignore"):
         if of_second:
             variable: tuple[Any, ...] = inside, Interval(like + 1, like + 1), Interval(like, like)
-            found = formula(JET_FUNCTIONS, **{name: Jet(*variable)})
+            found = formula(INTERVAL_JET_FUNCTIONS, **{name: Jet(*variable)})
             found = found.second if isinstance(found, Jet) else 0.0
         else:
-            found = formula(FUNCTIONS, **{name: inside})
+            found = formula(INTERVAL_FUNCTIONS, **{name: inside})
     if not isinstance(found, Interval):
         found = Interval(like + float(found), like + float(found))
     return np.broadcast_to(found.low, left.shape), np.broadcast_to(found.high, left.shape)

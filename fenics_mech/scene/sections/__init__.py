@@ -39,13 +39,13 @@ Kinds = (
     | Annotated[VariableSection, Tag("variable")]
     | Annotated[TaperSection, Tag("taper")]
 )
-SHAPES = [get_args(kind)[1].tag for kind in get_args(Kinds)]
+KNOWN = ", ".join(get_args(kind)[1].tag for kind in get_args(Kinds))
 AnySection = Annotated[
     Kinds,
     Discriminator(
         _shape,
         custom_error_type="unknown_shape",
-        custom_error_message=f"there is no such shape of section; known are {', '.join(SHAPES)}",
+        custom_error_message=f"there is no such shape of section; known are {KNOWN}",
     ),
 ]
 

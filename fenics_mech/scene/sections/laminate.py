@@ -68,15 +68,7 @@ class LaminateSection(Section):
     axis: Literal["neutral", "middle"] = "neutral"
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Sum over the plies by the rule of beams with plane sections, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The scene's materials, for those of the plies.
-        """
+        """Sum over the plies by the rule of beams with plane sections, as `Section.rigidity` says."""
         t, e, middle = self._plies(stock.materials)
         rho = np.array([stock.materials[ply.material].density for ply in self.plies])
         second = self.width * (t**3 / 12 + t * middle**2)
@@ -87,17 +79,7 @@ class LaminateSection(Section):
         return Rigidity.at(s, ea, np.sum(e * second), rho_a, np.sum(rho * second), (e[-1], e[0]), outer, *lines)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give ``EI^2/int S^2/(G b) dy``, S the stiffness-weighted first moment beyond y, as `Section` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The scene's materials, for those of the plies.
-        place
-            The section's place in the scene, for errors.
-        """
+        """Give ``EI^2/int S^2/(G b) dy``, S the stiffness-weighted first moment beyond y, as `Section` says."""
         t, e, middle = self._plies(stock.materials)
         modulus = np.array([shear_modulus(stock.materials[ply.material], place) for ply in self.plies])
         points, weights = np.polynomial.legendre.leggauss(3)  # exact for S^2, of degree 4 in a ply
@@ -116,14 +98,6 @@ class LaminateSection(Section):
         return t, e, middle - np.sum(e * t * middle) / np.sum(e * t)
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError` where a ply's material is not there.
-
-        Parameters
-        ----------
-        place
-            The section's place in the scene, for the error.
-        stock
-            The scene's materials.
-        """
+        """Raise `SceneError` where a ply's material is not there."""
         for i, ply in enumerate(self.plies):
             check_known(ply.material, stock.materials, "material", f"{place}.plies.{i}.material")

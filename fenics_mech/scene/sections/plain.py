@@ -74,29 +74,11 @@ class PlainSection(Section):
             """Distance from the neutral line to the outer fibres (m)."""
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """EA, EI, rho A, rho I and fibres of the one material, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material.
-        """
+        """EA, EI, rho A, rho I and fibres of the one material, as `Section.rigidity` says."""
         return of_one_material(s, stock.material, self.area, self.inertia, self.fibre)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """G times the shear factor times A, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material.
-        place
-            The section's place in the scene, for errors.
-        """
+        """G times the shear factor times A, as `Section.shear_stiffness` says."""
         modulus, poisson = shear_modulus(stock.material, place), (stock.material and stock.material.poisson) or 0.0
         factor = self.shear_factor
         if factor is None:

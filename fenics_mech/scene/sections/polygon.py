@@ -89,17 +89,17 @@ class PolygonSection(Section):
     def _is_a_shape(self) -> Self:
         if bool(self.parts) == (self.outline is not None) or (self.parts and self.holes):
             raise ValueError("a polygon has either an outline, with holes, or parts")
-        shapes = [_polygon(outline, holes) for outline, holes, _ in self._polygons(None)]
+        shapes = [_polygon(part.outline or (), part.holes) for part in self.parts or (self,)]
         for i, shape in enumerate(shapes):
             if any(shape.intersection(o).area > SECTION.touching * min(shape.area, o.area) for o in shapes[:i]):
                 raise ValueError(f"part {i} lies over another part; parts may share sides only")
         return self
 
-    def _polygons(self, material: Material | None) -> list[tuple[Outline, tuple[Outline, ...], Any]]:
-        """Outline, holes and material (a name, or the member's) of each polygon."""
+    def _polygons(self, stock: Stock) -> list[tuple[Outline, tuple[Outline, ...], Any]]:
+        """Outline, holes and material of each polygon."""
         if self.outline is not None:
-            return [(self.outline, self.holes, material)]
-        return [(part.outline, part.holes, part.material) for part in self.parts]
+            return [(self.outline, self.holes, stock.material)]
+        return [(part.outline, part.holes, stock.materials[part.material]) for part in self.parts]
 
     @property
     def complete(self) -> bool:  # type: ignore[override]
@@ -107,19 +107,8 @@ class PolygonSection(Section):
         return bool(self.parts)
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's for parts that name theirs.
-        """
-        polygons = [
-            (outline, holes, stock.materials[of] if isinstance(of, str) else of)
-            for outline, holes, of in self._polygons(stock.material)
-        ]
+        """Let sectionproperties integrate over the polygons, as `Section.rigidity` says."""
+        polygons = self._polygons(stock)
         corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
         ea, ei, rho_a, neutral = _integrals(polygons, max(abs(top), abs(bottom)))
@@ -130,34 +119,13 @@ class PolygonSection(Section):
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's for parts that name theirs.
-        place
-            The section's place in the scene, for errors.
-        """
-        factor = stated_factor(self.shear_factor, place)
-        whole = 0.0
-        for outline, holes, of in self._polygons(stock.material):
-            stuff = stock.materials[of] if isinstance(of, str) else of
-            whole += shear_modulus(stuff, place) * _polygon(outline, holes).area
+        """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
+        factor, polygons = stated_factor(self.shear_factor, place), self._polygons(stock)
+        whole = sum(shear_modulus(of, place) * _polygon(outline, holes).area for outline, holes, of in polygons)
         return np.full_like(s, factor * whole)
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError` where a part's material is not there.
-
-        Parameters
-        ----------
-        place
-            The section's place in the scene, for the error.
-        stock
-            The scene's materials.
-        """
+        """Raise `SceneError` where a part's material is not there."""
         for i, part in enumerate(self.parts):
             check_known(part.material, stock.materials, "material", f"{place}.parts.{i}.material")
 

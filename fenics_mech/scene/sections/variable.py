@@ -45,7 +45,7 @@ def _read(unit: str) -> Callable[[Any], Any]:
 
 def _positive(profile: Any) -> Any:
     with np.errstate(all="ignore"):
-        values = values_along(profile, CHECKED_PLACES)
+        values = _values_along(profile, CHECKED_PLACES)
     bad = ~(np.isfinite(values) & (values > 0))
     if bad.any():
         i = int(np.argmax(bad))
@@ -66,28 +66,14 @@ def _profile(unit: str) -> Any:
     return Annotated[float | str | tuple[float, ...], BeforeValidator(_read(unit)), AfterValidator(_positive), schema]
 
 
-def values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
-    """Values of a profile at places s; a table is joined by monotone cubics (Fritsch and Butland, 1984).
-
-    Parameters
-    ----------
-    profile
-        One value, a formula of s, or values at equally spaced places.
-    s
-        Places along the member, 0..1, ``(places,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape ``(places,)``, in the unit of the profile.
-    """
+def _values_along(profile: float | str | tuple[float, ...], s: Array) -> Array:
+    """Values of a profile at places, ``(places,)``; tables by monotone cubics (Fritsch and Butland, 1984)."""
     if isinstance(profile, tuple):
         from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  (slow to import, and few sections have tables)
 
         return np.asarray(PchipInterpolator(np.linspace(0, 1, len(profile)), profile)(s))
     if isinstance(profile, str):
-        functions = {name: getattr(np, name) for name in FUNCTIONS}
-        return np.broadcast_to(Formula(profile, ("s",))(functions, s=s), s.shape)
+        return np.broadcast_to(Formula(profile, ("s",))(FUNCTIONS, s=s), s.shape)
     return np.full_like(s, profile)
 
 
@@ -123,32 +109,14 @@ class VariableSection(Section):
     shear_factor: ShearFactor | None = None
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material.
-        """
-        area, inertia, fibre = (values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
+        """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says."""
+        area, inertia, fibre = (_values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
         return of_one_material(s, stock.material, area, inertia, fibre)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material.
-        place
-            The section's place in the scene, for errors.
-        """
+        """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says."""
         modulus, factor = shear_modulus(stock.material, place), stated_factor(self.shear_factor, place)
-        return modulus * factor * values_along(self.area, s)
+        return modulus * factor * _values_along(self.area, s)
 
 
 class TaperSection(Section):
@@ -172,29 +140,11 @@ class TaperSection(Section):
     to: Name
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
-        """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's sections.
-        """
+        """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
         return self._at(s, stock.sections).rigidity(s, stock)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
-        """G A_s of the shape with the dimensions at every place, as `Section.shear_stiffness` says.
-
-        Parameters
-        ----------
-        s
-            Places along the member, 0..1, ``(places,)``.
-        stock
-            The member's material, and the scene's sections.
-        place
-            Not used: errors name the first of the two sections.
-        """
+        """G A_s of the shape with the dimensions at every place; errors name the first of the two sections."""
         return self._at(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")
 
     def _at(self, s: Array, sections: Mapping[str, Section]) -> Section:
@@ -204,15 +154,7 @@ class TaperSection(Section):
         return sections[self.from_].model_copy(update=here)
 
     def check(self, place: str, stock: Stock) -> None:
-        """Raise `SceneError` unless the two sections are there and of one plain shape.
-
-        Parameters
-        ----------
-        place
-            The section's place in the scene, for the error.
-        stock
-            The scene's sections.
-        """
+        """Raise `SceneError` unless the two sections are there and of one plain shape."""
         for key, name in (("from", self.from_), ("to", self.to)):
             check_known(name, stock.sections, "section", f"{place}.{key}")
         first, second = stock.sections[self.from_], stock.sections[self.to]

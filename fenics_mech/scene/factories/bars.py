@@ -1,0 +1,28 @@
+"""Links that are one straight member each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+
+def bars(
+    names: Sequence[str], ends: Sequence[str], lengths: Sequence[float], angles: Sequence[float]
+) -> dict[str, Any]:
+    """Give the data of bars, by name: each runs along its frame's x axis, and has the section of its name.
+
+    Parameters
+    ----------
+    names, ends
+        Their names, and those of both end points: "OA".
+    lengths, angles
+        Lengths (m), and rough angles at drive angle 0 (rad).
+    """
+    return {
+        name: {
+            "points": {points[0]: (0.0, 0.0), points[1]: (length, 0.0)},
+            "members": {points: {"ends": tuple(points), "section": name, "material": "material"}},
+            "angle": angle,
+        }
+        for name, points, length, angle in zip(names, ends, lengths, angles)
+    }
