@@ -26,6 +26,7 @@ from fenics_mech.errors import (
 )
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # OpenBLAS and MKL follow it, unless their own variables are set
+os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")  # clearing huge pages takes a fifth of the time of large models
 
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
