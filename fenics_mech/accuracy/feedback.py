@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -98,48 +97,31 @@ def fed_back(
     return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
 
 
-class Answer(Protocol):
-    """How a motion answers to small loads beside its own."""
+@dataclass(frozen=True)
+class Answer:
+    """How a motion answers to small loads beside its own.
 
-    @property
-    def system(self) -> System:
-        """The mechanism."""
+    Parameters
+    ----------
+    system, step
+        The mechanism, and the duration between its positions (s).
+    unit
+        What the numbers of a change are multiplied by for their sizes to be compared, ``(numbers,)``.
+    loss, within
+        Least loss factor of vibration, and size of a change up to which the answer is linear; as of `fed_back`.
+    to
+        Gives what loads on the links (N, N m, N/m) change of the motion, ``(angles, numbers)``; it is linear.
+    changed
+        Gives the motion with such a change, under the loads of this change.
+    """
 
-    @property
-    def step(self) -> float:
-        """Duration between its positions (s)."""
-
-    @property
-    def unit(self) -> Array:
-        """What the numbers of a change are multiplied by for their sizes to be compared, ``(numbers,)``."""
-
-    @property
-    def loss(self) -> float:
-        """Least loss factor of vibration; as of `fed_back`."""
-
-    @property
-    def within(self) -> float:
-        """Size of a change up to which the answer is linear."""
-
-    def to(self, loads: Loads) -> Array:
-        """Give what loads change of the motion, ``(angles, numbers)``; it is linear.
-
-        Parameters
-        ----------
-        loads
-            Loads on the links (N, N m, N/m), periodic as the motion.
-        """
-
-    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the motion with such a change, under such loads.
-
-        Parameters
-        ----------
-        change
-            As `to` gives it, ``(angles, numbers)``.
-        loads
-            The loads of this change.
-        """
+    system: System
+    step: float
+    unit: Array
+    loss: float
+    within: float
+    to: Callable[[Loads], Array]
+    changed: Callable[[Array, Loads], ElasticResponse]
 
 
 def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Loads, bool]:
