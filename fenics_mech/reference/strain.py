@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .nine_element import Array, NineElementModel, element_mass, element_stiffness
-from .two_links import TwoLinkModel
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class LinkStrain:
 
 
 def link_strain(
-    model: NineElementModel | TwoLinkModel,
+    model: NineElementModel,
     theta: ArrayLike,
     displacement: Array,
     acceleration: Array | None = None,
