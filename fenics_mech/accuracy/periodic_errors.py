@@ -72,7 +72,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     cycle = solution.cycle
     motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
     starts, flow = motion(np.zeros(1)), cycle.flow("gauss", solution.scene.analysis.stages, motion)
-    finer = (part[regular] for part in collocated_motion(*starts, flow))
+    finer = (part[regular] for part in _collocated(*starts, flow))
     step = solution.scene.period / len(cycle.system.motion.theta)
     return {
         "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), ESTIMATES.harmonic_order),
@@ -151,21 +151,8 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     return flow.parts(finer.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change))
 
 
-def collocated_motion(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
-    """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
-
-    Parameters
-    ----------
-    q, rate
-        q and q' at the starts of the steps.
-    flow
-        The steps, of the equation linearised about the motion.
-
-    Raises
-    ------
-    SolverError
-        When the cycle cannot be closed.
-    """
+def _collocated(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
+    """Give q and q' of a periodic motion as the steps of a linearised flow make it, ``(steps, coordinates)`` each."""
     states = flow.states(q, rate)
     states += flow.cycle.solve(flow.ends(states) - np.roll(states, -1, axis=0))
     return flow.parts(states)
