@@ -43,7 +43,6 @@ def fed_back(
     again: Callable[[Array], Array],
     unit: Array,
     loss: float,
-    left_open: tuple[float, float] = FEEDBACK.open,
     within: float = np.inf,
 ) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
@@ -61,8 +60,6 @@ def fed_back(
     loss
         Least loss factor of vibration, twice the damping ratio: at an eigenvalue that T may have as 1, its inverse is
         the most by which anything is amplified.
-    left_open
-        By which share, at most, T may be wrong.
     within
         Size up to which `again` is linear.
 
@@ -84,7 +81,7 @@ def fed_back(
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
         before, held_before = parts, held
-        parts, nearest, held = _largest(projected[:count, :count], max(loss, FEEDBACK.least_loss), left_open)
+        parts, nearest, held = _largest(projected[:count, :count], max(loss, FEEDBACK.least_loss))
         if (
             reach < FEEDBACK.little
             or left * abs(parts[-1]) < FEEDBACK.felt
@@ -168,7 +165,7 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> tuple[Array, float, bool]:
+def _largest(projected: Array, loss: float) -> tuple[Array, float, bool]:
     """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
 
     Beside it T's largest eigenvalue of those that are nearly real, as others are at no resonance, and whether damping
@@ -177,8 +174,8 @@ def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> t
     values = np.linalg.eigvals(projected)
     values = values[np.abs(values.imag) < values.real]
     nearest = float(np.abs(values).max(initial=0.0))
-    strength = min(1.0, (1 + left_open[1]) * nearest)
-    least, most = 1 + strength * np.array(left_open)
+    strength = min(1.0, (1 + FEEDBACK.open[1]) * nearest)
+    least, most = 1 + strength * np.array(FEEDBACK.open)
     poles = values.real / np.abs(values) ** 2
     inside = (poles >= least) & (poles <= most)
     held, poles = bool((np.abs(values.imag) > FEEDBACK.hardly_damped * values.real)[inside].all()), poles[inside]

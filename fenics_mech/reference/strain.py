@@ -35,12 +35,6 @@ class LinkStrain:
         """Axial plus bending strain, shape ``(angles, 3)``."""
         return self.axial + self.bending
 
-    @property
-    def mecqbar_fibre(self) -> Array:
-        """Total strain at the fibres of MECQBAR: "+" of crank and coupler, "-" of the follower (axis C to B)."""
-        sides: Array = np.array([1.0, 1.0, -1.0])
-        return self.axial + self.bending * sides
-
 
 def link_strain(
     model: NineElementModel,
