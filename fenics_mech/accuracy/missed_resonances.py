@@ -111,7 +111,7 @@ def _beside(
     """Put a little of a missed vibration beside a motion, as an equation may be linear for small motions only."""
     if not missed.any():
         return
-    more = _vibrating_motion(equation, resonances, missed)
+    more = [superposed(resonances.modes, part) for part in resonances.vibration(missed)]
     moves, vibrates = (float(np.abs(q).max(initial=0.0)) for q in (motion[0], more[0]))
     share = ESTIMATES.little * moves / vibrates if vibrates > ESTIMATES.little * moves > 0 else 1.0
     yield source, elastic_response(equation, *(part + share * change for part, change in zip(motion, more))), share
@@ -223,19 +223,6 @@ class Resonances:
         parts = np.array_split(numbers, -(-count * len(numbers) // RESONANCES.at_a_time))
         turns = (np.exp(-1j * phase[:, None] * part) for part in parts)
         return np.concatenate([self.load.T @ turn for turn in turns], axis=1) * (2 / count)
-
-
-def _vibrating_motion(equation: Equation, resonances: Resonances, missed: Mask) -> tuple[Array, Array]:
-    """Give q and q', ``(angles, coordinates)`` each, of the largest missed vibration.
-
-    The modes are those of the links' mass and stiffness alone. Under all that acts on the equation, what balances their
-    inertia has other shares along stiff coordinates.
-    """
-    modes = resonances.modes
-    momenta = equation.system.mass_times(modes.shapes)
-    inertia = [np.einsum("kmi,km->ki", momenta, modes.omega**2 * part) for part in resonances.vibration(missed)]
-    q, rate = np.moveaxis(equation.linear.stiffness.solve(np.stack(inertia, axis=1)), 1, 0)
-    return q, rate
 
 
 def enough_modes(
