@@ -55,8 +55,6 @@ def line_mesh(model: Any) -> tuple[Any, Array, Index]:
     ----------
     model
         The gmsh model, meshed.
-    places
-        Where the nodes were asked for (m); they are moved there, as gmsh's transfinite curves are good to 1e-12 only.
 
     Returns
     -------

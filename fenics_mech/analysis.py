@@ -69,7 +69,7 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     >>> print(f"{abs(result.data['strain'].sel(member='coupler')).max().item():.4f}")
     0.0003
     """
-    refuse_undriven(scene)
+    _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
     if scene.analysis.method == "transient":
@@ -206,31 +206,19 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
     errors.judge(solution.scene)
     refuse_far(solution.scene, fields.system, fields.members)
     result = collect(solution, fields, errors, sized(choices, errors.relative("strain").get("theory")))
-    refuse_infinite(result)
+    _refuse_infinite(result)
     return result
 
 
-def refuse_infinite(result: Result) -> None:
-    """Raise `SolverError` where a result holds what is no number.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+def _refuse_infinite(result: Result) -> None:
+    """Raise `SolverError` where a result holds what is no number."""
     for name in ("strain", "deflection", "joint_force", "input_torque"):
         if name in result.data and not np.isfinite(result.data[name]).all():
             raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
 
 
-def refuse_undriven(scene: Scene) -> None:
-    """Raise `SceneError` where a periodic response is asked for and nothing is driven.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def _refuse_undriven(scene: Scene) -> None:
+    """Raise `SceneError` where a periodic response is asked for and nothing is driven."""
     if scene.analysis.method == "periodic" and not scene.drives:
         free = "".join(f"; {freedom}" for freedom in reachable_range(scene).free)
         raise SceneError(

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import CorrectedResponse
-from fenics_mech.accuracy.free_errors import free_errors
-from fenics_mech.accuracy.linearised_drag import drag_remarks, left_out_of_drag
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
+from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
@@ -39,6 +38,7 @@ from fenics_mech.response.solution import (
     SubIntervalSolution,
     TransientSolution,
 )
+from fenics_mech.response.transient.free_motion import course_of, solution_from
 from fenics_mech.scene import Damping, Scene
 
 
@@ -185,7 +185,7 @@ def estimate(
     UnresolvedError
         When a linearisation leaves out so much, or the mesh is so coarse, that estimates do not hold.
     """
-    remarks = drag_remarks(left_out_of_drag(solution))
+    remarks = left_out_of_drag(solution)
     scene, base = solution.scene, Quantities.of(solution.scene, system, solution.response.undamped)
     largest = base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
@@ -201,7 +201,7 @@ def estimate(
     for source, without in corrected.items():
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
     if isinstance(solution, FreeSolution):
-        add("time", free_errors(solution, base), 1.0, 1.0)
+        add("time", _by_rougher_steps(solution, base), ESTIMATES.rough_share, 1.0)
     for source, vibrating, share in missed_vibrations(solution):
         change = Quantities.of(scene, system, vibrating.undamped) - base
         add(source, change.largest, 1 / share, corrected[source].order)
@@ -252,6 +252,13 @@ def _change(
     if source == "mesh" and system.transformation.constraints.contacts:
         change = change.with_nodes(system, moved_by_gaps(system, solution.response.undamped))
     return change.largest
+
+
+def _by_rougher_steps(solution: FreeSolution, base: Quantities) -> dict[str, Array]:
+    """Give the difference of a motion with freedoms from one with a larger tolerance of its time steps."""
+    scene, state, start = solution.scene, solution.state, solution.start
+    rough = solution_from(scene, state, start, course_of(scene, state, start, ESTIMATES.rougher))
+    return (Quantities.of(scene, rough.system, rough.response.undamped) - base).largest
 
 
 def _by_slider_kinks(solution: Solution, system: System) -> dict[str, Array] | None:

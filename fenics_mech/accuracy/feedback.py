@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -44,7 +43,6 @@ def fed_back(
     again: Callable[[Array], Array],
     unit: Array,
     loss: float,
-    left_open: tuple[float, float] = FEEDBACK.open,
     within: float = np.inf,
 ) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
@@ -62,8 +60,6 @@ def fed_back(
     loss
         Least loss factor of vibration, twice the damping ratio: at an eigenvalue that T may have as 1, its inverse is
         the most by which anything is amplified.
-    left_open
-        By which share, at most, T may be wrong.
     within
         Size up to which `again` is linear.
 
@@ -85,7 +81,7 @@ def fed_back(
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
         before, held_before = parts, held
-        parts, nearest, held = _largest(projected[:count, :count], max(loss, FEEDBACK.least_loss), left_open)
+        parts, nearest, held = _largest(projected[:count, :count], max(loss, FEEDBACK.least_loss))
         if (
             reach < FEEDBACK.little
             or left * abs(parts[-1]) < FEEDBACK.felt
@@ -98,48 +94,31 @@ def fed_back(
     return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
 
 
-class Answer(Protocol):
-    """How a motion answers to small loads beside its own."""
+@dataclass(frozen=True)
+class Answer:
+    """How a motion answers to small loads beside its own.
 
-    @property
-    def system(self) -> System:
-        """The mechanism."""
+    Parameters
+    ----------
+    system, step
+        The mechanism, and the duration between its positions (s).
+    unit
+        What the numbers of a change are multiplied by for their sizes to be compared, ``(numbers,)``.
+    loss, within
+        Least loss factor of vibration, and size of a change up to which the answer is linear; as of `fed_back`.
+    to
+        Gives what loads on the links (N, N m, N/m) change of the motion, ``(angles, numbers)``; it is linear.
+    changed
+        Gives the motion with such a change, under the loads of this change.
+    """
 
-    @property
-    def step(self) -> float:
-        """Duration between its positions (s)."""
-
-    @property
-    def unit(self) -> Array:
-        """What the numbers of a change are multiplied by for their sizes to be compared, ``(numbers,)``."""
-
-    @property
-    def loss(self) -> float:
-        """Least loss factor of vibration; as of `fed_back`."""
-
-    @property
-    def within(self) -> float:
-        """Size of a change up to which the answer is linear."""
-
-    def to(self, loads: Loads) -> Array:
-        """Give what loads change of the motion, ``(angles, numbers)``; it is linear.
-
-        Parameters
-        ----------
-        loads
-            Loads on the links (N, N m, N/m), periodic as the motion.
-        """
-
-    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the motion with such a change, under such loads.
-
-        Parameters
-        ----------
-        change
-            As `to` gives it, ``(angles, numbers)``.
-        loads
-            The loads of this change.
-        """
+    system: System
+    step: float
+    unit: Array
+    loss: float
+    within: float
+    to: Callable[[Loads], Array]
+    changed: Callable[[Array, Loads], ElasticResponse]
 
 
 def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Loads, bool]:
@@ -186,7 +165,7 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> tuple[Array, float, bool]:
+def _largest(projected: Array, loss: float) -> tuple[Array, float, bool]:
     """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
 
     Beside it T's largest eigenvalue of those that are nearly real, as others are at no resonance, and whether damping
@@ -195,8 +174,8 @@ def _largest(projected: Array, loss: float, left_open: tuple[float, float]) -> t
     values = np.linalg.eigvals(projected)
     values = values[np.abs(values.imag) < values.real]
     nearest = float(np.abs(values).max(initial=0.0))
-    strength = min(1.0, (1 + left_open[1]) * nearest)
-    least, most = 1 + strength * np.array(left_open)
+    strength = min(1.0, (1 + FEEDBACK.open[1]) * nearest)
+    least, most = 1 + strength * np.array(FEEDBACK.open)
     poles = values.real / np.abs(values) ** 2
     inside = (poles >= least) & (poles <= most)
     held, poles = bool((np.abs(values.imag) > FEEDBACK.hardly_damped * values.real)[inside].all()), poles[inside]

@@ -26,8 +26,8 @@ class DragLimits:
 DRAG = DragLimits()
 
 
-def left_out_of_drag(solution: Solution) -> float:
-    """Estimate what the linearised drag of the air leaves out, as a share of the largest drag of a member.
+def left_out_of_drag(solution: Solution) -> list[str]:
+    """Say what the linearised drag of the air leaves out, as a share of the largest drag of a member.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def left_out_of_drag(solution: Solution) -> float:
 
     Returns
     -------
-    float
-        0 without drag of the air, or where the response has no velocity.
+    list of str
+        A phrase; none where the share is below `DRAG.mentioned`, or the response has no velocity.
 
     Raises
     ------
@@ -46,15 +46,18 @@ def left_out_of_drag(solution: Solution) -> float:
     """
     scene, system, response = solution.scene, solution.system, solution.response
     if scene.damping.air is None or response.velocity is None:
-        return 0.0
+        return []
     flow = flow_of(scene, system)
     ends, bound = flow.left_out(*displacement_and_velocity(system, response))
     by_member = flow.by_member(bound).max(axis=0)
     if not by_member.any():
-        return 0.0
+        return []
     share = float(by_member.max()) / max(flow.largest(), TINY)
-    if share <= DRAG.mentioned or scene.analysis.allow_coarse:
-        return share
+    if share <= DRAG.mentioned:
+        return []
+    remark = f"what the drag of the air does by the square of the links' vibration, up to {share:.2g} of the drag"
+    if scene.analysis.allow_coarse:
+        return [remark]
     unstressed = system.without_axial_forces
     q = yielding_to(unstressed, unstressed.on_coordinates(unstressed.assembled_from_members(ends)), scene.petsc)
     change = np.sqrt(_energy(system, system.to_links(q)) / _energy(system, system.to_links(response.displacement)))
@@ -65,25 +68,7 @@ def left_out_of_drag(solution: Solution) -> float:
             f"this neglects up to {share:.2g} of the drag, and {change:.1e} of the displacement by statics. Take "
             "damping.external instead of damping.air; analysis.allow_coarse lets it pass"
         )
-    return share
-
-
-def drag_remarks(share: float) -> list[str]:
-    """Say that the linearised drag leaves out a share of the drag that is worth a word.
-
-    Parameters
-    ----------
-    share
-        From `left_out_of_drag`.
-
-    Returns
-    -------
-    list of str
-        Empty where it is below `DRAG.mentioned`.
-    """
-    if share <= DRAG.mentioned:
-        return []
-    return [f"what the drag of the air does by the square of the links' vibration, up to {share:.2g} of the drag"]
+    return [remark]
 
 
 def _energy(system: System, v: Array) -> float:

@@ -46,7 +46,6 @@ class ResonanceLimits:
     felt: float = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
     farthest: float = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
     undamped: float = 1e-6  # loss factor, below which `FEEDBACK.least_loss` is taken
-    lasts: float = 4.0  # logarithm of what a cycle leaves of a vibration, up to which it lasts
     even: float = 1e-6  # difference of steps of a phase, relative to them, that counts as none
     looked_at: int = 360  # positions of the cycle, for the harmonic with the largest vibration
     at_a_time: int = 4_000_000  # numbers: positions times harmonics
@@ -84,9 +83,11 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
 
 def _resonances_of(solution: CollocationSolution | HarmonicSolution, equation: Equation) -> Resonances:
     """Give the resonances that the loads of a scene's equation may have, with the modes given or more."""
-    rate, linear = abs(solution.scene.cycle_rate), equation.linear
-    modes = enough_modes(equation.system, solution.modes, linear.load, rate, linear.loss, solution.scene.petsc)
-    return Resonances.of(equation, modes, rate)
+    rate, linear, system = abs(solution.scene.cycle_rate), equation.linear, equation.system
+    modes = enough_modes(system, solution.modes, linear.load, rate, linear.loss, solution.scene.petsc)
+    work = np.sum(modes.shapes * linear.damped(modes.shapes), axis=-1)
+    loss = (work / modes.omega).mean(axis=0)
+    return Resonances(modes, rate, linear.load, loss, frequency_error(system, modes))
 
 
 def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, ElasticResponse, float]]:
@@ -110,28 +111,10 @@ def _beside(
     """Put a little of a missed vibration beside a motion, as an equation may be linear for small motions only."""
     if not missed.any():
         return
-    more = vibrating_motion(equation, resonances, missed)
-    share = share_beside(motion[0], more[0])
+    more = [superposed(resonances.modes, part) for part in resonances.vibration(missed)]
+    moves, vibrates = (float(np.abs(q).max(initial=0.0)) for q in (motion[0], more[0]))
+    share = ESTIMATES.little * moves / vibrates if vibrates > ESTIMATES.little * moves > 0 else 1.0
     yield source, elastic_response(equation, *(part + share * change for part, change in zip(motion, more))), share
-
-
-def share_beside(q: Array, vibration: Array) -> float:
-    """Give how much of a vibration stands beside a motion q for the equation to be linear in it.
-
-    Parameters
-    ----------
-    q
-        The motion (m, rad), ``(angles, coordinates)``.
-    vibration
-        Coordinates of the vibration, of the same shape.
-
-    Returns
-    -------
-    float
-        Factor of the vibration, at most 1.
-    """
-    moves, vibrates = (float(np.abs(part).max(initial=0.0)) for part in (q, vibration))
-    return ESTIMATES.little * moves / vibrates if vibrates > ESTIMATES.little * moves > 0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -158,55 +141,24 @@ class Resonances:
     loss: Array
     off: Array
 
-    @classmethod
-    def of(cls, equation: Equation, modes: Modes, rate: float) -> Resonances:
-        """Take load and losses from an equation at the modes' angles.
-
-        Parameters
-        ----------
-        equation
-            The equation of motion at the modes' angles.
-        modes
-            Elastic modes.
-        rate
-            Circular frequency of the cycle (rad/s).
-        """
-        shapes, matrices = modes.shapes, equation.linear
-        work = np.sum(shapes * matrices.damped(shapes), axis=-1)
-        loss, off = (work / modes.omega).mean(axis=0), frequency_error(equation.system, modes)
-        return cls(modes, rate, matrices.load, loss, off)
-
     @cached_property
     def harmonics(self) -> Array:
         """Circular frequencies of the harmonics that the angles show (rad/s)."""
         return self.rate * np.arange(len(self.load) // 2 + 1)
 
     @cached_property
-    def least_loss(self) -> Array:
-        """Loss factors; of modes that the mesh is too coarse for the least, as they stand for others above them."""
-        return np.where(self.off > RESONANCES.coarse, np.minimum.accumulate(self.loss[::-1])[::-1], self.loss)
-
-    @cached_property
-    def remember(self) -> Mask:
-        """Which modes' vibration lasts much of the cycle, so that it goes by their mean frequency, ``(modes,)``."""
-        return np.pi * self.modes.omega.mean(axis=0) / self.rate * self.least_loss < RESONANCES.lasts
-
-    @cached_property
     def width(self) -> Array:
-        """Loss factor, and of other modes the share by which the frequency varies over the cycle, ``(modes,)``."""
-        omega = self.modes.omega
-        varies = np.where(self.remember, 0.0, np.ptp(omega, axis=0) / omega.mean(axis=0))
-        return np.where(self.least_loss > RESONANCES.undamped, self.least_loss, FEEDBACK.least_loss) + varies
+        """Relative width of the modes' resonances: their loss factors, ``(modes,)``."""
+        return np.where(self.loss > RESONANCES.undamped, self.loss, FEEDBACK.least_loss)
 
     @cached_property
     def met(self) -> Mask:
-        """Which harmonics a mode of the linkage may meet, ``(harmonics, modes)``.
+        """Which harmonics a mode of the linkage may meet by its mean frequency, ``(harmonics, modes)``.
 
         Between modes that a mesh is too coarse for, and beyond the last of them, the linkage has others.
         """
-        omega, beside = self.modes.omega, RESONANCES.near + RESONANCES.mesh_safety * self.off
-        lowest, highest = (np.where(self.remember, omega.mean(axis=0), edge) for edge in (omega.min(0), omega.max(0)))
-        least, most = (1 - beside) * lowest, (1 + beside) * highest
+        omega, beside = self.modes.omega.mean(axis=0), RESONANCES.near + RESONANCES.mesh_safety * self.off
+        least, most = (1 - beside) * omega, (1 + beside) * omega
         most = np.where(self.off > RESONANCES.coarse, np.maximum(most, np.append(least[1:], np.inf)), most)
         return (self.harmonics[:, None] > least) & (self.harmonics[:, None] < most)
 
@@ -254,7 +206,7 @@ class Resonances:
         modes, count = self.modes, len(self.load)
         y, y_rate = np.zeros((2, *modes.omega.shape))
         for m in np.flatnonzero(missed.any(axis=0)):
-            pace = modes.omega[:, m] / modes.omega[:, m].mean() if self.remember[m] else np.ones(count)
+            pace = modes.omega[:, m] / modes.omega[:, m].mean()
             numbers, phase = np.flatnonzero(missed[:, m]), 2 * np.pi / count * np.cumsum(pace)
             loads = self._harmonics_of_load(phase, numbers)
             worst = int(np.abs(modes.shapes[:: max(1, count // RESONANCES.looked_at), m] @ loads).max(axis=0).argmax())
@@ -271,28 +223,6 @@ class Resonances:
         parts = np.array_split(numbers, -(-count * len(numbers) // RESONANCES.at_a_time))
         turns = (np.exp(-1j * phase[:, None] * part) for part in parts)
         return np.concatenate([self.load.T @ turn for turn in turns], axis=1) * (2 / count)
-
-
-def vibrating_motion(equation: Equation, resonances: Resonances, missed: Mask) -> tuple[Array, Array]:
-    """Give q and q', ``(angles, coordinates)`` each, of the largest missed vibration.
-
-    The modes are those of the links' mass and stiffness alone. Under all that acts on the equation, what balances their
-    inertia has other shares along stiff coordinates.
-
-    Parameters
-    ----------
-    equation
-        The equation of motion at the modes' angles.
-    resonances
-        Its resonances.
-    missed
-        As of `Resonances.vibration`.
-    """
-    modes = resonances.modes
-    momenta = equation.system.mass_times(modes.shapes)
-    inertia = [np.einsum("kmi,km->ki", momenta, modes.omega**2 * part) for part in resonances.vibration(missed)]
-    q, rate = np.moveaxis(equation.linear.stiffness.solve(np.stack(inertia, axis=1)), 1, 0)
-    return q, rate
 
 
 def enough_modes(
@@ -313,9 +243,8 @@ def enough_modes(
     options
         PETSc options for statics and eigenproblems.
     """
-    static = displacement_under(
-        system.without_axial_forces, load, options
-    )  # rough, and also where it buckles for a moment
+    # without axial forces the answer is rough, but there is one also where it buckles for a moment
+    static = displacement_under(system.without_axial_forces, load, options)
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
     loss = loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
     fastest = RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)

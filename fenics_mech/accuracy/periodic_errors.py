@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
-from fenics_mech.accuracy.feedback import without_mesh
+from fenics_mech.accuracy.feedback import Answer, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
-from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -51,7 +47,7 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
     return {
         "time": CorrectedResponse(elastic_response(equation, *right), order, safety),
-        "mesh": _mesh_error(solution.response, AnswerOfSteps(equation, starts, orbit.flow, regular, step)),
+        "mesh": _mesh_error(solution.response, equation, starts, orbit.flow, regular, step),
     }
 
 
@@ -76,97 +72,44 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     cycle = solution.cycle
     motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
     starts, flow = motion(np.zeros(1)), cycle.flow("gauss", solution.scene.analysis.stages, motion)
-    finer = (part[regular] for part in collocated_motion(*starts, flow))
+    finer = (part[regular] for part in _collocated(*starts, flow))
     step = solution.scene.period / len(cycle.system.motion.theta)
     return {
         "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), ESTIMATES.harmonic_order),
-        "mesh": _mesh_error(solution.response, AnswerOfSteps(cycle.start, starts, flow, regular, step)),
+        "mesh": _mesh_error(solution.response, cycle.start, starts, flow, regular, step),
     }
 
 
-def _mesh_error(response: ElasticResponse, answer: AnswerOfSteps) -> CorrectedResponse:
-    return corrected_for_mesh(answer.system, *without_mesh(answer, response))
+def _mesh_error(
+    response: ElasticResponse,
+    equation: Equation,
+    starts: tuple[Array, Array],
+    flow: Flow,
+    regular: NDArray[np.bool_],
+    step: float,
+) -> CorrectedResponse:
+    """Correct a motion for its mesh, by the steps that carried the motion itself: `starts` are its q and q' there.
 
-
-@dataclass(frozen=True)
-class AnswerOfSteps:
-    """How a periodic motion answers to small loads, by the steps that carried the motion itself; see `Answer`.
-
-    Parameters
-    ----------
-    equation
-        The equation of motion at the starts of the sub-intervals.
-    starts
-        q and q' at the starts of all steps, with all coordinates.
-    flow
-        The steps of the cycle, linearised about the motion. They may have more coordinates, on which the load does not
-        act.
-    regular
-        Which steps begin a sub-interval.
-    step
-        Duration of the sub-intervals (s).
+    `equation` is at the sub-intervals, which have the duration `step` (s), and begin where steps are `regular`. The
+    flow may have more coordinates, on which the load of the mesh does not act.
     """
+    system, size = equation.system, equation.system.size
+    q, rate = (part[regular, :size] for part in starts)
+    unit = flow.unit[:size]
 
-    equation: Equation
-    starts: tuple[Array, Array]
-    flow: Flow
-    regular: NDArray[np.bool_]
-    step: float
-
-    @property
-    def system(self) -> System:
-        """The mechanism at the starts of the sub-intervals."""
-        return self.equation.system
-
-    @cached_property
-    def motion(self) -> tuple[Array, Array]:
-        """Coordinates q and their rates q' at the starts of the sub-intervals."""
-        q, rate = (part[self.regular, : self.system.size] for part in self.starts)
-        return q, rate
-
-    @property
-    def unit(self) -> Array:
-        """Factors of q, and none of q'."""
-        return np.pad(self.flow.unit[: self.system.size], (0, self.system.size))
-
-    @property
-    def loss(self) -> float:
-        """Least loss factor of vibration."""
-        return self.equation.linear.loss
-
-    @property
-    def within(self) -> float:
-        """Size of a change up to which the equation is taken as linear."""
-        size = self.system.size
-        return ESTIMATES.little * float(np.linalg.norm(self.motion[0] * self.flow.unit[:size]))
-
-    def to(self, loads: Loads) -> Array:
-        """Give the changes of q and q' by loads, ``(angles, 2 coordinates)``.
-
-        Parameters
-        ----------
-        loads
-            At the starts of the sub-intervals.
-        """
-        size = self.system.size
-        whole = np.pad(self.system.on_coordinates_by(loads), ((0, 0), (0, self.flow.size - size)))
-        found = periodic_change(whole, self.flow.states(*self.starts), self.flow, self.regular)
+    def to(loads: Loads) -> Array:
+        whole = np.pad(system.on_coordinates_by(loads), ((0, 0), (0, flow.size - size)))
+        found = periodic_change(whole, flow.states(*starts), flow, regular)
         return np.concatenate([part[:, :size] for part in found], axis=1)
 
-    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the response with changes of q and q', under loads.
-
-        Parameters
-        ----------
-        change
-            As `to` gives it (m, rad; m/s, rad/s), ``(angles, 2 coordinates)``.
-        loads
-            The loads of this change.
-        """
-        (q, rate), size = self.motion, self.system.size
+    def changed(change: Array, loads: Loads) -> ElasticResponse:
         return elastic_response(
-            self.equation, q + change[:, :size], rate + change[:, size:], self.system.on_coordinates_by(loads)
+            equation, q + change[:, :size], rate + change[:, size:], system.on_coordinates_by(loads)
         )
+
+    within = ESTIMATES.little * float(np.linalg.norm(q * unit))
+    answer = Answer(system, step, np.pad(unit, (0, size)), equation.linear.loss, within, to, changed)
+    return corrected_for_mesh(system, *without_mesh(answer, response))
 
 
 def more_accurate(stages: int) -> tuple[str, int]:
@@ -208,21 +151,8 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     return flow.parts(finer.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change))
 
 
-def collocated_motion(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
-    """Give a periodic motion of any origin as steps by collocation make it, ``(steps, coordinates)`` each.
-
-    Parameters
-    ----------
-    q, rate
-        q and q' at the starts of the steps.
-    flow
-        The steps, of the equation linearised about the motion.
-
-    Raises
-    ------
-    SolverError
-        When the cycle cannot be closed.
-    """
+def _collocated(q: Array, rate: Array, flow: Flow) -> tuple[Array, Array]:
+    """Give q and q' of a periodic motion as the steps of a linearised flow make it, ``(steps, coordinates)`` each."""
     states = flow.states(q, rate)
     states += flow.cycle.solve(flow.ends(states) - np.roll(states, -1, axis=0))
     return flow.parts(states)

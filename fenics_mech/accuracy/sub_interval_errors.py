@@ -14,7 +14,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
-from fenics_mech.accuracy.feedback import without_mesh
+from fenics_mech.accuracy.feedback import Answer, without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
 from fenics_mech.effects import Loads
 from fenics_mech.eigenmodes import Modes, solve_modes
@@ -55,59 +55,42 @@ def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedRes
     dict
         Responses by source.
     """
-    answer = AnswerOfModes(solution)
+    motion = _ModalMotion(solution)
     return {
-        "time": CorrectedResponse(solution.response.changed(*answer.halved()), ORDERS["time"], ESTIMATES.safety),
-        "modes": CorrectedResponse(answer.with_modes(), ORDERS["modes"], ESTIMATES.safety),
-        "mesh": corrected_for_mesh(answer.system, *without_mesh(answer, solution.response.undamped)),
+        "time": CorrectedResponse(solution.response.changed(*motion.halved()), ORDERS["time"], ESTIMATES.safety),
+        "modes": CorrectedResponse(motion.with_modes(), ORDERS["modes"], ESTIMATES.safety),
+        "mesh": corrected_for_mesh(motion.system, *without_mesh(motion.answer(), solution.response.undamped)),
     }
 
 
 @dataclass(frozen=True)
-class AnswerOfModes:
-    """How a periodic motion by sub-intervals answers to small loads and to other sub-intervals; see `Answer`.
+class _ModalMotion:
+    """A periodic motion by sub-intervals, and how it answers to small loads, to more modes and to other sub-intervals.
 
-    Parameters
-    ----------
-    solution
-        The motion.
+    The mechanism is at the middles of the sub-intervals, and has the modes kept.
     """
 
     solution: SubIntervalSolution
 
     @property
     def scene(self) -> Scene:
-        """The scene."""
         return self.solution.scene
 
     @property
     def system(self) -> System:
-        """The mechanism at the middles of the sub-intervals."""
         return self.solution.system
 
     @property
     def modes(self) -> Modes:
-        """The modes kept."""
         return self.solution.modes
 
-    @property
-    def within(self) -> float:
-        """The equation is linear."""
-        return np.inf
+    def answer(self) -> Answer:
+        """Give the linear answer to loads: the modes' ``omega y``, whose sizes are compared, and q."""
+        unit = np.pad(np.ones(self.modes.omega.shape[1]), (0, self.system.size))
+        return Answer(self.system, self.step, unit, self.loss, np.inf, self._to, self._changed)
 
-    @property
-    def unit(self) -> Array:
-        """Factors of the modes' ``omega y``, and none of q."""
-        return np.pad(np.ones(self.modes.omega.shape[1]), (0, self.system.size))
-
-    def to(self, loads: Loads) -> Array:
-        """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``.
-
-        Parameters
-        ----------
-        loads
-            At the middles of the sub-intervals.
-        """
+    def _to(self, loads: Loads) -> Array:
+        """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``."""
         load, omega = self.system.on_coordinates_by(loads), self.modes.omega
         modal = self._modal(load)
         slope = (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step)
@@ -115,16 +98,8 @@ class AnswerOfModes:
         static = displacement_under(self.system, load, self.scene.petsc)
         return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
 
-    def changed(self, change: Array, loads: Loads) -> ElasticResponse:
-        """Give the response with such a change, under loads.
-
-        Parameters
-        ----------
-        change
-            As `to` gives it, ``(angles, modes + coordinates)``.
-        loads
-            The loads of this change.
-        """
+    def _changed(self, change: Array, loads: Loads) -> ElasticResponse:
+        """Give the response with a change as `_to` gives it, under the loads of this change."""
         swing, q = np.split(change, [self.modes.omega.shape[1]], axis=1)
         accelerations = self._modal(self.system.on_coordinates_by(loads)) - self.modes.omega * swing
         return self.solution.response.changed(q, self.system.to_links(superposed(self.modes, accelerations)))
@@ -179,7 +154,7 @@ class AnswerOfModes:
         if not (slow & ~kept).any():
             return self.solution.response.changed(static, inertia)
         more = self._solved_with(modes.only(slow | kept))
-        missing, inertia = AnswerOfModes(more)._left_out()
+        missing, inertia = _ModalMotion(more)._left_out()
         return more.response.changed(displacement_under(self.system, missing, self.scene.petsc), inertia)
 
     def _solved_with(self, modes: Modes) -> SubIntervalSolution:

@@ -342,17 +342,7 @@ def _between(rung: tuple[Scene, System, ElasticResponse], top: tuple[Scene, Syst
 
 @dataclass(frozen=True)
 class _Motion:
-    """A periodic motion at the points of steps of a cycle.
-
-    Parameters
-    ----------
-    cycle
-        The equation of motion there.
-    state
-        The state at the points.
-    starts
-        q and q' at the starts of the sub-intervals, ``(2, angles, coordinates)``.
-    """
+    """A periodic motion at the points of steps of a cycle; `starts` has q and q' at the starts of the sub-intervals."""
 
     cycle: Cycle
     state: Array

@@ -102,21 +102,10 @@ def _rough_course(solution: TransientSolution) -> Course:
 def _without_mesh(
     equation: Equation, motion: tuple[Array, Array], step: float, state: Array
 ) -> tuple[ElasticResponse, Loads, Array]:
-    """Give a part of a response without the error of the mesh.
+    """Give a part of a response without the error of the mesh, the load that it has beside, and its change at its end.
 
-    Parameters
-    ----------
-    equation, motion
-        The equation of the part, and its q and q'.
-    step
-        Of its positions (s).
-    state
-        Changes of q, q', q'' and force, by the mesh, one step before the part, ``(4, coordinates)``.
-
-    Returns
-    -------
-    tuple
-        The response, the load that it has beside, and the change at its end.
+    Positions of the part are a `step` (s) apart. `motion` is its q and q', and `state` the change of q, q', q'' and
+    force by the mesh one step before it, ``(4, coordinates)``.
     """
     missing = neglected(equation.system, elastic_response(equation, *motion), step, closed=False)
     load = equation.system.on_coordinates_by(missing)

@@ -77,14 +77,11 @@ def _vibration(scene: Scene, system: System, modes: Modes, still: Array) -> tupl
     """Estimate how far the response is from the quasi-static one, and how it changes with the stiffness.
 
     Every mode is an oscillator with its mean frequency under the harmonics of its load. Harmonic n is answered
-    ``H = 1/(1 - r^2 + 2 i zeta r)`` times, r being n times the drive's rate over the mode's frequency.
+    ``H = 1/(1 - r^2 + 2 i zeta r)`` times, r being n times the drive's rate over the mode's frequency. Given are
 
-    Returns
-    -------
-    tuple
-        The vibration on top of the quasi-static response, ``(angles, coordinates)``. Twice its largest ratio to the
-        quasi-static response of the same member, by the root of the strain energy, as curves differ more at their
-        peaks. The relative change of the response over a relative change of stiffness.
+    - the vibration on top of the quasi-static response, ``(angles, coordinates)``,
+    - twice its largest ratio to that response of the same member, by the root of the energy, for curves at their peaks,
+    - the relative change of the response over a relative change of stiffness.
     """
     if not scene.drives:
         return np.zeros_like(still), 0.0, 1.0

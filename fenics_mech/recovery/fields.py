@@ -123,14 +123,7 @@ def _of_members(
 ) -> Variables:
     """Strains, stresses, section forces and deflections of the members, with their dimensions.
 
-    Parameters
-    ----------
-    sections, lengths
-        Rigidity of each member at the stations, and the members' lengths (m), ``(members,)``.
-    members
-        The members' state.
-    strains
-        Strains of the axes and by bending, which are without the forces of modal damping.
+    `strains` are those of the axes and by bending, without the forces of modal damping; lengths are in m.
     """
     whole_axial, whole_bending = stress_over_modulus(sections, members.axial_force, members.moment)
     stress = young_modulus(sections) * (whole_axial[..., None] + whole_bending)

@@ -7,7 +7,7 @@ import io
 import json
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -56,7 +56,10 @@ class Saved:
     data: xr.Dataset
 
     def save(self, path: str | Path) -> Path:
-        """Write as NetCDF; the file appears whole or not at all.
+        """Write as NetCDF, with a seal behind it by which damage is found; the file appears whole or not at all.
+
+        The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass over the
+        seal.
 
         Parameters
         ----------
@@ -73,7 +76,8 @@ class Saved:
         ResultError
             When the file cannot be written.
         """
-        write_dataset(Path(path), self.data, self.ENGINE)
+        content = bytes(self.data.to_netcdf(engine=self.ENGINE))  # type: ignore[call-overload]
+        write_whole(Path(path), lambda temporary: temporary.write_bytes(content + seal_of(content)))
         return Path(path)
 
     @classmethod
@@ -90,7 +94,25 @@ class Saved:
         ResultError
             When the file cannot be read or holds something else.
         """
-        return cls(read_dataset(path, cls.ENGINE, cls.KIND, cls.NEEDED))
+        try:
+            file = read_bounded(Path(path), min(RESULT.largest_file, memory() // 4))
+        except (OSError, ValueError) as error:
+            raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {reason_of(error)}") from error
+        content = file[:-SEAL_LENGTH]
+        if file != content + seal_of(content):  # HDF5 may end the process over a damaged file
+            raise ResultError(
+                f"{path}: this file is not a {cls.KIND} of fenics_mech, or was cut or changed after it was written"
+            )
+        try:
+            if cls.ENGINE == Result.ENGINE:
+                _check_content(content)
+            with xr.open_dataset(io.BytesIO(content), engine=cls.ENGINE) as data:
+                loaded = data.load()
+        except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
+            raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {error}") from error
+        if not set(cls.NEEDED) <= set(loaded.attrs):
+            raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
+        return cls(loaded)
 
 
 @dataclass(frozen=True)
@@ -206,46 +228,6 @@ def at_place(curves: Array, stations: Array, s: float) -> Array:
     return (1 - share) * curves[..., i] + share * curves[..., i + 1]
 
 
-def read_dataset(path: str | Path, engine: str, kind: str, attributes: Sequence[str]) -> xr.Dataset:
-    """Read a dataset of some kind, which has certain attributes.
-
-    Parameters
-    ----------
-    path
-        The file.
-    engine
-        Reader of xarray: "h5netcdf" or "scipy".
-    kind
-        What the file should hold, in words, for errors.
-    attributes
-        Names of the attributes.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be read or is not of that kind.
-    """
-    try:
-        file = read_bounded(Path(path), min(RESULT.largest_file, memory() // 4))
-    except (OSError, ValueError) as error:
-        raise ResultError(f"{path}: cannot be read as a {kind}: {reason_of(error)}") from error
-    content = file[:-SEAL_LENGTH]
-    if file != content + seal_of(content):  # HDF5 may end the process over a damaged file
-        raise ResultError(
-            f"{path}: this file is not a {kind} of fenics_mech, or was cut or changed after it was written"
-        )
-    try:
-        if engine == Result.ENGINE:
-            _check_content(content)
-        with xr.open_dataset(io.BytesIO(content), engine=engine) as data:
-            loaded = data.load()
-    except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
-        raise ResultError(f"{path}: cannot be read as a {kind}: {error}") from error
-    if not set(attributes) <= set(loaded.attrs):
-        raise ResultError(f"{path}: this NetCDF file is not a {kind} of fenics_mech")
-    return loaded
-
-
 def _check_content(content: bytes) -> None:
     """Raise `ValueError` where an HDF5 file takes data from other files, or holds more than its size, compressed."""
     with h5py.File(io.BytesIO(content), "r") as file:
@@ -276,29 +258,6 @@ def stored_scene(data: xr.Dataset) -> Scene:
         return build(json.loads(data.attrs["scene"]))
     except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
         raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
-
-
-def write_dataset(path: Path, data: xr.Dataset, engine: str) -> None:
-    """Write a dataset, with a seal behind it by which damage is found; the file appears whole or not at all.
-
-    The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass over the seal.
-
-    Parameters
-    ----------
-    path
-        The file.
-    data
-        The dataset.
-    engine
-        Writer of xarray: "h5netcdf" or "scipy".
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
-    content = bytes(data.to_netcdf(engine=engine))  # type: ignore[call-overload]
-    write_whole(path, lambda temporary: temporary.write_bytes(content + seal_of(content)))
 
 
 def seal_of(content: bytes) -> bytes:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .nine_element import Array, NineElementModel, modes_of
-from .two_links import TwoLinkModel
 
 ROOT = np.sqrt(15.0)
 NODES = np.array([0.5 - ROOT / 10, 0.5, 0.5 + ROOT / 10])
@@ -64,7 +63,7 @@ class _Equation:
 
 
 def gauss_legendre_periodic(
-    model: NineElementModel | TwoLinkModel, steps: int, *, damping: float = 0.02, coupling: bool = False
+    model: NineElementModel, steps: int, *, damping: float = 0.02, coupling: bool = False
 ) -> CollocationResponse:
     """Periodic solution of ``M q'' + C q' + K q = f`` with all modes, to sixth order in the step.
 
@@ -102,7 +101,7 @@ def gauss_legendre_periodic(
     return CollocationResponse(theta, displacement, velocity, second, acceleration)
 
 
-def _equation(model: NineElementModel | TwoLinkModel, theta: Array, damping: float, coupling: bool) -> _Equation:
+def _equation(model: NineElementModel, theta: Array, damping: float, coupling: bool) -> _Equation:
     """Matrices and load of the equation of motion at crank angles `theta` (rad)."""
     mass, stiffness = model.mass_stiffness(theta)
     omega, shapes = modes_of(mass, stiffness)

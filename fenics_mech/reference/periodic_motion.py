@@ -214,12 +214,7 @@ def _joins(data: _Intervals, join: Join) -> tuple[Array, Array]:
 def _tracking(product: Array, size: Array) -> Array:
     """Signed permutation that follows each mode into the next position, (5.14).
 
-    Parameters
-    ----------
-    product
-        Phi_next^T M_next Phi, shape ``(modes, modes)``.
-    size
-        Diagonal of Phi^T M_next Phi, shape ``(modes,)``.
+    `product` is Phi_next^T M_next Phi, ``(modes, modes)``, and `size` the diagonal of Phi^T M_next Phi.
     """
     criterion = product**2 / size  # modal assurance criterion, weighted by the next position's mass
     rows, columns = linear_sum_assignment(criterion, maximize=True)
@@ -231,14 +226,7 @@ def _tracking(product: Array, size: Array) -> Array:
 def _advance(state: Array, join: Array, kick: Array, matrix: Array, forced: Array) -> Array:
     """Bring modal states from the beginning of a sub-interval to that of the next.
 
-    Parameters
-    ----------
-    state
-        Columns of (y, y'), shape ``(modes, 2, columns)``; `forced` acts on the last column.
-    join, kick
-        J_k and G_k of `_joins`, shape ``(modes, modes)``.
-    matrix, forced
-        The sub-interval's part of `_Oscillators`.
+    A state has columns of (y, y'), ``(modes, 2, columns)``; `forced` acts on the last. See `_joins` for J_k and G_k.
     """
     end = matrix @ state  # (5.17), (5.18), (5.20), (5.21)
     end[..., -1] += forced  # (5.19), (5.22)

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .nine_element import Array, NineElementModel, element_mass, element_stiffness
-from .two_links import TwoLinkModel
 
 
 @dataclass(frozen=True)
@@ -36,15 +35,9 @@ class LinkStrain:
         """Axial plus bending strain, shape ``(angles, 3)``."""
         return self.axial + self.bending
 
-    @property
-    def mecqbar_fibre(self) -> Array:
-        """Total strain at the fibres of MECQBAR: "+" of crank and coupler, "-" of the follower (axis C to B)."""
-        sides: Array = np.array([1.0, 1.0, -1.0])
-        return self.axial + self.bending * sides
-
 
 def link_strain(
-    model: NineElementModel | TwoLinkModel,
+    model: NineElementModel,
     theta: ArrayLike,
     displacement: Array,
     acceleration: Array | None = None,
@@ -93,23 +86,10 @@ def link_strain(
 
 
 def _inertia_before(acceleration: Array, xi: float, length: float) -> tuple[Array, Array]:
-    """Integrals of the acceleration from the element's first node to ``xi`` times its length.
+    """Integrals of the acceleration from an element's first node to xi times its length h (m), ``(angles,)`` each.
 
-    Parameters
-    ----------
-    acceleration
-        Nodal accelerations of the element, u linear and w cubic in between, shape ``(angles, 6)``.
-    xi
-        End of the integrals, 0 to 1.
-    length
-        Element length h (m).
-
-    Returns
-    -------
-    axial : ndarray
-        Integral of the axial acceleration over x (m^2/s^2), shape ``(angles,)``.
-    moment : ndarray
-        Integral of (xi h - x) times the transverse acceleration over x (m^3/s^2), shape ``(angles,)``.
+    They are those of the axial acceleration (m^2/s^2), and of (xi h - x) times the transverse one (m^3/s^2). Nodal
+    accelerations are ``(angles, 6)``, with u linear and w cubic in between.
     """
     axial = length * np.array([xi - xi**2 / 2, xi**2 / 2])  # of N1 (4.5) and N4 (4.8)
     moment = length**2 * np.array(

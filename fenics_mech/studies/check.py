@@ -72,7 +72,7 @@ def matrices() -> list[Finding]:
     """
     system = mechanism(seed_four_bar(analysis={"sub_intervals": POSITIONS}))
     model = NineElementModel()
-    order = reference_order(system, model)
+    order = _reference_order(system, model)
     theta = system.motion.theta
     mass, stiffness = model.mass_stiffness(theta)
     found = [(m[:, :][np.ix_(order, order)], k[:, :][np.ix_(order, order)]) for _, m, k in system.positions()]
@@ -147,16 +147,8 @@ def quasi_static_strains() -> list[Finding]:
     return findings
 
 
-def reference_order(system: System, model: NineElementModel) -> list[int]:
-    """Our coordinate for each dof of the hand-coded model.
-
-    Parameters
-    ----------
-    system
-        The mechanism of the seed four-bar.
-    model
-        The hand-coded model of it, with the same elements.
-    """
+def _reference_order(system: System, model: NineElementModel) -> list[int]:
+    """Our coordinate for each dof of the hand-coded model, which has the same elements."""
     mesh = system.beams.mesh
     component = {"u": "x", "w": "y", "phi": "rotation"}
     names = {name: i for i, name in enumerate(system.transformation.names)}

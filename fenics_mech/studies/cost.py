@@ -146,7 +146,7 @@ def measure_costs(scene: Scene, *, quick: bool = False, progress: Progress = lam
     }
     attributes: dict[str, Any] = stamp(scene) | machine() | {"import_seconds": imports, "compile_seconds": compiling}
     attributes |= {"references": json.dumps(described), "equation": whole, "meshes": list(meshes)}
-    return Cost(dataset(outcomes).assign_attrs(attributes | overhead(equations[whole])))
+    return Cost(dataset(outcomes).assign_attrs(attributes | _overhead(equations[whole])))
 
 
 def steps_of(scene: Scene, quick: bool = False) -> int:
@@ -163,14 +163,8 @@ def steps_of(scene: Scene, quick: bool = False) -> int:
     return len(grid(equations, quick)) + len(equations) + 2
 
 
-def overhead(scene: Scene) -> dict[str, float]:
-    """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def _overhead(scene: Scene) -> dict[str, float]:
+    """Time of an analysis of a scene as it stands, and inside the libraries' linear algebra alone (s)."""
     coarse = scene.changed(analysis__allow_coarse=True, analysis__solver="auto", analysis__allow_ringing=True)
     _, timing = timed(lambda: analyse(coarse))
     bare = bare_seconds(lambda: analyse(coarse))
@@ -216,25 +210,13 @@ def _run(run: GridRun, own: Converged | None, whole: Converged, slow: bool) -> R
         result, timing = timed(lambda: analyse(run.scene))
     except MechanismError as error:
         return RunOutcome(*identity, {}, type(error).__name__, str(error))
-    return RunOutcome(*identity, timing.numbers | errors_of(result, own, whole))
+    return RunOutcome(*identity, timing.numbers | _errors_of(result, own, whole))
 
 
-def errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
-    """Give the errors of a result, and what the program itself estimates.
+def _errors_of(result: Result, own: Converged | None, whole: Converged) -> dict[str, float]:
+    """Give the errors of a result, and what the program estimates of them, as far as they are known: of `NUMBERS`.
 
-    Parameters
-    ----------
-    result
-        The result of a run.
-    own
-        Converged strains of the equation that it solves, where they are known.
-    whole
-        Converged strains of the equation with all effects.
-
-    Returns
-    -------
-    dict
-        Of `NUMBERS`, as far as they are known.
+    `own` are the strains of the equation that was solved, and `whole` those of the equation with all effects.
     """
     found = strains(result)
     numbers: dict[str, float] = {}

@@ -98,19 +98,13 @@ def added_one_by_one(scene: Scene) -> list[Run]:
     for name in ADDED:
         acting = (*(other for other in acting if other != EFFECTS[name].replaces), name)
         scenes[name] = scene.changed(effects=acting)
-    runs = {name: counted_run(changed) for name, changed in scenes.items()}
+    runs = {name: _counted_run(changed) for name, changed in scenes.items()}
     last = runs[ADDED[-1]][0]
     return [Run(name, result, count, largest_difference(result, last)) for name, (result, count) in runs.items()]
 
 
-def counted_run(scene: Scene) -> tuple[Result, Count]:
-    """Analyse a scene twice, and count what the second run makes (the first one fills the caches).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+def _counted_run(scene: Scene) -> tuple[Result, Count]:
+    """Analyse a scene twice, and count what the second run makes (the first one fills the caches)."""
     analyse(scene)
     with counted() as count:
         result = analyse(scene)

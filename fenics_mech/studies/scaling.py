@@ -221,24 +221,13 @@ def in_own_process(size: Size) -> dict[str, float]:
     """
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         try:
-            return pool.submit(measure_size, size).result()
+            return pool.submit(_measure_size, size).result()
         except BrokenProcessPool as error:
             raise MechanismError("the process was ended from outside: there may be too little memory") from error
 
 
-def measure_size(size: Size) -> dict[str, float]:
-    """Measure one size in this process.
-
-    Parameters
-    ----------
-    size
-        What to measure.
-
-    Returns
-    -------
-    dict
-        Of `NUMBERS`.
-    """
+def _measure_size(size: Size) -> dict[str, float]:
+    """Measure one size in this process: of `NUMBERS`."""
     with suppress(MechanismError):  # it compiles, or reads forms
         analyse(replace(size, elements=3, links=3, positions=60).scene())
     scene, before = size.scene(), peak_memory()

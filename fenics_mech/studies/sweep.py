@@ -249,7 +249,7 @@ class _SweepRun:
                 raise ValueError("its sweep.json is not that of a sweep")
         except (OSError, ValueError) as error:
             raise ResultError(f"{self.folder}: cannot be used for a sweep: {error}") from error
-        refuse_other(before, plan, self.folder)
+        _refuse_other(before, plan, self.folder)
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
     def compute(self, values: Sequence[Sequence[float]]) -> None:
@@ -326,19 +326,10 @@ class _SweepRun:
         return data
 
 
-def refuse_other(before: Record, plan: Record, folder: Path) -> None:
-    """Raise a `SceneError` unless a folder's plan is for the same scene and fields, with no value that is now left out.
+def _refuse_other(before: Record, plan: Record, folder: Path) -> None:
+    """Raise a `SceneError` unless a folder's plan, `before`, is of the same scene and fields.
 
-    Then no point computed before is left out of the result.
-
-    Parameters
-    ----------
-    before
-        Plan that the folder holds.
-    plan
-        Plan of this sweep: its scene, gauge and values.
-    folder
-        The folder.
+    No value of it may be left out now, so that no point computed before is left out of the result.
     """
     hint = "Give another folder with -o"
     if before["values"].keys() != plan["values"].keys():

@@ -66,16 +66,8 @@ TEXTS = {
 }
 
 
-def kept_unit(name: str, scene: Scene) -> str:
-    """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the drive slides.
-
-    Parameters
-    ----------
-    name
-        Name of the variable.
-    scene
-        The scene, for its first drive.
-    """
+def _kept_unit(name: str, scene: Scene) -> str:
+    """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the first drive slides."""
     return effort_units(scene.moved_joints, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
 
 
@@ -312,7 +304,7 @@ def tabulated(
     for name, (dims, unit, meaning) in variables.items():
         numbers = stacked([record.get("values", {}).get(name) for record in records])
         if not np.isnan(numbers).all():  # nor are there none at all
-            attributes = {"units": kept_unit(name, scene) if name in KEPT else unit, "long_name": meaning}
+            attributes = {"units": _kept_unit(name, scene) if name in KEPT else unit, "long_name": meaning}
             data[name] = ((*shape, *dims), numbers.reshape(*shape.values(), *numbers.shape[1:]), attributes)
     labels: Record = next((record["labels"] for record in records if "labels" in record), {})
     for name in sorted({str(name) for name in data.dims} - set(shape)):

@@ -122,21 +122,11 @@ def test_a_harmonic_is_met_as_far_as_the_mesh_is_off(omega, off, met):
     assert np.flatnonzero(resonances(omega, 0.01, off).met).tolist() == list(met)
 
 
-def test_a_coarse_mode_stands_for_those_above_it():
-    """With the damping that is the least of theirs; a mode that the mesh has right keeps its own."""
-    one = resonances(7.0, 0.01, 0.06)
-    two = replace(one.modes, omega=np.tile([7.0, 20.0], (len(ANGLE), 1)))
-    for off, loss in (([0.06, 0.2], 0.001), ([0.01, 0.2], 0.01)):
-        found = Resonances(two, 1.0, one.load, np.array([0.01, 0.001]), np.array(off))
-        assert found.width == pytest.approx([loss, 0.001])
-
-
 def test_a_frequency_that_varies():
-    """By 10 % about 7: what lasts takes from harmonic 7 the share J0(0.7), and what dies out is twice as wide."""
-    for loss, remains in ((0.01, 0.881), (0.2, 0.5)):
-        still, varies = (resonances(7 * (1 + share * np.cos(ANGLE)), loss, 0.06) for share in (0.0, 0.1))
-        small, large = (np.abs(found.vibration(found.met)[0]).max() for found in (varies, still))
-        assert small == pytest.approx(remains * large, rel=0.01)
+    """By 10 % about 7: a vibration takes from harmonic 7 the share J0(0.7)."""
+    still, varies = (resonances(7 * (1 + share * np.cos(ANGLE)), 0.01, 0.06) for share in (0.0, 0.1))
+    small, large = (np.abs(found.vibration(found.met)[0]).max() for found in (varies, still))
+    assert small == pytest.approx(0.881 * large, rel=0.01)
 
 
 @pytest.mark.parametrize(("stages", "loss", "hidden"), [(3, 0.01, False), (3, 1e-4, True), (1, 0.01, True)])

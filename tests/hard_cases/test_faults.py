@@ -20,7 +20,6 @@ from fenics_mech import Result, _compiling, analyse
 from fenics_mech._compiling import compile_safely
 from fenics_mech._guard import guarded
 from fenics_mech.errors import MechanismError, ResultError, SolverError
-from fenics_mech.recovery.result import read_dataset
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import ROOT
@@ -288,7 +287,7 @@ def test_what_is_no_result_is_refused_at_once(tmp_path, name, capfd):
     with pytest.raises(
         ResultError, match="not a result of fenics_mech" if name == "foreign" else "cannot be read as a result"
     ):
-        read_dataset(path, "h5netcdf", "result", ())
+        Result.load(path)
     assert capfd.readouterr() == ("", "")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fenics_mech.reference.nine_element import LinkMotion
-from fenics_mech.reference.two_links import Ending, TwoLinkModel, TwoLinkParameters, as_angles, link_motions
+from tests.reference.two_links import Ending, TwoLinkModel, TwoLinkParameters, as_angles, link_motions
 
 
 @dataclass(frozen=True)

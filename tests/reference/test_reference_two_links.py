@@ -7,13 +7,13 @@ from fenics_mech import analyse
 from fenics_mech.reference.gauss_legendre import gauss_legendre_periodic
 from fenics_mech.reference.nine_element import element_gyroscopic, element_mass, element_stiffness, modes_of
 from fenics_mech.reference.strain import link_strain
-from fenics_mech.reference.two_links import element_matrices
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import load
 from fenics_mech.studies.check import coupling
 from tests.common import DEMOS
 from tests.reference.manipulator_arm import ManipulatorModel, ManipulatorParameters
 from tests.reference.slider_crank_linkage import SliderCrankModel, SliderCrankParameters
+from tests.reference.two_links import element_matrices
 
 ELEMENTS = 3
 

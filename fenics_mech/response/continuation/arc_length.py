@@ -213,13 +213,7 @@ def _metric(family: Family, weight: Array, point: Point) -> _Metric:
 def _advanced(
     family: Family, metric: _Metric, point: Point, tangent: _Direction, arc: float
 ) -> tuple[Point, _Direction, bool]:
-    """Go a step along the branch, at most to an end of the range.
-
-    Returns
-    -------
-    tuple
-        The new point, the tangent there, and whether it is at an end.
-    """
+    """Go a step along the branch, at most to an end of the range: give point and tangent there, and whether it ends."""
     low, high = sorted(family.ends)
     reached, new = point.value + arc * tangent.value, None
     if low < reached < high:
@@ -256,13 +250,7 @@ def _fold(family: Family, metric: _Metric, point: Point, tangent: _Direction, ne
 
 
 def _corrected(family: Family, metric: _Metric, guess: Point, normal: _Direction) -> tuple[Point, _Direction]:
-    """Come back to the branch in the plane across `normal` that goes through a guess.
-
-    Returns
-    -------
-    tuple
-        The point, and a tangent of the branch there, of any length and either sense.
-    """
+    """Come back to the branch in the plane across `normal` through a guess: give point and tangent, of any length."""
     point, tangent, changes = guess, normal, list[float]()
     while not settled(changes):
         if len(changes) == BRANCH.most_iterations or (len(changes) > 2 and changes[-1] > min(changes[:-1])):

@@ -212,13 +212,8 @@ def _leading(values: Complex, judged: Index) -> Index:
 def _slow_enough(flow: Flow, states: Complex, start: Matrices, limit: float) -> NDArray[np.bool_]:
     """Whether the steps can follow disturbances: their velocity is below limit times the displacement over a cycle.
 
-    Parameters
-    ----------
-    flow, states
-        The steps, and the disturbances at the start of the cycle, ``(disturbances, states)``.
-    limit
-        Angle (rad) of a vibration in a step, which the steps can follow. Both are weighed by mass, which the links'
-        stiff directions do not upset.
+    The limit is the angle (rad) of a vibration in a step that the steps can follow. Both sizes are weighed by mass,
+    which the links' stiff directions do not upset.
     """
     passed = alike(flow, states)[:-1]  # what dies out counts no less
     slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in np.split(passed, [flow.size], axis=-1))

@@ -40,18 +40,9 @@ TABLE = TableLimits()
 
 @dataclass(frozen=True)
 class _Table:
-    """Values at the nodes of the windows of a cycle.
+    """Values at the nodes of the windows of a cycle, ``(windows, nodes, entries)``.
 
-    Parameters
-    ----------
-    start, width
-        Of the windows, from the cycle's start (s), ``(windows,)``.
-    values
-        ``(windows, nodes, entries)``.
-    edges
-        Times from which on each window holds (s), ``(windows,)``.
-    jumps
-        Times at which values jump, or at which steps have to end (s).
+    Times are from the cycle's start (s). A window holds from its edge on. At `jumps` values jump, or steps have to end.
     """
 
     start: Array

@@ -200,11 +200,7 @@ def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float 
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep)
     ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    ts.setType("python")
-    ts.setPythonContext(context)
-    z = np.concatenate([start.displacement * weight, start.velocity * weight])
-    ts.setSolution(PETSc.Vec().createWithArray(z, comm=PETSc.COMM_SELF))
-    ts.setTimeStep(min(step, FREE.longest * scene.period))
+    context.begin(ts, start.displacement * weight, start.velocity * weight, min(step, FREE.longest * scene.period))
     ts.setTime(0.0)
     ts.setMaxTime(float(times[-1]))
     defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}

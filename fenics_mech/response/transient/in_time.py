@@ -58,7 +58,7 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     SolverError
         When the time steps fail.
     """
-    coefficients = coefficients_of(scene, system, start.time)
+    coefficients = _coefficients_of(scene, system, start.time)
     course = course_from(scene, system, start, coefficients)
     parts = []
     for part in cycles_of(course.time, scene.analysis.sub_intervals):
@@ -152,18 +152,8 @@ def course_from(
     return integrate(coefficients, schedule, start, scene.petsc, impulses)
 
 
-def coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
-    """Give the matrices of the equation at any time from a start on.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    system
-        Its mechanism over one cycle.
-    start
-        Time of the start (s).
-    """
+def _coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:
+    """Give the matrices of the equation at any time from a start (s) on; `system` is over one cycle."""
     tolerance = max(TRANSIENT.interpolation * scene.analysis.time_tolerance, SCENE.finest_steps)
     enough = TABLE.nodes * TABLE.windows
     seen = [SHOWN if load.cut_where_needed else load.enough_angles(enough) for load in scene.loads.values()]

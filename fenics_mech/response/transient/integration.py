@@ -236,11 +236,8 @@ class _Integrator:
         schedule = self.schedule
         sizes = ((slice(None), self.energy),)
         context = Collocation(self.instant, schedule.tableau, schedule.tolerance, sizes, self.longest, self.keep)
-        ts.setPythonContext(context)
-        y = PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF)
-        ts.setSolution(y)
-        ts.setTimeStep(self.length)
-        return 1.0, lambda: tuple(y.array_r.copy().reshape(2, -1))
+        context.begin(ts, z, rate, self.length)
+        return 1.0, lambda: tuple(ts.getSolution().array_r.copy().reshape(2, -1))
 
     def _second_order(self, ts: PETSc.TS, start: float, z: Array, rate: Array) -> Prepared:
         """Give TS the equation as it stands, in a time in which the slowest vibration has unit pace.

@@ -99,6 +99,23 @@ class Collocation:
         self.embedded = np.linalg.solve(powers, moments) - self.tableau.weights
         self.lagrange = np.linalg.inv(powers.T)
 
+    def begin(self, ts: PETSc.TS, z: Array, rate: Array, length: float) -> None:
+        """Let TS make these steps from a state on.
+
+        Parameters
+        ----------
+        ts
+            PETSc's time stepper.
+        z, rate
+            z (sqrt(J)) and z' at the start, ``(coordinates,)`` each.
+        length
+            Length of the first step (s).
+        """
+        ts.setType("python")
+        ts.setPythonContext(self)
+        ts.setSolution(PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF))
+        ts.setTimeStep(length)
+
     def step(self, ts: PETSc.TS) -> None:
         """Make one step, as long as its error allows; TS calls this.
 

@@ -25,17 +25,10 @@ MOST_CYCLES = 40
 
 
 @dataclass(frozen=True)
-class FirstOrder:
-    """``z' = A z + b`` at some crank angles, and what strains need.
+class _FirstOrder:
+    """``z' = A z + b`` at crank angles theta (rad), ``(angles,)``.
 
-    Parameters
-    ----------
-    theta
-        Crank angles (rad), ``(angles,)``.
-    matrix, load
-        A, ``(angles, 2 dofs, 2 dofs)``, and b, ``(angles, 2 dofs)``.
-    damped
-        M^-1 C with C the damping alone, ``(angles, dofs, dofs)``: ``q'' + damped q'`` is what strains are from.
+    `damped` is M^-1 C with C the damping alone: strains are from ``q'' + damped q'``.
     """
 
     theta: Array
@@ -44,18 +37,8 @@ class FirstOrder:
     damped: Array
 
 
-def first_order(model: NineElementModel, theta: Array, damping: float) -> FirstOrder:
-    """Give the equation (4.66), with a damping ratio of all modes, at crank angles (rad).
-
-    Parameters
-    ----------
-    model
-        The hand-coded four-bar.
-    theta
-        Crank angles (rad), ``(angles,)``.
-    damping
-        Damping ratio of all modes.
-    """
+def _first_order(model: NineElementModel, theta: Array, damping: float) -> _FirstOrder:
+    """Give the equation (4.66) at crank angles (rad), ``(angles,)``, with a damping ratio of all modes."""
     mass, stiffness = model.mass_stiffness(theta)
     omega, shapes = modes_of(mass, stiffness)
     momentum, coupling = mass @ shapes, model.coupling(theta)
@@ -68,21 +51,11 @@ def first_order(model: NineElementModel, theta: Array, damping: float) -> FirstO
     matrix[:, n:, n:] = -inverse @ (modal + coupling.damping)
     load = np.zeros((len(theta), 2 * n))
     load[:, n:] = np.einsum("tij,tj->ti", inverse, model.load(theta))
-    return FirstOrder(theta, matrix, load, inverse @ modal)
+    return _FirstOrder(theta, matrix, load, inverse @ modal)
 
 
-def strain_of(model: NineElementModel, equation: FirstOrder, state: Array) -> Array:
-    """Mid-span strains of the + fibres, ``(angles, links)``, of states ``(angles, 2 dofs)``.
-
-    Parameters
-    ----------
-    model
-        The hand-coded four-bar.
-    equation
-        Its equation at the angles.
-    state
-        Displacements (m, rad), then their rates, ``(angles, 2 dofs)``.
-    """
+def _strain_of(model: NineElementModel, equation: _FirstOrder, state: Array) -> Array:
+    """Mid-span strains of the + fibres, ``(angles, links)``, of states (m, rad, and rates), ``(angles, 2 dofs)``."""
     n = model.size
     rate = np.einsum("tij,tj->ti", equation.matrix, state) + equation.load
     acceleration = rate[:, n:] + np.einsum("tij,tj->ti", equation.damped, state[:, n:])
@@ -109,7 +82,7 @@ def by_exponentials(intervals: int, elements: int, damping: float = 0.02) -> Arr
         Strains of the + fibres at the middles of the sub-intervals, ``(intervals, links)``.
     """
     model = NineElementModel(elements=elements)
-    equation = first_order(model, 2 * np.pi * np.arange(intervals) / intervals, damping)
+    equation = _first_order(model, 2 * np.pi * np.arange(intervals) / intervals, damping)
     half = np.pi / model.parameters.omega1 / intervals
     size = 2 * model.size
     augmented = np.zeros((intervals, size + 1, size + 1))
@@ -124,7 +97,7 @@ def by_exponentials(intervals: int, elements: int, damping: float = 0.02) -> Arr
     for k in range(intervals):
         middles[k] = (halves[k] @ state)[:size]
         state = steps[k] @ state
-    return strain_of(model, equation, middles)
+    return _strain_of(model, equation, middles)
 
 
 def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: float = 0.02) -> Array:
@@ -154,7 +127,7 @@ def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: fl
         When SciPy gives up, or the motion does not become periodic.
     """
     model = NineElementModel(elements=elements)
-    table = first_order(model, 2 * np.pi * np.arange(TABLE_ANGLES + 1) / TABLE_ANGLES, damping)
+    table = _first_order(model, 2 * np.pi * np.arange(TABLE_ANGLES + 1) / TABLE_ANGLES, damping)
     omega, n = model.parameters.omega1, model.size
     lower, load = (_spline(table.theta, part) for part in (table.matrix[:, n:], table.load[:, n:]))
 
@@ -166,7 +139,7 @@ def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: fl
     def rate(t: float, z: Array) -> Array:
         return np.concatenate([z[n:], lower(omega * t) @ z + load(omega * t)])
 
-    equation = first_order(model, 2 * np.pi * np.arange(angles) / angles, damping)
+    equation = _first_order(model, 2 * np.pi * np.arange(angles) / angles, damping)
     times, state, before = equation.theta / omega, np.zeros(2 * n), None
     period = 2 * np.pi / omega
     for _ in range(MOST_CYCLES):
@@ -178,7 +151,7 @@ def by_solve_ivp(tolerance: float, elements: int, angles: int = 240, damping: fl
         if not found.success:
             raise SolverError(f"SciPy's integration failed: {found.message}")
         state = found.y[:, -1]
-        strain = strain_of(model, equation, found.y[:, :-1].T)
+        strain = _strain_of(model, equation, found.y[:, :-1].T)
         if before is not None and np.abs(strain - before).max() < tolerance * np.abs(strain).max():
             return strain
         before = strain

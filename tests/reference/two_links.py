@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .nine_element import Coupling, LinkMotion, LinkTransformation, as_angles
+from fenics_mech.reference.nine_element import Coupling, LinkMotion, LinkTransformation, as_angles
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
