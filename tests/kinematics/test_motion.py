@@ -114,7 +114,8 @@ def test_a_rough_angle_that_a_joint_contradicts_is_refused(away):
     with pytest.raises(AssemblyError, match=r"joint G holds link piston at 15 deg to the ground.*say"):
         solve_motion(piston().changed(links__piston__angle=np.radians(held + away)), THETA)
     near = solve_motion(piston().changed(links__piston__angle=np.radians(held + 20.0)), THETA)
-    assert np.array_equal(near.angle, solve_motion(piston(), THETA).angle)
+    # Newton's method ends at rounding, from wherever it starts
+    assert near.angle == pytest.approx(solve_motion(piston(), THETA).angle, rel=0, abs=1e-14)
 
 
 @pytest.mark.parametrize("direction", [0.0, 30.0, 45.0, 60.0])

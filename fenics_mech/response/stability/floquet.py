@@ -158,7 +158,8 @@ def floquet(
     for (values, states), every in eigenpairs(flow, slow, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.pace)
         if followed and damped is not None:
-            judged = judged[[abs(values[i]) <= 1 or _grows(damped(), states[i]) for i in judged]]
+            bounded = np.abs(values[judged]) <= 1 + STABILITY.tolerance
+            judged = judged[[bound or _grows(damped(), states[i]) for bound, i in zip(bounded, judged)]]
         if enough or every:
             break
     states[judged] = separated(axes, flow, values[judged], states[judged])
