@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,11 +22,12 @@ from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_sh
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.dataset import collect
+from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
 from fenics_mech.recovery.strength import exceeded
+from fenics_mech.response.periodic.steady_state import stability_of
 from fenics_mech.response.setup import CommonParts, mechanism, scene_modes
-from fenics_mech.response.solution import Solution
+from fenics_mech.response.solution import CollocationSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
@@ -75,7 +77,8 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     if scene.analysis.method == "transient":
         scene = with_freedoms(scene)
     if scene.tolerance is not None:
-        result = within(scene, lambda trial, choices: as_planned(trial, choices, progress, common), common)
+        trials = Trials(progress, common)
+        result = within(scene, trials.analyse, common, trials.judged)
     else:
         result = _by_rungs(scene, progress, common)
     result.data.attrs["warnings"] = json.dumps(
@@ -131,12 +134,68 @@ def as_planned(
     SolverError
         When a solver does not converge.
     """
+    return _solved(scene, choices, progress, common)[1]
+
+
+def _solved(
+    scene: Scene, choices: Sequence[Choice], progress: Progress, common: CommonParts | None
+) -> tuple[Solution, Result]:
+    """Analyse a scene as it states; see `as_planned`. Give the solution too."""
     refuse_too_stiff(scene)
     system = mechanism(scene, progress, common)
     solution, solver = solve(scene, system, progress)
     result = collected(solution, choices, progress)
     result.data.attrs["solver"] = solver
-    return result
+    return solution, result
+
+
+@dataclass
+class Trials:
+    """Analyses with one discretisation after the other, of which only some are judged as to stability.
+
+    Parameters
+    ----------
+    progress, common
+        As of `analyse`.
+    """
+
+    progress: Progress
+    common: CommonParts
+    _last: Solution | None = None
+
+    def analyse(self, trial: Scene, choices: Sequence[Choice]) -> Result:
+        """Analyse a scene as it states, but for stability.
+
+        Parameters
+        ----------
+        trial
+            The scene.
+        choices
+            What was decided about each effect.
+        """
+        unjudged = trial.changed(analysis__stability=False)
+        self._last, result = _solved(unjudged, choices, self.progress, self.common)
+        return result
+
+    def judged(self, result: Result, allow_unstable: bool) -> Result:
+        """Judge the stability of the last motion, if its kind has one, and give its result with the multipliers.
+
+        Parameters
+        ----------
+        result
+            The last result.
+        allow_unstable
+            Whether an unstable motion passes.
+
+        Raises
+        ------
+        SolverError
+            When the motion is unstable, or at an undamped resonance.
+        """
+        if not isinstance(self._last, CollocationSolution):
+            return result
+        stability = stability_of(self._last, allow_unstable)
+        return Result(result.data.merge(of_stability(stability), combine_attrs="no_conflicts"))
 
 
 def solve(scene: Scene, system: System, progress: Progress = lambda step: None) -> tuple[Solution, str]:

@@ -20,7 +20,6 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
@@ -42,13 +41,19 @@ class SearchLimits:
     largest_judged: float = 0.1  # error of a motion that may be called unstable
     most_without_answer: int = 200  # sub-intervals, or the scene's own, after which no answer is an answer
     largest_step: float = 4.0  # by which a number grows in a round
+    largest_refinement: float = 6.0  # the same of elements, whose errors fall more evenly
     margin: float = 1.2  # by how much more it grows than it should
 
 
 SEARCH = SearchLimits()
 
 
-def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) -> Result:
+def within(
+    scene: Scene,
+    analyse: Analyse,
+    common: CommonParts | None = None,
+    judge: Callable[[Result, bool], Result] = lambda result, allow_unstable: result,
+) -> Result:
     """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
 
     Parameters
@@ -57,9 +62,11 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
         A scene with a tolerance. Where effects are the program's to choose, they are taken so that what the theory
         leaves out is within the tolerance. Where the scene lists them, it is not counted.
     analyse
-        Analyses a scene as it states.
+        Analyses a scene as it states, but for stability.
     common
         What scenes have in common with this one.
+    judge
+        Gives the last result with the stability of its motion, and raises where an unstable one may not pass.
 
     Raises
     ------
@@ -75,11 +82,11 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
     theories = rungs(scene, common)
     chosen, choices = theories.pop(0)
     _refuse_unknown(chosen)
-    discretisation, trials = _start(chosen, common), list[Trial]()
+    discretisation, trials, judged = _start(chosen, common), list[Trial](), False
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
-            result = analyse(trial.changed(analysis__allow_unstable=True), choices)
+            result = analyse(trial, choices)
         except UnresolvedError:  # steps that are far too long may have no answer at all
             if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
                 chosen
@@ -100,9 +107,9 @@ def within(scene: Scene, analyse: Analyse, common: CommonParts | None = None) ->
             continue
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
-        judged = not missed or sum(this.errors["strain"].values()) <= SEARCH.largest_judged
-        if not trial.analysis.allow_unstable and _grows(result) and judged:
-            analyse(trial, choices)  # says so
+        near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
+        if scene.analysis.stability and (near or not missed):  # coarse steps tell it first
+            result, judged = judge(result, scene.analysis.allow_unstable), True
         if not missed:
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
@@ -132,14 +139,6 @@ def _missed(scene: Scene, trial: Trial) -> list[str]:
 
 def _periodic(scene: Scene) -> bool:
     return scene.analysis.method == "periodic"
-
-
-def _grows(result: Result) -> bool:
-    """Whether a small disturbance grows."""
-    return (
-        "multiplier" in result.data
-        and float(np.hypot(*result.data["multiplier"][0].to_numpy())) > 1 + STABILITY.tolerance
-    )
 
 
 def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
@@ -179,7 +178,8 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
         power = max(last.orders[source], 1.0)
     by = (error / (CHOICE.share * tolerance)) ** (1 / max(power, 1.0))
     least = min(error / CHOICE.share, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
-    return min(SEARCH.margin * by, SEARCH.largest_step), SEARCH.margin * least ** (1 / power)
+    most = SEARCH.largest_refinement if source == "mesh" else SEARCH.largest_step
+    return min(SEARCH.margin * by, most), SEARCH.margin * least ** (1 / power)
 
 
 def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:

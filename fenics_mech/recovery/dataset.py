@@ -86,7 +86,7 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
         return []
     parts = [_of_modes(system, solution.modes)]
     if solution.stability is not None:
-        parts.append(_of_stability(solution.stability))
+        parts.append(of_stability(solution.stability))
     if solution.condition is not None and np.isfinite(solution.condition):
         parts.append(xr.Dataset(attrs={"condition": solution.condition}))
     return parts
@@ -123,8 +123,14 @@ def _of_modes(system: System, modes: Modes) -> xr.Dataset:
     )
 
 
-def _of_stability(stability: Stability) -> xr.Dataset:
-    """Floquet multipliers and the frequency up to which they are resolved."""
+def of_stability(stability: Stability) -> xr.Dataset:
+    """Give Floquet multipliers and the frequency up to which they are resolved.
+
+    Parameters
+    ----------
+    stability
+        The multipliers.
+    """
     limit, multipliers = {"stability_limit": stability.limit}, stability.multipliers
     if not len(multipliers):
         return xr.Dataset(attrs=limit)

@@ -26,6 +26,7 @@ from fenics_mech.response.periodic.steady_state import condition_of, weights_of
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved, rough_tension
 from fenics_mech.response.solution import AtPoints, MotorSolution
+from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.scene import Scene
 
 
@@ -85,6 +86,17 @@ class MotorCycle(Cycle):
     def massless(self) -> str | None:
         """The multipliers are those of the linearised equation, whatever a coordinate's mass."""
         return None
+
+    def multipliers(self, modes: Modes, motion: States | None) -> Stability:
+        """Find the Floquet multipliers of a motion; the twist of the shaft has no part in the modes.
+
+        Parameters
+        ----------
+        modes, motion
+            As of `Cycle.multipliers`.
+        """
+        shapes = np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1)))
+        return super().multipliers(replace(modes, shapes=shapes), motion)
 
     def about_twist(self, theta: Array, twist: Array) -> MotorEquation:
         """Linearise about a twist of the shaft; tangents of the load are central differences.
@@ -191,8 +203,7 @@ def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, theta: Array) -> M
     q, rate = orbit.start[cycle.steps.regular], orbit.start_velocity[cycle.steps.regular]
     _, twist = cycle.start_about(motion)
     crank, response = cycle.links_at(system.motion.theta, q, rate, twist)
-    with_twist = replace(modes, shapes=np.pad(modes.shapes, ((0, 0), (0, 0), (0, 1))))
-    stability = cycle.stability(with_twist, motion)
+    stability = cycle.stability(modes, motion)
     return MotorSolution(
         scene=scene,
         system=crank.system,

@@ -200,16 +200,32 @@ class Cycle:
         SolverError
             When it is unstable, or an equation that is the same for all motions has a resonance.
         """
-        if not self.scene.analysis.stability:
-            return None
-        found = self.judged(modes, motion)
-        if not self.scene.analysis.allow_unstable:
+        analysis = self.scene.analysis
+        return self.judged(modes, motion, analysis.allow_unstable) if analysis.stability else None
+
+    def judged(self, modes: Modes, motion: States | None, allow_unstable: bool) -> Stability:
+        """Judge a motion.
+
+        Parameters
+        ----------
+        modes, motion
+            As of `stability`.
+        allow_unstable
+            Whether an unstable one passes.
+
+        Raises
+        ------
+        SolverError
+            As of `multipliers` and `stability`.
+        """
+        found = self.multipliers(modes, motion)
+        if not allow_unstable:
             found.refuse_unstable()
         if self.linear:
             found.refuse_resonance()
         return found
 
-    def judged(self, modes: Modes, motion: States | None) -> Stability:
+    def multipliers(self, modes: Modes, motion: States | None) -> Stability:
         """Find the Floquet multipliers of a motion, stable or not.
 
         Parameters
@@ -261,7 +277,7 @@ class Cycle:
         if not self.linear or self.massless is not None:
             yield
             return
-        with blaming(lambda: self.judged(modes, None).nearest()):
+        with blaming(lambda: self.multipliers(modes, None).nearest()):
             yield
 
     def refuse_magnified(self, modes: Modes, condition: float, motion: States | None) -> None:
@@ -276,7 +292,7 @@ class Cycle:
         motion
             As of `stability`.
         """
-        refuse_magnified(condition, lambda: self.judged(modes, motion).nearest())
+        refuse_magnified(condition, lambda: self.multipliers(modes, motion).nearest())
 
     def motion(self, orbit: Orbit) -> States:
         """Give a motion by collocation between the starts of the steps.

@@ -23,6 +23,7 @@ from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import solve_sub_intervals
 from fenics_mech.response.setup import boundary_load, moved, rough_tension
 from fenics_mech.response.solution import AtPoints, CollocationSolution, HarmonicSolution, SubIntervalSolution
+from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.stability.resonance import magnification
 from fenics_mech.response.static.equilibrium import naming_buckled
 from fenics_mech.response.velocity_jumps import jumps_at, velocity_jumps
@@ -105,6 +106,25 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
         orbit=orbit,
         points=AtPoints(at_points.system, response_there, weights_of(cycle), _at_impulses(cycle, orbit)),
     )
+
+
+def stability_of(solution: CollocationSolution, allow_unstable: bool) -> Stability:
+    """Judge the stability of a solution whose scene did not ask for that.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    allow_unstable
+        Whether an unstable motion passes.
+
+    Raises
+    ------
+    SolverError
+        When it is unstable, or an equation that is the same for all motions has a resonance.
+    """
+    cycle = solution.cycle
+    return cycle.judged(solution.modes, None if cycle.linear else cycle.motion(solution.orbit), allow_unstable)
 
 
 def at_starts(cycle: Cycle, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
