@@ -19,6 +19,7 @@ from dataclasses import replace
 from typing import TypeVar, cast
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, each
@@ -27,9 +28,10 @@ from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.beams.variable_sections import shape_corrections, stiffness_correction
 from fenics_mech.effects import NOTHING, UNLOADED, Loads
+from fenics_mech.effects.given_axial_forces import AxialForces
 from fenics_mech.forces.bent_axes import beyond_mean
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_ends import element_tension, left_to_statics
+from fenics_mech.forces.element_ends import element_tension, left_to_statics, uneven_tension
 from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.forces.inertia import SHAPES, inertia_of
 from fenics_mech.forces.joint_forces import without_elastic
@@ -89,8 +91,10 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     element, xi = _everywhere(system.beams)
     pins = pin_loads(system, response)
     u, w = between_nodes(system, response, element, xi, pins)
+    forces = None
     if tension is not None:
-        w = w + bent_by_tension(system, response, tension, element, xi)
+        forces = AxialForces(tension, uneven_tension(system, response))
+        w = w + bent_by_tension(system, response, forces, element, xi)
     z = (u + 1j * w).reshape(len(u), count, -1)
     line = None
     if step is not None:
@@ -102,9 +106,9 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     if reduction is not None and (step is not None or tension is not None):
         force = _by_statics(system, left_to_statics(system, response), tension, step, closed)
     ends = _by_varying(system, response, element, xi) if varies else None
-    if tension is not None:
+    if forces is not None:
         uneven = beyond_mean(system, response, element, xi, pins).reshape(z.shape)
-        ends = _sum(ends, _by_tension_inside(system, response, uneven) + _by_tension(system, tension, z.imag))
+        ends = _sum(ends, _by_tension_inside(system, response, uneven) + _by_tension(system, forces, z.imag))
         if system.terms.law is not None and step is not None:
             ends += _by_shift(system, response, step, closed)
     if contacts:
@@ -303,12 +307,16 @@ def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
     return -system.beams.inertia.density.mean[:, None] * ends[..., [0, 3, 1, 4]]
 
 
-def _by_tension(system: System, tension: Array, w: Array) -> Array:
-    """Give the loads on elements' ends by the axial force on deflections w at `GAUSS`, ``int T w N'' dx``."""
-    mesh = system.beams.mesh
-    bent = (w * GAUSS_WEIGHT) @ evaluate(tuple(f.deriv(2) for f in CUBIC), GAUSS)
-    ends = np.zeros((*tension.shape, 6))
-    ends[..., NORMAL] = tension[..., None] * bent / np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
+def _by_tension(system: System, forces: AxialForces, w: Array) -> Array:
+    """Give the loads on elements' ends by axial forces on deflections w at `GAUSS`, ``-int N w' z' dx``.
+
+    As w is 0 at the ends, that is ``int w (N z')' dx``.
+    """
+    mesh, ends = system.beams.mesh, np.zeros((*forces.mean.shape, 6))
+    for force, shape in ((forces.mean, Polynomial([1])), (forces.slope, Polynomial([-1, 2]))):
+        bent = (w * GAUSS_WEIGHT) @ evaluate(tuple((shape * f.deriv()).deriv() for f in CUBIC), GAUSS)
+        ends[..., NORMAL] += force[..., None] * bent
+    ends[..., NORMAL] /= np.stack([mesh.cell_length, np.ones(len(mesh.cell))] * 2, axis=-1)
     return ends
 
 

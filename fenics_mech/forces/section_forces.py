@@ -26,6 +26,7 @@ from fenics_mech.beams.shapes import (
     integral,
 )
 from fenics_mech.beams.variable_sections import between_ends, shape_corrections
+from fenics_mech.effects.given_axial_forces import AxialForces
 from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import balanced, element_tension, uneven_tension
@@ -101,11 +102,13 @@ def recover_members(
     displacement = system.beams.layout.hermite_dofs(v)[:, element]
     u, w, slope = by_shape_functions(displacement, h, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
-    u, w = u + extra_u, w + extra_w
+    u, w, tension = u + extra_u, w + extra_w, element_tension(system, response)
+    if tension is not None:
+        w += bent_by_tension(system, response, AxialForces(tension, uneven_tension(system, response)), element, xi)
     if beams.layout.offsets is not None:  # from the neutral line to the axis
         sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
         u += beams.layout.offsets.neutral[element] * (slope + sections)
-    tension, rotation = element_tension(system, response), slope
+    rotation = slope
     if tension is not None:  # the axial force acts on the bent axis
         arms, shorter = of_bent_axis(system, response, ends, loads, element, xi)
         moment, u = moment + tension[:, element] * (w - displacement[..., 1]) + arms, u + shorter
@@ -248,7 +251,7 @@ def straining_displacement(system: System, response: ElasticResponse, v: Array) 
     return nodal
 
 
-def bent_by_tension(system: System, response: ElasticResponse, tension: Array, element: Index, xi: Array) -> Array:
+def bent_by_tension(system: System, response: ElasticResponse, forces: AxialForces, element: Index, xi: Array) -> Array:
     """Deflection that axial forces on their cubic shape add between the nodes of elements, ``(angles, places)`` (m).
 
     A force N acts as the spread load ``(N w')'``; that is linear along each element here.
@@ -257,19 +260,19 @@ def bent_by_tension(system: System, response: ElasticResponse, tension: Array, e
     ----------
     system, response
         The mechanism, and a motion of it.
-    tension
-        Mean axial force of the elements (N), ``(angles, elements)``.
+    forces
+        Axial forces of the elements.
     element, xi
         Places 0..1 in elements, ``(places,)`` each.
     """
-    beams, slope = system.beams, uneven_tension(system, response)
+    beams = system.beams
     h, number = beams.mesh.cell_length[element], shear_number(beams)[element]
     nodal = scaled(system.beams.layout.hermite_dofs(system.to_links(response.displacement))[:, element][..., NORMAL], h)
     of_mean, of_slope = (
         np.sum(nodal * between_clamped_ends(tuple((force * f.deriv()).deriv() for f in CUBIC), xi, number), -1)
         for force in (Polynomial([1]), Polynomial([-1, 2]))
     )
-    bent = tension[:, element] * of_mean + slope[:, element] * of_slope
+    bent = forces.mean[:, element] * of_mean + forces.slope[:, element] * of_slope
     return np.asarray(h**2 / beams.rigidity.bending.mean[element] * bent)
 
 
