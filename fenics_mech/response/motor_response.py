@@ -150,16 +150,24 @@ class MotorCycle(Cycle):
     def accelerated(self, theta: Array, q: Array, rate: Array) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion, and its twist with the acceleration that the equation demands.
 
+        The acceleration stands in the coefficients too, which are linear in it but for what axial forces do to bending:
+        of two that are demanded follows the one that demands itself. To take what is demanded would not converge where
+        little inertia turns with the shaft itself, as with a fine mesh of the crank and no inertia of the motor.
+
         Parameters
         ----------
         theta, q, rate
             As of `links_at`.
         """
-        twist = np.stack([q[:, -1], rate[:, -1], np.zeros(len(q))])
-        for _ in range(2):  # the acceleration stands in the coefficients too
-            equation = self.about_twist(theta, twist)
-            twist = np.stack([*twist[:2], equation.acceleration(q, rate)[:, -1]])
-        return equation, twist
+
+        def about(acceleration: Array) -> tuple[MotorEquation, Array]:
+            twist = np.stack([q[:, -1], rate[:, -1], acceleration])
+            return self.about_twist(theta, twist), twist
+
+        first = about(np.zeros(len(q)))[0].acceleration(q, rate)[:, -1]
+        more = about(first)[0].acceleration(q, rate)[:, -1] - first
+        slope = np.divide(more, first, out=np.zeros_like(first), where=first != 0)
+        return about(first / (1 - slope))
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""

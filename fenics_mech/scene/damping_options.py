@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import Part
@@ -23,6 +23,10 @@ def _below_critical(ratio: float) -> float:
 
 
 Ratio = Annotated[Share, Field(ge=0), AfterValidator(_below_critical)]
+Ratios = Annotated[
+    Annotated[Ratio, Tag("one")] | Annotated[tuple[Ratio, ...], Field(min_length=1), Tag("many")],
+    Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
+]
 
 
 class AirDrag(Part):
@@ -97,7 +101,7 @@ class Damping(Part):
     0.02
     """
 
-    ratio: Ratio | Annotated[tuple[Ratio, ...], Field(min_length=1)] = 0.0
+    ratio: Ratios = 0.0
     material: Annotated[Time, Field(ge=0)] = 0.0
     external: Annotated[Rate, Field(ge=0)] = 0.0
     relative: Annotated[Rate, Field(ge=0)] = 0.0

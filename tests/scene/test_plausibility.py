@@ -136,6 +136,20 @@ def test_a_ratio_of_percent_is_refused_with_advice():
         with_changes({"damping.ratio": 1})
 
 
+@pytest.mark.parametrize(
+    ("ratio", "message"),
+    [
+        ([0.02, 2], r'ratio\.1: must be less than 1.*found 2: write "2 %"'),
+        ([0.02, -0.1], r"ratio\.1: must be greater than or equal to 0, found -0\.1"),
+        ([], r"ratio: must have at least 1 entries and has 0"),
+        ({"first": 0.02}, r"ratio: expected a number .* found \{'first': 0\.02\}$"),
+    ],
+)
+def test_what_is_wrong_in_a_list_of_ratios_is_named(ratio, message):
+    with pytest.raises(SceneError, match=r"damping\." + message):
+        with_changes({"damping.ratio": ratio})
+
+
 @pytest.mark.parametrize("changes", [{"height": 1e-200}, {"width": 1e-300}, {"height": 1e30, "width": 1e30}])
 def test_numbers_at_the_edge_are_told_as_well(changes):
     assert implausible(with_changes({"sections.strip": STRIP | changes}))
