@@ -256,3 +256,9 @@ def test_arm_that_turns_too_fast_is_refused_unless_allowed():
         analyse(scene)
     found = analyse(scene.changed(analysis__allow_unstable=True)).data
     assert float(found["growth_rate"][0]) == pytest.approx(omega * np.sqrt(1.2**2 - 1), rel=1e-3)
+
+
+def test_what_is_too_fast_for_the_steps_asks_for_more_of_them_first():
+    scene = seed_four_bar(effects=("coupling", "large-rotations"), analysis={"sub_intervals": 12, "allow_coarse": True})
+    with pytest.raises(SolverError, match=r"unstable.* at 14\d\.\d Hz .*it\. Take more sub_intervals, as .* 19.64 Hz"):
+        analyse(scene)

@@ -100,11 +100,15 @@ class Stability:
                 if steadily
                 else f"at {frequency:.4g} Hz in the axes of link {self.link[0]}"
             )
+            steps = f"sub_intervals, as these follow up to {self.limit:.4g} Hz"
+            advice = f"Change the speed or give more damping, or more {steps}"
+            if frequency > self.limit:
+                advice = f"Take more {steps}. If it stays unstable, change the speed or give more damping"
             raise SolverError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
                 f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) {how}; mode "
-                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. Change the speed or give more damping, or more "
-                f"sub_intervals: these follow up to {self.limit:.4g} Hz. analysis.allow_unstable lets it pass"
+                f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. {advice}. "
+                "analysis.allow_unstable lets it pass"
             )
 
     def nearest(self) -> tuple[float, str]:
