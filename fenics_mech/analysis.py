@@ -173,7 +173,7 @@ class Trials:
         choices
             What was decided about each effect.
         """
-        unjudged = trial.changed(analysis__stability=False)
+        unjudged, self._last = trial.changed(analysis__stability=False), None  # whose memory the next needs
         self._last, result = _solved(unjudged, choices, self.progress, self.common)
         return result
 
