@@ -170,11 +170,31 @@ class MotorCycle(Cycle):
         return about(first / (1 - slope))
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
-        """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion."""
+        """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion.
+
+        Its acceleration is that at the end of the step before, which is a collocation point of Radau.
+        """
         if not self._starts:
-            q, rate = (part[self.steps.regular] for part in motion(np.zeros(1)))
-            self._starts.append(self.accelerated(self.system.motion.theta, q, rate))
+            regular, start = self.steps.regular, np.zeros(1)
+            twist = self._twist(motion, start)
+            if not self.steps.disturbed:
+                twist[2] = np.roll(self._twist(motion, np.ones(1))[2], 1)
+            self._starts.append((self.about_twist(self.system.motion.theta, twist[:, regular]), twist[:, regular]))
         return self._starts[0]
+
+    def _twist(self, motion: States, places: Array) -> Array:
+        """Give the twist of a motion and two time derivatives at places 0..1 of all steps, ``(3, steps x places)``.
+
+        The acceleration is the derivative of the rate's collocation polynomial. To solve the equation for it would
+        divide by the inertia of the shaft alone, which may be next to nothing.
+        """
+        powers = np.arange(len(self.tableau.points) + 1)
+        nodes = np.linspace(0, 1, len(powers))
+        derivative = powers * places[:, None] ** np.maximum(powers - 1, 0) @ np.linalg.inv(nodes[:, None] ** powers)
+        rates = motion(nodes)[1][:, -1].reshape(-1, len(nodes))
+        acceleration = rates @ derivative.T / self.steps.duration[:, None]
+        q, rate = motion(places)
+        return np.stack([q[:, -1], rate[:, -1], acceleration.ravel()])
 
     def _at_start(self, motion: States | None) -> Matrices:
         assert motion is not None
@@ -184,9 +204,8 @@ class MotorCycle(Cycle):
         assert motion is not None
         tableau = Tableau.of(scheme, stages)
         theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
-        q, rate = motion(tableau.points)
-        equation, _ = self.accelerated(theta, q, rate)
-        return equation.about(q, rate)
+        equation = self.about_twist(theta, self._twist(motion, tableau.points))
+        return equation.about(*motion(tableau.points))
 
 
 def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> UnresolvedError:
