@@ -218,7 +218,7 @@ def estimate(
         remarks.append("what the theory leaves out")
     elif theory:
         add("theory", {name: np.minimum(error, measure[name]) for name, error in theory.items()}, 1.0, 0.0)
-    if (left := left_out(choices, () if theory is None else judged(scene))) is not None:
+    if (left := left_out(choices, () if theory is None else judged(scene.analysis.method))) is not None:
         add("effects", largest, left, 0.0)
     of_sources = [without.remark for without in corrected.values() if without.remark]
     return Errors(found, order, measure, (*of_sources, *not_estimated(solution), *remarks))

@@ -10,7 +10,7 @@ A state here is q, q' and q'', ``(3, angles, coordinates)``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -123,25 +123,26 @@ def judged_by_answer(scene: Scene) -> bool:
     that cannot stretch.
     """
     struck = scene.impulses and scene.analysis.method == "transient"
-    stretches = not any(EXACT_STRAINS in EFFECTS[name].refuses for name in _kept(scene))
+    stretches = not any(EXACT_STRAINS in EFFECTS[name].refuses for name in _beside(scene.named_effects))
     return stretches and not struck and scene.analysis.reduction == "none"
 
 
-def judged(scene: Scene) -> set[str]:
+def judged(method: str) -> set[str]:
     """Give the effects that the estimate judges: the coupling only where the elastic motion has inertia."""
-    return set(LADDER if scene.analysis.method in ("periodic", "transient") else (TENSION, EXACT_STRAINS))
+    return set(LADDER if method in ("periodic", "transient") else (TENSION, EXACT_STRAINS))
 
 
 def exact_theory(scene: Scene) -> Scene:
     """Give the scene with exact strains, and where it moves with the coupling; itself if it has them."""
-    needed = judged(scene) - {TENSION}
+    needed = judged(scene.analysis.method) - {TENSION}
     if needed <= set(scene.named_effects):
         return scene
-    return scene.changed(effects=(*_kept(scene), *sorted(needed)))
+    return scene.changed(effects=(*_beside(scene.named_effects), *sorted(needed)))
 
 
-def _kept(scene: Scene) -> list[str]:
-    return [name for name in scene.named_effects if name not in LADDER]
+def _beside(effects: Sequence[str]) -> list[str]:
+    """Give the effects that the estimate does not judge."""
+    return [name for name in effects if name not in LADDER]
 
 
 def _about_positions(solution: Solution, exact: Scene) -> Quantities:

@@ -27,7 +27,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved, rough_tension
 from fenics_mech.response.solution import AtPoints, MotorSolution
 from fenics_mech.response.stability.floquet import Stability
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Drive, Scene
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
         try:
             equation = cycle.about_twist(theta, twist)
         except AssemblyError as error:  # so far ahead of the drive that the links' positions are not found
-            raise _not_found(scene, theta, twist[0], "no position of the linkage is found there") from error
+            raise _not_found(scene.drives[0], theta, twist[0], "no position of the linkage is found there") from error
         tension = rough_tension(scene, equation.system)
         orbit = solve_collocation(equation, cycle.tableau, steps.duration, scene.petsc, tension)
         found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
@@ -67,7 +67,9 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
         if change < MOTOR.settled:
             break
     else:
-        raise _not_found(scene, theta, twist[0], f"{MOTOR.most_iterations} iterations still change it by {change:.1e}")
+        raise _not_found(
+            scene.drives[0], theta, twist[0], f"{MOTOR.most_iterations} iterations still change it by {change:.1e}"
+        )
     return _at_starts(cycle, modes, orbit, theta)
 
 
@@ -208,9 +210,9 @@ class MotorCycle(Cycle):
         return equation.about(*motion(tableau.points))
 
 
-def _not_found(scene: Scene, theta: Array, twist: Array, why: str) -> UnresolvedError:
+def _not_found(drive: Drive, theta: Array, twist: Array, why: str) -> UnresolvedError:
     """Say that the crank's own motion is not found, and where its shaft (twist in rad, ``(angles,)``) turns most."""
-    (drive,), worst = scene.drives, int(np.abs(twist).argmax())
+    worst = int(np.abs(twist).argmax())
     assert drive.motor is not None
     angle = np.degrees(theta[worst]) % 360
     return UnresolvedError(
