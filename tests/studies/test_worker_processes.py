@@ -56,6 +56,7 @@ def test_a_process_that_is_killed_costs_its_task(tmp_path):
 
 def end_the_starter(task):
     os.kill(os.getppid(), signal.SIGKILL)
+    time.sleep(10)  # a task that is done at once may be told so first
 
 
 def test_the_loss_of_the_process_that_starts_the_others_costs_their_tasks():
