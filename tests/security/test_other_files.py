@@ -12,6 +12,7 @@ import pytest
 
 from fenics_mech import Result
 from fenics_mech._compiling import compile_safely
+from fenics_mech.analysis import STEPS
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.result import seal_of
 from fenics_mech.views.measured import read_measurement
@@ -117,5 +118,5 @@ def test_options_of_libraries_in_the_current_folder_are_not_read(command, tmp_pa
     (tmp_path / "matplotlibrc").write_text("no_such_key: 1\n")
     arguments = [sys.executable, "-m", "fenics_mech", command, DEMO]
     done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, timeout=60, check=True)
-    assert done.stderr == b""
+    assert set(done.stderr.decode().split()) <= set(STEPS)  # that a slow machine tells
     assert {path.name for path in tmp_path.iterdir()} - {"out"} == {".petscrc", "matplotlibrc", "petscrc"}
