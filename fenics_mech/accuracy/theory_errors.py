@@ -197,7 +197,7 @@ def _under_motor(solution: MotorSolution, exact: Scene) -> Quantities:
     own, links = both[0].links_at(theta, q, rate, motion.state[..., -1])
     tension = mean_tension(own.system, links)
     found = _closed(rung(motion.state[..., -1]), lambda state: exactly(state[..., -1]), motion, tension)
-    twists = solution.twist, both[1].accelerated(system.motion.theta, *found)[1]
+    twists = solution.twist, both[1].accelerated(system.motion.theta, *found)
     changed = []
     for one, (q, rate), twist in zip(both, (motion.starts, found), twists):
         equation, response = one.links_at(system.motion.theta, q, rate, twist)

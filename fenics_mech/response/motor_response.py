@@ -149,8 +149,8 @@ class MotorCycle(Cycle):
         links = self.damped_equation(_turned(self.scene, self.system, theta, twist))
         return links, elastic_response(links, q[:, :-1], rate[:, :-1])
 
-    def accelerated(self, theta: Array, q: Array, rate: Array) -> tuple[MotorEquation, Array]:
-        """Give the equation about a motion, and its twist with the acceleration that the equation demands.
+    def accelerated(self, theta: Array, q: Array, rate: Array) -> Array:
+        """Give the twist of a state with the acceleration that the equation demands, ``(3, angles)``.
 
         The acceleration stands in the coefficients too, which are linear in it but for what axial forces do to bending:
         of two that are demanded follows the one that demands itself. To take what is demanded would not converge where
@@ -162,14 +162,14 @@ class MotorCycle(Cycle):
             As of `links_at`.
         """
 
-        def about(acceleration: Array) -> tuple[MotorEquation, Array]:
-            twist = np.stack([q[:, -1], rate[:, -1], acceleration])
-            return self.about_twist(theta, twist), twist
+        def demanded(acceleration: Array) -> Array:
+            equation = self.about_twist(theta, np.stack([q[:, -1], rate[:, -1], acceleration]))
+            return equation.acceleration(q, rate)[:, -1]
 
-        first = about(np.zeros(len(q)))[0].acceleration(q, rate)[:, -1]
-        more = about(first)[0].acceleration(q, rate)[:, -1] - first
+        first = demanded(np.zeros(len(q)))
+        more = demanded(first) - first
         slope = np.divide(more, first, out=np.zeros_like(first), where=first != 0)
-        return about(first / (1 - slope))
+        return np.stack([q[:, -1], rate[:, -1], first / (1 - slope)])
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
         """Give the equation about a motion at the starts of the sub-intervals, and the twist of that motion.
@@ -177,11 +177,12 @@ class MotorCycle(Cycle):
         Its acceleration is that at the end of the step before, which is a collocation point of Radau.
         """
         if not self._starts:
-            regular, start = self.steps.regular, np.zeros(1)
-            twist = self._twist(motion, start)
+            whole = self._twist(motion, np.array([0.0, 1.0]))
+            twist, at_ends = whole[:, ::2], whole[2, 1::2]
             if not self.steps.disturbed:
-                twist[2] = np.roll(self._twist(motion, np.ones(1))[2], 1)
-            self._starts.append((self.about_twist(self.system.motion.theta, twist[:, regular]), twist[:, regular]))
+                twist[2] = np.roll(at_ends, 1)
+            twist = twist[:, self.steps.regular]
+            self._starts.append((self.about_twist(self.system.motion.theta, twist), twist))
         return self._starts[0]
 
     def _twist(self, motion: States, places: Array) -> Array:
