@@ -185,10 +185,16 @@ def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit
     are too fast, as Radau points damp these more than the others.
     """
     order, found = np.argsort(-np.abs(values), kind="stable"), np.zeros(0, dtype=np.int64)
+
+    def enough(next_size: float) -> bool:
+        """Whether those of no larger magnitude can be left: they are further off."""
+        nearest = min(np.abs(values[found] - 1).min(initial=np.inf), STABILITY.beside)
+        return len(found) >= STABILITY.kept and 1 - next_size > nearest
+
+    sizes = np.abs(values[order])
     for first in range(0, len(order), STABILITY.kept):
         some = order[first : first + STABILITY.kept]
-        nearest = min(np.abs(values[found] - 1).min(initial=np.inf), STABILITY.beside)
-        if len(found) >= STABILITY.kept and 1 - np.abs(values[some[0]]) > nearest:
+        if enough(sizes[first]):
             return np.sort(found), True
         counts = _slow_enough(flow, states[some], start, limit)
         if flow.matrices.growth:  # what grows so fast without turning is a divergence, and no vibration
@@ -196,7 +202,7 @@ def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit
                 np.abs(values[some].imag) < STABILITY.tolerance * np.abs(values[some])
             )
         found = np.append(found, some[counts])
-    return np.sort(found), 2 * len(found) <= len(order)
+    return np.sort(found), enough(sizes.min(initial=1.0)) or 2 * len(found) <= len(order)
 
 
 def _grows(damped: Flow, state: Complex) -> bool:

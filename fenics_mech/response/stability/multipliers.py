@@ -35,6 +35,7 @@ class MultiplierLimits:
     most_states: int = 800  # of which all are found where some are not enough
     tolerance: float = 1e-6  # of Krylov spaces: rounding of very fine meshes leaves no less
     restarts: int = 30  # of Krylov spaces
+    above_rounding: float = 100.0  # times the rounding of a march: what less is left of a disturbance tells nothing
     lost: float = 1e-8  # of the largest multiplier at Radau points: disturbances that are hardly left after a cycle
 
 
@@ -90,7 +91,11 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
         return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
     space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]
     left, right = carried(space, damped), carried(carried(space, flow), damped)
-    values, parts = np.linalg.eig(np.linalg.lstsq(left, right, rcond=None)[0])
+    rounding = np.linalg.norm(left[:, 0] - carried(space[:, :1], damped)[:, 0])  # one state is summed in another order
+    outward, sizes, inward = np.linalg.svd(left, full_matrices=False)
+    clear = sizes > MULTIPLIERS.above_rounding * rounding
+    space, whole = space @ inward[clear].T, right @ inward[clear].T
+    values, parts = np.linalg.eig((outward[:, clear] / sizes[clear]).T @ whole)  # least squares of left x = right
     return values.astype(complex), (space @ parts).T.astype(complex) / unit
 
 
