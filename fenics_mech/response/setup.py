@@ -22,6 +22,7 @@ from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_mot
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.kinematics.linkage import CACHE
+from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.mechanism.beam_links import links as build_links
 from fenics_mech.mechanism.beam_links import links_depend_on
@@ -288,7 +289,7 @@ def freedoms_in_words(
     """
     motion = system.motion
     motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)
-    q = np.concatenate([motion.position[0], motion.angle[0][:, None]], axis=1)
+    q = coordinates(motion.position, motion.angle)[0]
     return describe(links, joints, q, motions if which is None else motions[list(which)])
 
 
