@@ -16,13 +16,11 @@ from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic
+from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 
 KRYLOV = {
@@ -191,10 +189,4 @@ class Closing:
             size = max(size, CYCLIC.rounding * float(np.linalg.norm(states[begins] * self.unit)))
         residual = float(np.linalg.norm(gap * self.unit)) / size
         if not np.isfinite(states).all() or not residual < CYCLIC.largest_residual:
-            why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
-            if len(self.cuts) > 1:
-                why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"
-            raise SolverError(
-                f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, "
-                f"relative residual {residual:.1e}). {why}"
-            )
+            raise not_closed(reason, residual, grows=len(self.cuts) > 1)

@@ -19,12 +19,11 @@ from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import name_of
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.cyclic import CYCLIC
+from fenics_mech.response.periodic.cyclic import CYCLIC, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
@@ -177,11 +176,7 @@ def _balanced(
     answer, reason = krylov(apply, right, SERIES_KRYLOV, options, differences)
     residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
     if reason <= 0 or not residual < CYCLIC.largest_residual:
-        raise SolverError(
-            f"the harmonics cannot be balanced (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, relative "
-            f"residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, or other "
-            "solver options"
-        )
+        raise not_closed(reason, residual, what="the harmonics cannot be balanced")
     return answer
 
 

@@ -27,7 +27,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.stability.multipliers import MULTIPLIERS, eigenpairs
-from fenics_mech.response.stability.resonance import SINGULARITY, blamed
+from fenics_mech.response.stability.resonance import blamed, refuse_resonance
 from fenics_mech.response.stability.turning import LinkAxes, alike, separated, turns
 
 Complex = NDArray[np.complex128]
@@ -121,9 +121,7 @@ class Stability:
 
     def refuse_resonance(self) -> None:
         """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
-        distance, words = self.nearest()
-        if distance < SINGULARITY.near:
-            raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
+        refuse_resonance(*self.nearest())
 
 
 def floquet(
