@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 
+if TYPE_CHECKING:
+    from fenics_mech.response.periodic.flow import Flow
+
 KRYLOV = {
     "ksp_type": "gmres",
     "pc_type": "none",
@@ -30,40 +33,6 @@ KRYLOV = {
     "ksp_gmres_cgs_refinement_type": "refine_always",
     "ksp_max_it": 600,
 }
-
-
-class LinearSteps(Protocol):
-    """Linear steps of a cycle."""
-
-    @property
-    def unit(self) -> Array:
-        """What coordinates are multiplied by for their numbers to be alike, ``(n,)``."""
-
-    @property
-    def duration(self) -> Array:
-        """Duration of each step (s), ``(steps,)``."""
-
-    @property
-    def transitions(self) -> Array:
-        """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
-
-    def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
-        """Carry a state through steps.
-
-        Parameters
-        ----------
-        start
-            State at the first of their starts, ``(2n,)``.
-        gain
-            What is added to the state in each of them, ``(steps, 2n)``.
-        steps
-            Which steps.
-
-        Returns
-        -------
-        numpy.ndarray
-            States at the starts of the steps, and at the last end, ``(steps + 1, 2n)``.
-        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +47,7 @@ class Closing:
         PETSc options with the prefix "periodic_".
     """
 
-    steps: LinearSteps
+    steps: Flow
     options: Mapping[str, Any]
 
     @cached_property
