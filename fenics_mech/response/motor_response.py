@@ -52,7 +52,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
     """
     cycle = MotorCycle(scene, system)
     steps = cycle.steps
-    theta = steps.angles(cycle.tableau.points, scene.cycle_rate)
+    theta = steps.angles(cycle.tableau.points)
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOTOR.most_iterations):
         try:
@@ -203,10 +203,9 @@ class MotorCycle(Cycle):
         assert motion is not None
         return self.start_about(motion)[0].linear
 
-    def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
+    def _about(self, motion: States | None, tableau: Tableau) -> Matrices:
         assert motion is not None
-        tableau = Tableau.of(scheme, stages)
-        theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
+        theta = self.steps.angles(tableau.points)
         equation = self.about_twist(theta, self._twist(motion, tableau.points))
         return equation.about(*motion(tableau.points))
 

@@ -9,7 +9,7 @@ from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.planning.meet_tolerance import _start
 from fenics_mech.response.continuation.branch import family_of
-from fenics_mech.response.periodic.steps import Steps, like_blows
+from fenics_mech.response.periodic.steps import Steps, loads_act_like_impulses
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
@@ -110,7 +110,7 @@ def test_steps_of_a_tolerance_are_cut_at_the_pulse():
 )
 def test_what_is_much_shorter_than_a_step_is_named(factors, named):
     loads = {f"p{i}": {"at": "coupler@0.5", "force": (0.0, 1.0), "factor": each} for i, each in enumerate(factors)}
-    assert like_blows(struck(loads=loads, analysis=BY_POINTS)) == named
+    assert loads_act_like_impulses(struck(loads=loads, analysis=BY_POINTS)) == named
 
 
 def test_corners_that_the_points_show_do_not_cut_steps():

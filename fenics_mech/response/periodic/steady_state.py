@@ -81,7 +81,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
     """
     cycle = Cycle(scene, system)
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
-    at_points = cycle.at_points(scene.analysis.scheme, scene.analysis.stages)
+    at_points = cycle.at_points(cycle.tableau)
     if cycle.settling:
         at_points = _settled(cycle, at_points)
     with cycle.determined(modes):
@@ -188,7 +188,7 @@ def _orbit(cycle: Cycle, at_points: Equation) -> Orbit:
     jump, tension = velocity_jumps(scene, at_points.system, steps), rough_tension(scene, at_points.system)
     with naming_buckled(at_points, tension):
         if cycle.linear:
-            return periodic_orbit(cycle.flow(scene.analysis.scheme, scene.analysis.stages), jump)
+            return periodic_orbit(cycle.flow(cycle.tableau), jump)
         return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump)
 
 
