@@ -26,13 +26,7 @@ from fenics_mech.response.periodic.krylov import krylov
 if TYPE_CHECKING:
     from fenics_mech.response.periodic.flow import Flow
 
-KRYLOV = {
-    "ksp_type": "gmres",
-    "pc_type": "none",
-    "ksp_gmres_restart": 300,
-    "ksp_gmres_cgs_refinement_type": "refine_always",
-    "ksp_max_it": 600,
-}
+KRYLOV = {"ksp_gmres_restart": 300, "ksp_max_it": 600}
 
 
 @dataclass(frozen=True, eq=False)

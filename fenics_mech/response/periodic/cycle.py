@@ -33,7 +33,7 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import rough_tension, system_at
+from fenics_mech.response.setup import system_at
 from fenics_mech.response.stability.floquet import Stability, floquet
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
@@ -99,11 +99,6 @@ class Cycle:
     def linear(self) -> bool:
         """Whether the equation does not depend on the motion."""
         return self.system.terms.law is None and not self.settling
-
-    @property
-    def tension(self) -> Array | None:
-        """Rough axial force at the starts (N), where the links have a nonlinear law."""
-        return rough_tension(self.scene, self.system)
 
     def at_points(self, tableau: Tableau) -> Equation:
         """Give the equation at collocation points of all steps.
@@ -254,10 +249,10 @@ class Cycle:
         """Coordinate whose own vibration turns so far in a step that its multipliers are lost to rounding."""
         mass, stiffness = (part.diagonal[0] for part in (self.start.linear.mass, self.start.linear.stiffness))
         heavy = np.flatnonzero(mass > 0)  # with lumped masses rotations have none
-        pace = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
+        frequency = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
         too_fast = CYCLIC.fastest / float(np.max(self.steps.duration))
-        lost = pace.max() > max(too_fast, CYCLIC.largest_spread * pace.min())
-        return self.system.transformation.names[heavy[int(pace.argmax())]] if lost else None
+        lost = frequency.max() > max(too_fast, CYCLIC.largest_spread * frequency.min())
+        return self.system.transformation.names[heavy[int(frequency.argmax())]] if lost else None
 
     @contextmanager
     def determined(self, modes: Modes) -> Iterator[None]:
@@ -274,7 +269,7 @@ class Cycle:
         with blaming(lambda: self.multipliers(modes, None).nearest()):
             yield
 
-    def refuse_magnified(self, modes: Modes, condition: float, motion: States | None) -> None:
+    def refuse_magnified(self, modes: Modes, condition: float, motion: States) -> None:
         """Raise `SolverError` where rounding would show in a motion.
 
         Parameters

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, times
+from fenics_mech._constants import TINY
 from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
@@ -138,7 +139,7 @@ class BlockCyclic:
         if not np.isfinite(states).all():
             states[:] = np.finfo(float).max ** 0.25  # leaves a residual that no answer has
         left_over = states - np.roll(self.transitions @ states, 1, axis=0) - loads
-        sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
+        sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), TINY)
         found = min(reasons, key=np.sign)
         residual = float((np.linalg.norm(left_over, axis=(0, 1)) / sizes).max())
         if found <= 0 or not residual < CYCLIC.largest_residual:

@@ -1,8 +1,8 @@
 """Periodic response as a truncated Fourier series: harmonic balance, of the whole equation of motion, linear or not.
 
 The coordinates are ``q = B Q`` with B the sines and cosines of all harmonics at equal steps of the cycle. The residual
-of the equation is taken at these steps and carried back to the harmonics by ``B^T`` (alternating frequency and time),
-where it has to vanish. Between the harmonics kept the residual does not vanish, and estimates the error.
+of the equation is taken at these steps. Carried back to the harmonics by ``B^T`` it has to vanish (alternating
+frequency and time). Between the harmonics kept the residual does not vanish, and estimates the error.
 
 Source: Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, ch. 2 and 3.
 """
@@ -19,6 +19,7 @@ from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
@@ -27,15 +28,7 @@ from fenics_mech.response.periodic.cyclic import CYCLIC, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
-SERIES_KRYLOV = {
-    "ksp_type": "gmres",
-    "pc_type": "python",
-    "ksp_pc_side": "right",
-    "ksp_rtol": 1e-12,
-    "ksp_gmres_restart": 400,
-    "ksp_gmres_cgs_refinement_type": "refine_always",
-    "ksp_max_it": 2000,
-}
+KRYLOV = {"ksp_pc_side": "right", "ksp_rtol": 1e-12, "ksp_gmres_restart": 400, "ksp_max_it": 2000}
 
 
 @dataclass(frozen=True)
@@ -87,7 +80,7 @@ def solve_harmonic_balance(
     options
         PETSc options with the prefix "periodic_".
     tension
-        A rough axial force of each element (N), ``(angles, elements)``, where the equation is not linear.
+        A rough axial force of each element (N), ``(angles, elements)``; None where the links have no nonlinear law.
 
     Raises
     ------
@@ -109,7 +102,7 @@ def solve_harmonic_balance(
         q, velocity, acceleration = basis @ found[0][0]
         return Orbit(q, velocity, acceleration, q, velocity)
 
-    if equation.system.terms.law is None or tension is None:
+    if tension is None:
         solve(equation.linear)
     else:
         solve_nonlinear(equation, solve, tension)
@@ -158,7 +151,7 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
 
     answer = solved(load)
     motion = basis @ answer.reshape(kept, n)
-    size = max(np.abs(motion[0]).max(), 1e-300)
+    size = max(np.abs(motion[0]).max(), TINY)
     left = differences.solve(load - force(answer))  # the harmonics left out, and what they do to the others
     parts_of = np.sum([part.magnitude.times(np.abs(term) / size) for part, term in zip(parts, motion)], axis=0)
     try:  # as in `magnification`
@@ -173,8 +166,8 @@ def _balanced(
     apply: Callable[[Array], Array], right: Array, differences: _Differences, options: Mapping[str, Any]
 ) -> Array:
     """Solve the balance of the harmonics."""
-    answer, reason = krylov(apply, right, SERIES_KRYLOV, options, differences)
-    residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
+    answer, reason = krylov(apply, right, KRYLOV, options, differences)
+    residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), TINY)
     if reason <= 0 or not residual < CYCLIC.largest_residual:
         raise not_closed(reason, residual, what="the harmonics cannot be balanced")
     return answer

@@ -88,10 +88,10 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
         orbit = _orbit(cycle, at_points)
     assert orbit.flow is not None
     cycle.keep(orbit.flow)
-    condition = condition_of(orbit)
-    cycle.refuse_magnified(modes, condition, None if cycle.linear else cycle.motion(orbit))
+    condition, motion = condition_of(orbit), cycle.motion(orbit)
+    cycle.refuse_magnified(modes, condition, motion)
     if not cycle.linear:
-        stability = cycle.stability(modes, cycle.motion(orbit))
+        stability = cycle.stability(modes, motion)
     equation, response = at_starts(cycle, orbit)
     response_there = elastic_response(at_points, orbit.displacement, orbit.velocity)
     return CollocationSolution(
@@ -123,8 +123,7 @@ def stability_of(solution: CollocationSolution, allow_unstable: bool) -> Stabili
     SolverError
         When it is unstable, or an equation that is the same for all motions has a resonance.
     """
-    cycle = solution.cycle
-    return cycle.judged(solution.modes, None if cycle.linear else cycle.motion(solution.orbit), allow_unstable)
+    return solution.cycle.judged(solution.modes, solution.cycle.motion(solution.orbit), allow_unstable)
 
 
 def at_starts(cycle: Cycle, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
@@ -223,11 +222,11 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
     _refuse_without_series(scene.analysis, scene.impulses, system)
     cycle, analysis = Cycle(scene, system), scene.analysis
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
+    tension = rough_tension(scene, system)
     with cycle.determined(modes):
-        series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, cycle.tension)
-
+        series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, tension)
     motion = cycle.series_motion(series)
-    cycle.refuse_magnified(modes, series.condition, None if cycle.linear else motion)
+    cycle.refuse_magnified(modes, series.condition, motion)
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
     starts = (part[cycle.steps.regular] for part in motion(np.zeros(1)))

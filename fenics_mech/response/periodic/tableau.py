@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.scene import Analysis
 
 
@@ -103,7 +104,7 @@ class Tableau:
         z = 1j * np.asarray(angle)[:, None, None]
         ones = np.ones((1, len(self.points), 1))
         end = 1 + (z * self.weights @ np.linalg.solve(np.eye(len(self.points)) - z * self.inner, ones))[:, 0, 0]
-        return np.abs(end - np.exp(z[:, 0, 0])) / np.maximum(np.abs(angle), np.finfo(float).tiny)
+        return np.abs(end - np.exp(z[:, 0, 0])) / np.maximum(np.abs(angle), TINY)
 
     def integrals(self, places: Array) -> Array:
         """Give the Lagrange polynomials' integrals from 0 to other places, ``(places, s)``.

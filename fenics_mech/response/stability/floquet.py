@@ -158,7 +158,7 @@ def floquet(
     followed = 0 < flow.matrices.growth * float(np.max(flow.step)) < STABILITY.longest_step
     slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
     for (values, states), every in eigenpairs(flow, slow, options or {}):
-        judged, enough = _judged(flow, values, states, start, limit * flow.pace)
+        judged, enough = _judged(flow, values, states, start, limit * flow.mean_step)
         if followed and damped is not None:
             bounded = np.abs(values[judged]) <= 1 + STABILITY.tolerance
             judged = judged[[bound or _grows(damped(), states[i]) for bound, i in zip(bounded, judged)]]
@@ -168,7 +168,7 @@ def floquet(
     kept = _leading(values, judged)
     values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
-    mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.pace, modes)
+    mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.mean_step, modes)
     turned, link, vibrates = turns(axes, flow, values, states)
     frequency = np.abs(turned) / period
     names = tuple(axes.names[i] for i in link)
