@@ -23,7 +23,7 @@ from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_wi
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, States
 from fenics_mech.response.periodic.newton import Orbit
-from fenics_mech.response.periodic.steady_state import condition_of, weights_of
+from fenics_mech.response.periodic.steady_state import condition_of
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved, rough_tension
 from fenics_mech.response.solution import AtPoints, MotorSolution
@@ -266,7 +266,7 @@ def _at_points(cycle: MotorCycle, orbit: Orbit, theta: Array) -> AtPoints:
     q, rate = orbit.displacement, orbit.velocity
     twist = np.stack([q[:, -1], rate[:, -1], orbit.acceleration[:, -1]])
     equation, response = cycle.links_at(theta, q, rate, twist)
-    return AtPoints(equation.system, response, weights_of(cycle))
+    return AtPoints(equation.system, response, cycle.weights)
 
 
 def _turned(scene: Scene, system: System, motion: Motion, theta: Array, twist: Array) -> System:

@@ -19,7 +19,6 @@ from fenics_mech.response.continuation.arc_length import BRANCH, Family, Point, 
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, system_at_points
-from fenics_mech.response.periodic.steady_state import at_starts
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import CommonParts, mechanism, rough_tension, scene_modes
@@ -268,7 +267,7 @@ def solution_at(scene: Scene, point: Point, common: CommonParts | None = None) -
     cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
     motion = cycle.motion(orbit)
     orbit = replace(orbit, flow=cycle.flow(cycle.tableau, motion))
-    equation, response = at_starts(cycle, orbit)
+    equation, response = cycle.at_starts(orbit)
     return CollocationSolution(
         scene=scene,
         system=system,

@@ -83,7 +83,7 @@ class Closing:
         """
         if right.ndim == 3:
             return np.stack([self.solve(part) for part in np.moveaxis(right, -1, 0)], axis=-1)
-        if "_direct" in vars(self):
+        if "_direct" in vars(self):  # marches failed before
             return self._direct.solve(right)
         try:
             return self._marched(right, guess, tolerance)

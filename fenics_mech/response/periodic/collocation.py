@@ -54,12 +54,13 @@ def solve_collocation(
     if tension is None:
         return periodic_orbit(Flow(equation.linear, tableau, step, options), jump)
 
-    before: list[Array] = []
+    guess: Array | None = None
 
     def solve(matrices: Matrices) -> Orbit:
+        nonlocal guess
         flow = Flow(matrices, tableau, step, options)
-        orbit = periodic_orbit(flow, jump, *before)
-        before[:] = [flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]]
+        orbit = periodic_orbit(flow, jump, guess)
+        guess = flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]
         return orbit
 
     return solve_nonlinear(equation, solve, tension)

@@ -12,7 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.forces.elastic_response import elastic_response
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
@@ -69,6 +69,12 @@ class Cycle:
     def tableau(self) -> Tableau:
         """The collocation points that the scene asks for."""
         return Tableau.of_analysis(self.scene.analysis)
+
+    @property
+    def weights(self) -> Array:
+        """Weights of the points of `tableau` in a mean over the cycle, ``(steps x points,)``."""
+        duration = self.steps.duration
+        return np.outer(duration / duration.sum(), self.tableau.weights).ravel()
 
     @cached_property
     def start(self) -> Equation:
@@ -173,6 +179,20 @@ class Cycle:
         """
         forces = axial_forces(equation.system, elastic_response(equation, q, rate))
         return Equation(with_axial_forces(equation.system, forces), equation.modal_damping)
+
+    def at_starts(self, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
+        """Give the equation and the response at the starts of the sub-intervals.
+
+        The equation has the axial forces of the motion where they act on it.
+
+        Parameters
+        ----------
+        orbit
+            The motion by collocation.
+        """
+        q, rate = orbit.start[self.steps.regular], orbit.start_velocity[self.steps.regular]
+        equation = self.stiffened(self.start, q, rate) if self.settling else self.start
+        return equation, elastic_response(equation, q, rate)
 
     def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
         """Judge a motion, if the scene wants it.

@@ -141,9 +141,9 @@ class Flow:
         load
             Load at the collocation points (N, N m), ``(points, n)``.
         """
-        made = np.empty((len(load), self.size))
-        self._stepped(starts, load, made)
-        return made.reshape(len(starts), -1, self.size)
+        accelerations = np.empty((len(load), self.size))
+        self._stepped(starts, load, accelerations)
+        return accelerations.reshape(len(starts), -1, self.size)
 
     def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
         """Carry a state through steps, one after the other.
@@ -243,10 +243,10 @@ class Flow:
             found[:, first : first + LANES] = passed[-1, :, : some.shape[1]]
         return found
 
-    def _stepped(self, starts: Array, load: Array | None = None, made: Array | None = None) -> Array:
-        """Take each step from a start of its own to its end; `made` takes the accelerations at the points."""
+    def _stepped(self, starts: Array, load: Array | None = None, accelerations: Array | None = None) -> Array:
+        """Take each step from a start of its own to its end, and fill in the accelerations at the points."""
         ends = np.empty_like(starts)
-        self._run(0, len(starts), np.ascontiguousarray(starts), ends, load=load, made=made)
+        self._run(0, len(starts), np.ascontiguousarray(starts), ends, load=load, accelerations=accelerations)
         return ends
 
     def _run(
@@ -257,7 +257,7 @@ class Flow:
         ends: Array,
         load: Array | None = None,
         gain: Array | None = None,
-        made: Array | None = None,
+        accelerations: Array | None = None,
     ) -> None:
         """Call the compiled march; see there. States have `LANES` beside each other where they have a third axis."""
         module, damping, stiffness, factors, modes = self._factorised
@@ -277,7 +277,7 @@ class Flow:
             *(pointer(module, part) for part in (*rule, factors)),
             modes.record if modes else module.ffi.NULL,
             self.mean_step,
-            *(pointer(module, part) for part in (starts, ends, made, work)),
+            *(pointer(module, part) for part in (starts, ends, accelerations, work)),
         )
 
     @cached_property

@@ -95,18 +95,19 @@ def solve_harmonic_balance(
         )
     rate = 2 * np.pi / period
     basis = _basis(2 * np.pi * np.arange(count) / count, harmonics, rate)
-    found: list[tuple[Array, float, float]] = []
+    series: Series | None = None
 
     def solve(matrices: Matrices) -> Orbit:
-        found[:] = [_solve_linear(matrices, basis, options)]
-        q, velocity, acceleration = basis @ found[0][0]
+        nonlocal series
+        series = _solve_linear(matrices, basis, rate, options)
+        q, velocity, acceleration = basis @ series.coefficients
         return Orbit(q, velocity, acceleration, q, velocity)
 
     if tension is None:
         solve(equation.linear)
     else:
         solve_nonlinear(equation, solve, tension)
-    series = Series(found[0][0], rate, *found[0][1:])
+    assert series is not None
     if series.error > CYCLIC.largest_series_error:
         raise UnresolvedError(
             f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
@@ -127,14 +128,8 @@ def _basis(phase: Array, harmonics: int, rate: float) -> Array:
     return basis
 
 
-def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) -> tuple[Array, float, float]:
-    """Solve ``B^T (M B'' + C B' + K B) Q = B^T f`` by a KSP.
-
-    Returns
-    -------
-    tuple
-        Q, ``(1 + 2 harmonics, coordinates)``, the estimate of its error, and its condition.
-    """
+def _solve_linear(matrices: Matrices, basis: Array, rate: float, options: Mapping[str, Any]) -> Series:
+    """Solve ``B^T (M B'' + C B' + K B) Q = B^T f`` by a KSP."""
     count, kept = basis.shape[1:]
     n = matrices.load.shape[1]
     weight = np.sqrt(np.abs(matrices.stiffness.diagonal.mean(axis=0)))  # axial and bending made alike
@@ -159,7 +154,7 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
         condition = float(np.abs(basis[0] @ changed.reshape(kept, n)).max())
     except SolverError:
         condition = np.inf
-    return answer.reshape(kept, n) / weight, float(np.abs(left).max() / size), condition
+    return Series(answer.reshape(kept, n) / weight, rate, float(np.abs(left).max() / size), condition)
 
 
 def _balanced(

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
@@ -92,7 +91,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
     cycle.refuse_magnified(modes, condition, motion)
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
-    equation, response = at_starts(cycle, orbit)
+    equation, response = cycle.at_starts(orbit)
     response_there = elastic_response(at_points, orbit.displacement, orbit.velocity)
     return CollocationSolution(
         scene=scene,
@@ -104,7 +103,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
         cycle=cycle,
         equation=equation,
         orbit=orbit,
-        points=AtPoints(at_points.system, response_there, weights_of(cycle), _at_impulses(cycle, orbit)),
+        points=AtPoints(at_points.system, response_there, cycle.weights, _at_impulses(cycle, orbit)),
     )
 
 
@@ -124,36 +123,6 @@ def stability_of(solution: CollocationSolution, allow_unstable: bool) -> Stabili
         When it is unstable, or an equation that is the same for all motions has a resonance.
     """
     return solution.cycle.judged(solution.modes, solution.cycle.motion(solution.orbit), allow_unstable)
-
-
-def at_starts(cycle: Cycle, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
-    """Give the equation and the response at the starts of the sub-intervals.
-
-    The equation has the axial forces of the motion where they act on it.
-
-    Parameters
-    ----------
-    cycle
-        The equation of motion over the cycle.
-    orbit
-        The motion by collocation.
-    """
-    at = cycle.steps.regular
-    q, rate = orbit.start[at], orbit.start_velocity[at]
-    equation = cycle.stiffened(cycle.start, q, rate) if cycle.settling else cycle.start
-    return equation, elastic_response(equation, q, rate)
-
-
-def weights_of(cycle: Cycle) -> Array:
-    """Weights of the collocation points of all steps in a mean over the cycle, ``(steps x points,)``.
-
-    Parameters
-    ----------
-    cycle
-        The steps and their points.
-    """
-    duration = cycle.steps.duration
-    return np.outer(duration / duration.sum(), cycle.tableau.weights).ravel()
 
 
 def _at_impulses(cycle: Cycle, orbit: Orbit) -> AtImpulses | None:

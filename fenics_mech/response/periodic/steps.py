@@ -22,9 +22,9 @@ class CutLimits:
     """When a step of a cycle is cut."""
 
     hidden: float = 1e-4  # of the largest mean of a step, by which another's may lie outside the values at its points
+    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
     most_corners: int = 5000  # of the loads in a cycle, at which steps are cut
     short: float = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
-    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
 
 
 CUTS = CutLimits()

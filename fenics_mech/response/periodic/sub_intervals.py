@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -78,11 +78,11 @@ def solve_sub_intervals(
     if boundary_load is not None:
         rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
-    frequency = modes.frequency.mean(axis=0)
-    with blaming(lambda: of_modes(joined.transitions, frequency, scene.period)):
+    blame = partial(of_modes, joined.transitions, modes.frequency.mean(axis=0), scene.period)
+    with blaming(blame):
         starts = joined.starts(load, slope)
     condition = magnification(joined.cycle, starts)
-    refuse_magnified(condition, lambda: of_modes(joined.transitions, frequency, scene.period))
+    refuse_magnified(condition, blame)
     state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
