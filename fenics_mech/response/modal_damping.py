@@ -184,14 +184,15 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
 def _turned_alike(scaled: Array) -> dict[int, Array]:
     """Give F of the positions from two before each one to three after it, turned to be like that of this one."""
     left, _, right = np.linalg.svd(scaled @ np.roll(scaled, -1, axis=0).transpose(0, 2, 1))
-    next_one = left @ right  # makes F of the next position like that of this one
-    one_before = np.roll(next_one, 1, axis=0).transpose(0, 2, 1)
-    alike = {0: scaled}
-    for turn, positions in ((next_one, (1, 2, 3)), (one_before, (-1, -2))):
-        turned = turn
-        for k in positions:
-            alike[k] = np.matmul(turned, np.roll(scaled, -k, axis=0))
-            turned = turned @ np.roll(turn, -k, axis=0)
+    turn = left @ right  # makes F of the next position like that of this one
+    alike, turned = {0: scaled}, turn
+    for ahead in (1, 2, 3):
+        alike[ahead] = np.matmul(turned, np.roll(scaled, -ahead, axis=0))
+        turned = turned @ np.roll(turn, -ahead, axis=0)
+    turned = back = np.roll(turn, 1, axis=0).transpose(0, 2, 1)
+    for behind in (-1, -2):
+        alike[behind] = np.matmul(turned, np.roll(scaled, -behind, axis=0))
+        turned = turned @ np.roll(back, -behind, axis=0)
     return alike
 
 
