@@ -66,9 +66,9 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
         case SubIntervalSolution():
             yield from _by_sub_intervals(solution)
         case CollocationSolution():
-            equation, cycle, analysis = solution.equation, solution.cycle, solution.scene.analysis
+            equation, cycle = solution.equation, solution.cycle
             resonances = _resonances_of(solution, equation)
-            finer = Tableau.of(*more_accurate(analysis.stages))
+            finer = more_accurate(solution.scene.analysis.stages)
             by_steps = resonances.by_steps(cycle.tableau, finer, float(cycle.steps.duration.max()))
             at, size = cycle.steps.regular, equation.system.size
             motion = solution.orbit.start[at, :size], solution.orbit.start_velocity[at, :size]

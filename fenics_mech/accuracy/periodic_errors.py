@@ -15,6 +15,7 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
 
 
@@ -38,9 +39,8 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     """
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
     analysis, regular, size = scene.analysis, cycle.steps.regular, equation.system.size
-    points = more_accurate(analysis.stages)
     safety = ESTIMATES.of_blows if cycle.steps.disturbed else ESTIMATES.of_steps
-    finer = cycle.flow(*points, cycle.motion(orbit))
+    finer = cycle.flow(more_accurate(analysis.stages), cycle.motion(orbit))
     right = (part[regular, :size] for part in corrected(orbit, finer))
     order = 2 * analysis.stages - (analysis.scheme == "radau")
     assert orbit.flow is not None
@@ -71,7 +71,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     """
     cycle = solution.cycle
     motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
-    starts, flow = motion(np.zeros(1)), cycle.flow("gauss", solution.scene.analysis.stages, motion)
+    starts, flow = motion(np.zeros(1)), cycle.flow(Tableau.of("gauss", solution.scene.analysis.stages), motion)
     finer = (part[regular] for part in _collocated(*starts, flow))
     step = solution.scene.period / len(cycle.system.motion.theta)
     return {
@@ -112,8 +112,8 @@ def _mesh_error(
     return corrected_for_mesh(system, *without_mesh(answer, response))
 
 
-def more_accurate(stages: int) -> tuple[str, int]:
-    """Scheme and number of points that estimate the error of a scheme: Radau points, of which there is one more.
+def more_accurate(stages: int) -> Tableau:
+    """Points that estimate the error of a scheme: Radau points, of which there is one more.
 
     They damp what is too fast for the steps, and so give forces of stiff members, which Gauss points do not.
 
@@ -122,7 +122,7 @@ def more_accurate(stages: int) -> tuple[str, int]:
     stages
         Points of a step.
     """
-    return "radau", stages + 1
+    return Tableau.of("radau", stages + 1)
 
 
 def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:

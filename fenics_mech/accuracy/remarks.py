@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech.accuracy.transient_errors import own_steps
 from fenics_mech.effects.springs import too_stiff
-from fenics_mech.response.periodic.steps import like_blows
+from fenics_mech.response.periodic.steps import loads_act_like_impulses
 from fenics_mech.response.solution import (
     CollocationSolution,
     FreeSolution,
@@ -49,7 +49,7 @@ def _of_loads(solution: Solution) -> list[str]:
     found, beyond = [], "put into vibration that mesh and modes are too coarse for"
     if solution.scene.impulses and not isinstance(solution, StaticSolution):
         found.append(f"what impulses {beyond}")
-    if solution.scene.loads and isinstance(solution, CollocationSolution) and like_blows(solution.scene):
+    if solution.scene.loads and isinstance(solution, CollocationSolution) and loads_act_like_impulses(solution.scene):
         found.append(f"what pulses much shorter than a step {beyond}")
     return found
 

@@ -21,7 +21,8 @@ from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.response.modal_damping import damping_ratios
-from fenics_mech.response.periodic.sub_intervals import SUB_INTERVALS, SubIntervals, solve_sub_intervals, superposed
+from fenics_mech.response.periodic.steady_state import by_sub_intervals
+from fenics_mech.response.periodic.sub_intervals import SUB_INTERVALS, SubIntervals, superposed
 from fenics_mech.response.solution import SubIntervalSolution
 from fenics_mech.response.static.quasi_static import displacement_under
 from fenics_mech.scene import Scene
@@ -160,11 +161,7 @@ class _ModalMotion:
     def _solved_with(self, modes: Modes) -> SubIntervalSolution:
         """Solve again with other modes."""
         scene = self.scene.changed(analysis__static_correction=True, analysis__allow_ringing=True)
-        load = self.solution.boundary_load
-        response, joined, _ = solve_sub_intervals(scene, self.system, modes, load)
-        return SubIntervalSolution(
-            scene=scene, system=self.system, response=response, modes=modes, joined=joined, boundary_load=load
-        )
+        return by_sub_intervals(scene, self.system, modes)
 
     def _reach(self, missing: Array, static: Array) -> float:
         """Frequency (Hz) of the highest harmonic of the load on the modes left out that would matter on one of theirs.

@@ -173,12 +173,12 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     motion = (None if solution.scene.impulses else _of_harmonics(solution)) or _of_steps(solution)
     cycle, state, (q, rate), scene = motion.cycle, motion.state, motion.starts, motion.cycle.scene
     analysis = scene.analysis
-    inside, starts = cycle.at_points(analysis.scheme, analysis.stages), cycle.start
+    inside, starts = cycle.at_points(cycle.tableau), cycle.start
     if cycle.settling:
         inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
     exact = exact.changed(analysis=analysis)
     exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion), cycle.damped_up_to)
-    top, top_starts = exactly.at_points(analysis.scheme, analysis.stages), exactly.start
+    top, top_starts = exactly.at_points(exactly.tableau), exactly.start
     tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
     found = _closed(inside, lambda _: top, motion, tension)
     return _between(
@@ -191,7 +191,7 @@ def _under_motor(solution: MotorSolution, exact: Scene) -> Quantities:
     """Change of a periodic response with a motor, of which the twist of its shaft is a part."""
     motion, system, scene = _of_steps(solution), solution.cycle.system, solution.cycle.scene
     both = [MotorCycle(scene, system), MotorCycle(exact, moved(exact, system, system.motion))]
-    theta = motion.cycle.steps.angles(motion.cycle.tableau.points, scene.cycle_rate)
+    theta = motion.cycle.steps.angles(motion.cycle.tableau.points)
     rung, exactly = (partial(one.about_twist, theta) for one in both)
     q, rate, _ = motion.state
     own, links = both[0].links_at(theta, q, rate, motion.state[..., -1])
@@ -374,7 +374,7 @@ def _of_harmonics(solution: Solution) -> _Motion | None:
     theta = scene.drive_angles(steps)
     there = moved(scene, system, solve_motion(scene, theta, near=system.motion))
     cycle = Cycle(scene, there, THEORY.damped_up_to)
-    return _Motion(cycle, at(cycle.steps.angles(cycle.tableau.points, scene.cycle_rate)), at(theta)[:2])
+    return _Motion(cycle, at(cycle.steps.angles(cycle.tableau.points)), at(theta)[:2])
 
 
 def _of_steps(solution: Solution) -> _Motion:

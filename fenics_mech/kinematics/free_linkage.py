@@ -47,22 +47,29 @@ class FreeLinkage:
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.loops = scene, Loops.of(scene)
-        start = assemble(self.loops)
-        if len(self.loops.names) < len(start):
-            left = describe(scene.links, scene.joints, start, free_motions(self.loops, start))
+
+    def at_start(self) -> Motion:
+        """Assemble the links at time 0, at rest.
+
+        Raises
+        ------
+        SceneError
+            When the drives and freedoms leave more to move.
+        AssemblyError
+            When the links cannot be assembled, or the freedoms do not say how they move.
+        """
+        scene, q = self.scene, assemble(self.loops)
+        if len(self.loops.names) < len(q):
+            left = describe(scene.links, scene.joints, q, free_motions(self.loops, q))
             raise SceneError(
                 f"the drives and freedoms of the linkage leave more to move: {'; '.join(left)}",
                 place="freedoms",
                 hint="State a freedom for each, or none: what is not stated starts at the links' rough angles",
             )
-        refuse_singular(self.loops, np.zeros(1), start[None])
-        self.start = start
-
-    def at_start(self) -> Motion:
-        """Give the links at time 0, at rest."""
-        still = np.zeros((1, len(self.scene.freedoms)))
-        places = np.array([[freedom.start for freedom in self.scene.freedoms.values()]], dtype=float)
-        return self.motion(np.zeros(1), places, still, still, self.start[None])
+        refuse_singular(self.loops, np.zeros(1), q[None])
+        still = np.zeros((1, len(scene.freedoms)))
+        places = np.array([[freedom.start for freedom in scene.freedoms.values()]], dtype=float)
+        return self.motion(np.zeros(1), places, still, still, q[None])
 
     def motion(self, time: Array, places: Array, rates: Array, seconds: Array, near: Array) -> Motion:
         """Give the motion of the links.

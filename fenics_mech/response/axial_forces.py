@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fenics_mech._constants import TINY
 from fenics_mech.effects import AxialForces, Terms
 from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
 from fenics_mech.effects.geometric_stiffness import of_forces
@@ -59,7 +60,7 @@ def settle(system: System, respond: Callable[[System], ElasticResponse]) -> Syst
     for _ in range(TENSION.most_updates):
         forces, before = axial_forces(system, respond(system)), system.terms.stiffening
         assert before is not None
-        change = np.abs(forces.mean - before.force).max() / max(float(np.abs(forces.mean).max()), 1e-300)
+        change = np.abs(forces.mean - before.force).max() / max(float(np.abs(forces.mean).max()), TINY)
         system = with_axial_forces(system, forces)
         if change < TENSION.settled:
             return system

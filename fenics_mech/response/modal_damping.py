@@ -150,8 +150,8 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
     """Interpolate the factor F of modes' damping between equal steps of a closed cycle; None where it is not smooth.
 
     F is known but for a rotation of its rows. That of all modes is a factor of their damping ``F^T F``, which is
-    interpolated. That of a few modes is turned to be like that of the position before it, as in the orthogonal
-    Procrustes problem (Golub and Van Loan, Matrix Computations, section 6.4.1).
+    interpolated. That of a few modes is turned to be like that of the position before it: the orthogonal Procrustes
+    problem. Source: Golub and Van Loan, Matrix Computations, section 6.4.1.
 
     Parameters
     ----------
@@ -231,9 +231,9 @@ def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes)
         else:
             squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
             forces = moved[:, :count] / squares[..., None]
-        times = np.sqrt(squares)
-        ratios = damping_ratios(ratio, times) * modes.share(1 / times)
-        found.append(np.sqrt(2 * ratios * times)[..., None] * forces)  # (E.12), of shapes of unit stiffness
+        inverse = np.sqrt(squares)
+        ratios = damping_ratios(ratio, inverse) * modes.share(1 / inverse)
+        found.append(np.sqrt(2 * ratios * inverse)[..., None] * forces)  # (E.12), of shapes of unit stiffness
     return np.concatenate(found)
 
 
@@ -263,8 +263,8 @@ def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[A
 def _of_all(ratio: Ratio, mass: Stack, stiffness: Stack) -> Array:
     """Factor of the damping of all modes."""
     squares, forces, shapes = _every(mass, stiffness)
-    times = np.sqrt(np.maximum(squares, 0))
-    return shapes @ (np.sqrt(2 * damping_ratios(ratio, times) * times)[..., None] * forces)  # (E.12)
+    inverse = np.sqrt(np.maximum(squares, 0))
+    return shapes @ (np.sqrt(2 * damping_ratios(ratio, inverse) * inverse)[..., None] * forces)  # (E.12)
 
 
 def _every(mass: Stack, stiffness: Stack) -> tuple[Array, Array, Array]:
@@ -273,8 +273,8 @@ def _every(mass: Stack, stiffness: Stack) -> tuple[Array, Array, Array]:
     Returns
     -------
     tuple
-        ``1/omega^2``, ``(angles, modes)``, the elastic forces of shapes of unit stiffness, ``(angles, modes,
-        coordinates)``, and an orthonormal matrix that turns these to be smooth, ``(angles, coordinates, modes)``.
+        ``1/omega^2``, ``(angles, modes)``. The elastic forces of shapes of unit stiffness, ``(angles, modes,
+        coordinates)``. An orthonormal matrix that turns these to be smooth, ``(angles, coordinates, modes)``.
     """
     unit = np.sqrt(stiffness.diagonal)
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import AssemblyError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -22,7 +23,7 @@ from fenics_mech.mechanism.motor_equation import MotorEquation, at_rate, load_wi
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, States
 from fenics_mech.response.periodic.newton import Orbit
-from fenics_mech.response.periodic.steady_state import condition_of, weights_of
+from fenics_mech.response.periodic.steady_state import condition_of
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import moved, rough_tension
 from fenics_mech.response.solution import AtPoints, MotorSolution
@@ -45,6 +46,15 @@ MOTOR = MotorLimits()
 def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
     """Solve at collocation points; the mechanism has its crank's own motion, at the starts of the sub-intervals.
 
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the starts of the sub-intervals, as the drive would turn it.
+    modes
+        Its modes, by which an instability is named.
+
     Raises
     ------
     SolverError
@@ -52,7 +62,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
     """
     cycle = MotorCycle(scene, system)
     steps = cycle.steps
-    theta = steps.angles(cycle.tableau.points, scene.cycle_rate)
+    theta = steps.angles(cycle.tableau.points)
     twist, change = np.zeros((3, len(theta))), np.inf
     for _ in range(MOTOR.most_iterations):
         try:
@@ -62,7 +72,7 @@ def by_motor(scene: Scene, system: System, modes: Modes) -> MotorSolution:
         tension = rough_tension(scene, equation.system)
         orbit = solve_collocation(equation, cycle.tableau, steps.duration, scene.petsc, tension)
         found = np.stack([orbit.displacement[:, -1], orbit.velocity[:, -1], orbit.acceleration[:, -1]])
-        change = np.abs(found[0] - twist[0]).max() / max(np.abs(found[0]).max(), np.finfo(float).tiny)
+        change = np.abs(found[0] - twist[0]).max() / max(np.abs(found[0]).max(), TINY)
         twist = found
         if change < MOTOR.settled:
             break
@@ -113,17 +123,20 @@ class MotorCycle(Cycle):
         scene, system, motor = self.scene, self.system, self.scene.drives[0].motor
         assert motor is not None
         plain = scene.changed(effects=())  # effects that a scene names change no load
-        at = {ahead: _nominal(scene, system, theta + (twist[0] + ahead)) for ahead in (-MOTOR.step, 0.0, MOTOR.step)}
+        at = {
+            ahead: solve_motion(scene, theta + (twist[0] + ahead), near=system.motion)
+            for ahead in (-MOTOR.step, 0.0, MOTOR.step)
+        }
         one, none = np.ones_like(theta), np.zeros_like(theta)
         units = {ahead: at_rate(motion, scene.cycle_rate, one, none) for ahead, motion in at.items()}  # 1 rad/s
 
         def load(by: Array) -> Array:
-            return load_with_torque(_moved(plain, system, at[by[0]], theta, twist + by[:, None]), units[by[0]])
+            return load_with_torque(_turned(plain, system, at[by[0]], theta, twist + by[:, None]), units[by[0]])
 
         rate = abs(scene.cycle_rate)
         steps = np.diag([MOTOR.step, MOTOR.step * rate, MOTOR.step * rate**2])
         tangents = [(load(step) - load(-step)) / (2 * step.sum()) for step in steps]
-        here = self.damped_equation(_moved(scene, system, at[0.0], theta, twist))
+        here = self.damped_equation(_turned(scene, system, at[0.0], theta, twist))
         return MotorEquation(
             system=here.system,
             modal_damping=here.modal_damping,
@@ -146,15 +159,16 @@ class MotorCycle(Cycle):
         twist
             The twist (rad) and two time derivatives, ``(3, angles)``.
         """
-        links = self.damped_equation(_turned(self.scene, self.system, theta, twist))
+        motion = solve_motion(self.scene, theta + twist[0], near=self.system.motion)
+        links = self.damped_equation(_turned(self.scene, self.system, motion, theta, twist))
         return links, elastic_response(links, q[:, :-1], rate[:, :-1])
 
     def accelerated(self, theta: Array, q: Array, rate: Array) -> Array:
         """Give the twist of a state with the acceleration that the equation demands, ``(3, angles)``.
 
-        The acceleration stands in the coefficients too, which are linear in it but for what axial forces do to bending:
-        of two that are demanded follows the one that demands itself. To take what is demanded would not converge where
-        little inertia turns with the shaft itself, as with a fine mesh of the crank and no inertia of the motor.
+        The acceleration stands in the coefficients too, which are linear in it but for what axial forces do to bending.
+        So the one that demands itself follows from two that are demanded (a secant step). Plain iteration would not
+        converge where little inertia turns with the shaft itself, as with a fine mesh of the crank and a light rotor.
 
         Parameters
         ----------
@@ -167,8 +181,7 @@ class MotorCycle(Cycle):
             return equation.acceleration(q, rate)[:, -1]
 
         first = demanded(np.zeros(len(q)))
-        more = demanded(first) - first
-        slope = np.divide(more, first, out=np.zeros_like(first), where=first != 0)
+        slope = np.divide(demanded(first) - first, first, out=np.zeros_like(first), where=first != 0)
         return np.stack([q[:, -1], rate[:, -1], first / (1 - slope)])
 
     def start_about(self, motion: States) -> tuple[MotorEquation, Array]:
@@ -203,10 +216,9 @@ class MotorCycle(Cycle):
         assert motion is not None
         return self.start_about(motion)[0].linear
 
-    def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
+    def _about(self, motion: States | None, tableau: Tableau) -> Matrices:
         assert motion is not None
-        tableau = Tableau.of(scheme, stages)
-        theta = self.steps.angles(tableau.points, self.scene.cycle_rate)
+        theta = self.steps.angles(tableau.points)
         equation = self.about_twist(theta, self._twist(motion, tableau.points))
         return equation.about(*motion(tableau.points))
 
@@ -254,21 +266,14 @@ def _at_points(cycle: MotorCycle, orbit: Orbit, theta: Array) -> AtPoints:
     q, rate = orbit.displacement, orbit.velocity
     twist = np.stack([q[:, -1], rate[:, -1], orbit.acceleration[:, -1]])
     equation, response = cycle.links_at(theta, q, rate, twist)
-    return AtPoints(equation.system, response, weights_of(cycle))
+    return AtPoints(equation.system, response, cycle.weights)
 
 
-def _turned(scene: Scene, system: System, theta: Array, twist: Array) -> System:
-    """Give the mechanism with its crank ahead of drive angles by a twist, ``(3, angles)`` with time derivatives."""
-    return _moved(scene, system, _nominal(scene, system, theta + twist[0]), theta, twist)
+def _turned(scene: Scene, system: System, motion: Motion, theta: Array, twist: Array) -> System:
+    """Give the mechanism with its crank ahead of drive angles by a twist, ``(3, angles)`` with time derivatives.
 
-
-def _nominal(scene: Scene, system: System, psi: Array) -> Motion:
-    """Give the motion at given angles of the crank, when it turns at the drive's rate."""
-    return solve_motion(scene, psi, near=system.motion)
-
-
-def _moved(scene: Scene, system: System, nominal: Motion, theta: Array, twist: Array) -> System:
-    """Give the mechanism with the motion `nominal` at the crank's own rate; it keeps drive angles and their times."""
-    motion = at_rate(nominal, scene.cycle_rate, scene.cycle_rate + twist[1], twist[2])
+    `motion` is that of a crank at these angles at the drive's rate. Drive angles and their times stay.
+    """
+    motion = at_rate(motion, scene.cycle_rate, scene.cycle_rate + twist[1], twist[2])
     motion = replace(motion, theta=theta, time=theta / scene.cycle_rate)
     return moved(scene, system, motion)

@@ -8,8 +8,7 @@ from fenics_mech._guard import require_memory
 from fenics_mech.effects import active, loads_at_nodes
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.beam_links import most_recovered
-from fenics_mech.response.periodic.steps import Steps, hides
-from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.periodic.steps import loads_with_hidden_peaks
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.scene.sampling import SAMPLING
@@ -65,15 +64,15 @@ def refuse_hidden_peaks(scene: Scene) -> None:
     scene
         The scene.
     """
-    steps, tableau = Steps.of(scene), Tableau.of(scene.analysis.scheme, scene.analysis.stages)
-    for name, load in scene.loads.items():
-        if not scene.analysis.allow_coarse and hides(load, steps, tableau, scene.cycle_rate):
-            raise SceneError(
-                f"the factor has a peak between the points of {scene.analysis.sub_intervals} steps of a cycle",
-                place=f"loads.{name}.factor",
-                hint="State the peak by a table or a pulse, at whose corners steps are cut, or make it wider; "
-                "analysis.allow_coarse lets it pass",
-            )
+    if scene.analysis.allow_coarse:
+        return
+    for name in loads_with_hidden_peaks(scene):
+        raise SceneError(
+            f"the factor has a peak between the points of {scene.analysis.sub_intervals} steps of a cycle",
+            place=f"loads.{name}.factor",
+            hint="State the peak by a table or a pulse, at whose corners steps are cut, or make it wider; "
+            "analysis.allow_coarse lets it pass",
+        )
 
 
 def require_positions(scene: Scene, positions: int) -> None:

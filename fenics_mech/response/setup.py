@@ -22,6 +22,7 @@ from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_mot
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.freedom import describe
 from fenics_mech.kinematics.linkage import CACHE
+from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.mechanism import RigidModes, System, build_system
 from fenics_mech.mechanism.beam_links import links as build_links
 from fenics_mech.mechanism.beam_links import links_depend_on
@@ -226,15 +227,15 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
     Raises
     ------
     SceneError
-        When nothing is driven, and loads move a rigid-body mode that is to stay at rest, or large rotations are
-        asked for where there is one.
+        When loads move a rigid-body mode of a mechanism that is to stay at rest. When large rotations are asked for
+        where there is such a mode.
     SolverError
         When there is no answer, or springs let a whole link turn too far for small motions.
     """
     if not len(system.motion.free):
         return solve_static(system, scene.petsc)
-    rigid = RigidModes.of(system)
-    if unconstrained := rigid.moved_by(system.load[0]) if scene.analysis.method == "static" else []:
+    at_rest, rigid = scene.analysis.method == "static", RigidModes.of(system)
+    if unconstrained := rigid.moved_by(system.load[0]) if at_rest else []:
         free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid, unconstrained))
         raise SceneError(
             f"nothing holds the mechanism against its loads: {free}",
@@ -249,21 +250,25 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )
-    at_rest = scene.analysis.method == "static"
     response = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
+    _refuse_turned(scene, system, response)
+    return response
+
+
+def _refuse_turned(scene: Scene, system: System, response: ElasticResponse) -> None:
+    """Raise `SolverError` where what holds the mechanism lets a whole link turn too far for small motions."""
     turned = np.abs(system.to_links(response.displacement)[:, 2::3])
     hinges = all(isinstance(spring, Hinge) for spring in scene.springs.values())
     exact = system.terms.law is not None and hinges  # then elastic links may turn
     looked_at = [i for i, link in enumerate(scene.links.values()) if link.rigid is not None or not exact]
-    whole = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in looked_at])
-    if whole.max(initial=0.0) > RIGID.turn:
-        farthest = list(scene.links)[looked_at[int(whole.argmax())]]
+    least = np.array([turned[:, system.beams.mesh.node_link == i].min() for i in looked_at])
+    if least.max(initial=0.0) > RIGID.turn:
+        farthest = list(scene.links)[looked_at[int(least.argmax())]]
         raise SolverError(
-            f"what holds the mechanism lets link {farthest} turn by {whole.max():.3g} rad from its rough angle, and "
+            f"what holds the mechanism lets link {farthest} turn by {least.max():.3g} rad from its rough angle, and "
             f"small motions end at {RIGID.turn} rad. "
             "Give angles near to the equilibrium, or stiffer springs"
         )
-    return response
 
 
 def freedoms_in_words(
@@ -288,7 +293,7 @@ def freedoms_in_words(
     """
     motion = system.motion
     motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)
-    q = np.concatenate([motion.position[0], motion.angle[0][:, None]], axis=1)
+    q = coordinates(motion.position, motion.angle)[0]
     return describe(links, joints, q, motions if which is None else motions[list(which)])
 
 

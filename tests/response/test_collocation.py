@@ -141,7 +141,7 @@ def test_steps_are_cut_where_a_load_jumps(scheme, speed):
     assert steps.regular.sum() == 7
     assert len(steps.start) == 10
     assert steps.duration.sum() == pytest.approx(scene.period)
-    angles = steps.angles(tableau.points, scene.cycle_rate)
+    angles = steps.angles(tableau.points)
     for name, mean in (("p", 1.8 / (2 * np.pi)), ("t", (0.5 + 4 * (2 * np.pi - 1)) / (2 * np.pi))):
         values = scene.loads[name].factor_at(angles).reshape(-1, 3) @ tableau.weights
         assert values @ steps.duration / scene.period == pytest.approx(mean, rel=1e-8)

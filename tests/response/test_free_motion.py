@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipk
 
 import fenics_mech as fm
-from fenics_mech.kinematics.free_linkage import FreeLinkage, with_freedoms
+from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
@@ -103,7 +103,7 @@ def test_energy_of_a_bending_pendulum_is_balanced():
 def start(scene):
     scene = with_freedoms(scene)
     system = mechanism(scene)
-    return start_of(scene, FreeState(scene, system, FreeLinkage(scene))), system.size
+    return start_of(scene, FreeState(scene, system)), system.size
 
 
 def test_a_smooth_start_beside_a_drive_is_that_beside_a_heavy_flywheel():

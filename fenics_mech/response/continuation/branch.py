@@ -19,7 +19,6 @@ from fenics_mech.response.continuation.arc_length import BRANCH, Family, Point, 
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, system_at_points
-from fenics_mech.response.periodic.steady_state import at_starts
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import CommonParts, mechanism, rough_tension, scene_modes
@@ -78,7 +77,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float], common: CommonP
     scene = at(ends[0])
     if scene.cycle_rate * at(ends[1]).cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)
-    tableau, steps = Tableau.of(scene.analysis.scheme, scene.analysis.stages), Steps.of(scene)
+    tableau, steps = Tableau.of_analysis(scene.analysis), Steps.of(scene)
     common = common or CommonParts()
     if not np.array_equal(steps.start, Steps.of(at(ends[1])).start):
         raise SceneError("the angles at which a load jumps or has corners must stay over the range", place=path)
@@ -264,11 +263,11 @@ def solution_at(scene: Scene, point: Point, common: CommonParts | None = None) -
     common
         What it may have in common with other points.
     """
-    analysis, system = scene.analysis, mechanism(scene, common=common)
+    system = mechanism(scene, common=common)
     cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
     motion = cycle.motion(orbit)
-    orbit = replace(orbit, flow=cycle.flow(analysis.scheme, analysis.stages, motion))
-    equation, response = at_starts(cycle, orbit)
+    orbit = replace(orbit, flow=cycle.flow(cycle.tableau, motion))
+    equation, response = cycle.at_starts(orbit)
     return CollocationSolution(
         scene=scene,
         system=system,

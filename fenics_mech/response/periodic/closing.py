@@ -13,59 +13,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic
+from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 
-KRYLOV = {
-    "ksp_type": "gmres",
-    "pc_type": "none",
-    "ksp_gmres_restart": 300,
-    "ksp_gmres_cgs_refinement_type": "refine_always",
-    "ksp_max_it": 600,
-}
+if TYPE_CHECKING:
+    from fenics_mech.response.periodic.flow import Flow
 
-
-class LinearSteps(Protocol):
-    """Linear steps of a cycle."""
-
-    @property
-    def unit(self) -> Array:
-        """What coordinates are multiplied by for their numbers to be alike, ``(n,)``."""
-
-    @property
-    def duration(self) -> Array:
-        """Duration of each step (s), ``(steps,)``."""
-
-    @property
-    def transitions(self) -> Array:
-        """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``."""
-
-    def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
-        """Carry a state through steps.
-
-        Parameters
-        ----------
-        start
-            State at the first of their starts, ``(2n,)``.
-        gain
-            What is added to the state in each of them, ``(steps, 2n)``.
-        steps
-            Which steps.
-
-        Returns
-        -------
-        numpy.ndarray
-            States at the starts of the steps, and at the last end, ``(steps + 1, 2n)``.
-        """
+KRYLOV = {"ksp_gmres_restart": 300, "ksp_max_it": 600}
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +41,7 @@ class Closing:
         PETSc options with the prefix "periodic_".
     """
 
-    steps: LinearSteps
+    steps: Flow
     options: Mapping[str, Any]
 
     @cached_property
@@ -122,7 +83,7 @@ class Closing:
         """
         if right.ndim == 3:
             return np.stack([self.solve(part) for part in np.moveaxis(right, -1, 0)], axis=-1)
-        if "_direct" in vars(self):
+        if "_direct" in vars(self):  # marches failed before
             return self._direct.solve(right)
         try:
             return self._marched(right, guess, tolerance)
@@ -191,10 +152,4 @@ class Closing:
             size = max(size, CYCLIC.rounding * float(np.linalg.norm(states[begins] * self.unit)))
         residual = float(np.linalg.norm(gap * self.unit)) / size
         if not np.isfinite(states).all() or not residual < CYCLIC.largest_residual:
-            why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
-            if len(self.cuts) > 1:
-                why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"
-            raise SolverError(
-                f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, "
-                f"relative residual {residual:.1e}). {why}"
-            )
+            raise not_closed(reason, residual, grows=len(self.cuts) > 1)

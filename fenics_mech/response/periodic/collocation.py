@@ -1,7 +1,7 @@
 """Periodic response by collocation in time, of the whole equation of motion, linear or not.
 
 In each step of the cycle the accelerations at the collocation points are the unknowns; velocities and displacements
-are their integrals. Solving for them gives how the state at the end of a step depends on that at its start, and the
+are their integrals. Solving for them gives how the state at the end of a step depends on that at its start. The
 block-cyclic system closes the cycle. A nonlinear law is linearised about the last answer (Newton's method).
 """
 
@@ -42,7 +42,7 @@ def solve_collocation(
     options
         PETSc options with the prefix "periodic_".
     tension
-        A rough axial force of each element (N), ``(points, elements)``, where the equation is not linear.
+        A rough axial force of each element (N), ``(points, elements)``; None where the links have no nonlinear law.
     jump
         Change of q' by impulses at the starts of the steps, ``(steps, coordinates)``; the orbit's starts are after it.
 
@@ -51,15 +51,16 @@ def solve_collocation(
     SolverError
         When the cycle cannot be closed, or Newton's method does not converge, with the drive angle where it fails.
     """
-    if equation.system.terms.law is None or tension is None:
+    if tension is None:
         return periodic_orbit(Flow(equation.linear, tableau, step, options), jump)
 
-    before: list[Array] = []
+    guess: Array | None = None
 
     def solve(matrices: Matrices) -> Orbit:
+        nonlocal guess
         flow = Flow(matrices, tableau, step, options)
-        orbit = periodic_orbit(flow, jump, *before)
-        before[:] = [flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]]
+        orbit = periodic_orbit(flow, jump, guess)
+        guess = flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]
         return orbit
 
     return solve_nonlinear(equation, solve, tension)
@@ -85,7 +86,7 @@ def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = 
     added = flow.added
     if jump is not None:
         added = added.copy()
-        added[:, flow.size :] += flow.pace * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
+        added[:, flow.size :] += flow.mean_step * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
     return replace(orbit_of(flow, flow.cycle.solve(added, guess), flow.matrices.load), flow=flow)
 
 

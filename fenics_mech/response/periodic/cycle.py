@@ -12,7 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.forces.elastic_response import elastic_response
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
@@ -33,7 +33,7 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import rough_tension, system_at
+from fenics_mech.response.setup import system_at
 from fenics_mech.response.stability.floquet import Stability, floquet
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
@@ -57,8 +57,8 @@ class Cycle:
     scene: Scene
     system: System
     damped_up_to: float = DAMPED.fastest
-    _equations: dict[tuple[str, int], Equation] = field(default_factory=dict)
-    _flows: dict[tuple[str, int], Flow] = field(default_factory=dict)
+    _equations: dict[Tableau, Equation] = field(default_factory=dict)
+    _flows: dict[Tableau, Flow] = field(default_factory=dict)
 
     @cached_property
     def steps(self) -> Steps:
@@ -68,7 +68,13 @@ class Cycle:
     @cached_property
     def tableau(self) -> Tableau:
         """The collocation points that the scene asks for."""
-        return Tableau.of(self.scene.analysis.scheme, self.scene.analysis.stages)
+        return Tableau.of_analysis(self.scene.analysis)
+
+    @property
+    def weights(self) -> Array:
+        """Weights of the points of `tableau` in a mean over the cycle, ``(steps x points,)``."""
+        duration = self.steps.duration
+        return np.outer(duration / duration.sum(), self.tableau.weights).ravel()
 
     @cached_property
     def start(self) -> Equation:
@@ -100,27 +106,19 @@ class Cycle:
         """Whether the equation does not depend on the motion."""
         return self.system.terms.law is None and not self.settling
 
-    @property
-    def tension(self) -> Array | None:
-        """Rough axial force at the starts (N), where the links have a nonlinear law."""
-        return rough_tension(self.scene, self.system)
-
-    def at_points(self, scheme: str, stages: int) -> Equation:
+    def at_points(self, tableau: Tableau) -> Equation:
         """Give the equation at collocation points of all steps.
 
         Parameters
         ----------
-        scheme
-            "gauss" or "radau".
-        stages
-            Number of points in a step.
+        tableau
+            The points in each step.
         """
-        if (scheme, stages) not in self._equations:
-            tableau = Tableau.of(scheme, stages)
+        if tableau not in self._equations:
             there = system_at_points(self.scene, self.system, self.steps, tableau)
             known = self._between_starts(there, tableau)
-            self._equations[scheme, stages] = self.damped_equation(there) if known is None else Equation(there, known)
-        return self._equations[scheme, stages]
+            self._equations[tableau] = self.damped_equation(there) if known is None else Equation(there, known)
+        return self._equations[tableau]
 
     def _between_starts(self, there: System, tableau: Tableau) -> Array | None:
         """Give the damping of modes at points by that at the starts of the steps; None where it is not smooth."""
@@ -131,23 +129,20 @@ class Cycle:
         key = str(self.scene.damping.ratio), self.damped
         return there.once("damping between", lambda: interpolated_damping(known, unit, tableau.points), key)
 
-    def flow(self, scheme: str, stages: int, motion: States | None = None) -> Flow:
+    def flow(self, tableau: Tableau, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none).
 
         Parameters
         ----------
-        scheme
-            "gauss" or "radau".
-        stages
-            Number of points in a step.
+        tableau
+            The points in each step.
         motion
             Gives q and q' at places 0..1 in every step; only the first motion of a kind of points counts.
         """
-        if (scheme, stages) not in self._flows:
-            matrices = self._about(motion, scheme, stages)
-            tableau = Tableau.of(scheme, stages)
-            self._flows[scheme, stages] = Flow(matrices, tableau, self.steps.duration, self.scene.petsc)
-        return self._flows[scheme, stages]
+        if tableau not in self._flows:
+            matrices = self._about(motion, tableau)
+            self._flows[tableau] = Flow(matrices, tableau, self.steps.duration, self.scene.petsc)
+        return self._flows[tableau]
 
     def keep(self, flow: Flow) -> None:
         """Keep the steps that a motion was solved for with, as those linearised about it.
@@ -155,16 +150,16 @@ class Cycle:
         Parameters
         ----------
         flow
-            The steps, at the points of `tableau`.
+            The steps.
         """
-        self._flows.setdefault((self.scene.analysis.scheme, len(self.tableau.points)), flow)
+        self._flows.setdefault(flow.tableau, flow)
 
-    def _about(self, motion: States | None, scheme: str, stages: int) -> Matrices:
+    def _about(self, motion: States | None, tableau: Tableau) -> Matrices:
         """Linearise about a motion at the collocation points of all steps."""
-        equation = self.at_points(scheme, stages)
+        equation = self.at_points(tableau)
         if self.linear or motion is None:
             return equation.linear
-        q, rate = motion(Tableau.of(scheme, stages).points)
+        q, rate = motion(tableau.points)
         return (self.stiffened(equation, q, rate) if self.settling else equation).about(q, rate)
 
     def _at_start(self, motion: States | None) -> Matrices:
@@ -184,6 +179,20 @@ class Cycle:
         """
         forces = axial_forces(equation.system, elastic_response(equation, q, rate))
         return Equation(with_axial_forces(equation.system, forces), equation.modal_damping)
+
+    def at_starts(self, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
+        """Give the equation and the response at the starts of the sub-intervals.
+
+        The equation has the axial forces of the motion where they act on it.
+
+        Parameters
+        ----------
+        orbit
+            The motion by collocation.
+        """
+        q, rate = orbit.start[self.steps.regular], orbit.start_velocity[self.steps.regular]
+        equation = self.stiffened(self.start, q, rate) if self.settling else self.start
+        return equation, elastic_response(equation, q, rate)
 
     def stability(self, modes: Modes, motion: States | None = None) -> Stability | None:
         """Judge a motion, if the scene wants it.
@@ -244,8 +253,8 @@ class Cycle:
                 "its link a density or a mass, or write analysis.stability = false"
             )
         stages = self.scene.analysis.stages
-        flow = self.flow("gauss", stages, motion)
-        damped = partial(self.flow, "radau", stages, motion)
+        flow = self.flow(Tableau.of("gauss", stages), motion)
+        damped = partial(self.flow, Tableau.of("radau", stages), motion)
         return floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc, damped)
 
     @cached_property
@@ -260,10 +269,10 @@ class Cycle:
         """Coordinate whose own vibration turns so far in a step that its multipliers are lost to rounding."""
         mass, stiffness = (part.diagonal[0] for part in (self.start.linear.mass, self.start.linear.stiffness))
         heavy = np.flatnonzero(mass > 0)  # with lumped masses rotations have none
-        pace = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
+        frequency = np.sqrt(np.abs(stiffness[heavy] / mass[heavy]))
         too_fast = CYCLIC.fastest / float(np.max(self.steps.duration))
-        lost = pace.max() > max(too_fast, CYCLIC.largest_spread * pace.min())
-        return self.system.transformation.names[heavy[int(pace.argmax())]] if lost else None
+        lost = frequency.max() > max(too_fast, CYCLIC.largest_spread * frequency.min())
+        return self.system.transformation.names[heavy[int(frequency.argmax())]] if lost else None
 
     @contextmanager
     def determined(self, modes: Modes) -> Iterator[None]:
@@ -280,7 +289,7 @@ class Cycle:
         with blaming(lambda: self.multipliers(modes, None).nearest()):
             yield
 
-    def refuse_magnified(self, modes: Modes, condition: float, motion: States | None) -> None:
+    def refuse_magnified(self, modes: Modes, condition: float, motion: States) -> None:
         """Raise `SolverError` where rounding would show in a motion.
 
         Parameters
@@ -312,7 +321,7 @@ class Cycle:
         series
             The series over the cycle.
         """
-        return lambda places: series.at(np.abs(self.steps.angles(places, self.scene.cycle_rate)))
+        return lambda places: series.at(np.abs(self.steps.angles(places)))
 
 
 def system_at_points(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> System:
@@ -334,7 +343,7 @@ def system_at_points(scene: Scene, system: System, steps: Steps, tableau: Tablea
     UnresolvedError
         When the points call for other independent coordinates than the starts.
     """
-    theta = steps.angles(tableau.points, scene.cycle_rate)
+    theta = steps.angles(tableau.points)
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
         raise UnresolvedError(

@@ -13,10 +13,9 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, times
+from fenics_mech._constants import TINY
 from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
-
-ITERATIVE = {"ksp_rtol": 1e-12, "ksp_max_it": 1000, "ksp_gmres_restart": 200}
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,7 @@ class BlockCyclic:
     transitions
         T, from the state at the start of each step to that at its end, ``(steps, state, state)``.
     options
-        PETSc options with the prefix "periodic_". With an iterative periodic_ksp_type, and no periodic_pc_type, nothing
-        is factorised: `_March` is the preconditioner.
+        PETSc options with the prefix "periodic_".
     """
 
     transitions: Array
@@ -74,7 +72,7 @@ class BlockCyclic:
         """
         if right.ndim == 2:
             return self.solve(right[..., None])[..., 0]
-        if self._march is not None or len(right) == 1 or (len(right) <= CYCLIC.most_blocks and self._grows):
+        if len(right) == 1 or (len(right) <= CYCLIC.most_blocks and self._grows):
             return self._solved(right)
         first, second = slice(0, len(right) - 1, 2), slice(1, None, 2)
         over_pairs = right[second] + self.transitions[second] @ right[first]
@@ -102,13 +100,6 @@ class BlockCyclic:
         return times(np.abs(self.transitions), np.abs(states))
 
     @cached_property
-    def _march(self) -> _March | None:
-        """The preconditioner, if nothing is factorised."""
-        if self.options.get("periodic_ksp_type", "preonly") == "preonly" or "periodic_pc_type" in self.options:
-            return None
-        return _March(self.transitions)
-
-    @cached_property
     def _of_pairs(self) -> BlockCyclic:
         """The same system, two steps made one; of an odd number the last is left."""
         parts = self.transitions
@@ -125,14 +116,7 @@ class BlockCyclic:
         """The KSP, destroyed with this; row k + 1 of its system has the transition of k, row 0 that of the last."""
         ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
         weakref.finalize(self, ksp.destroy)
-        if self._march is None:
-            matrix = _assembled(self.transitions)
-        else:
-            size = self.transitions.shape[0] * self.transitions.shape[1]
-            matrix = PETSc.Mat().createPython((size, size), context=self._march, comm=PETSc.COMM_SELF)
-            matrix.setUp()
-            ksp.getPC().setType(PETSc.PC.Type.PYTHON)
-            ksp.getPC().setPythonContext(self._march)
+        matrix = _assembled(self.transitions)
         ksp.setOperators(matrix)
         matrix.destroy()  # the KSP holds it
         return ksp
@@ -143,7 +127,7 @@ class BlockCyclic:
         flat = loads.reshape(-1, loads.shape[-1])
         answers, reasons = np.empty_like(flat), []
         b, x = ksp.getOperators()[0].createVecs()
-        with configured(ksp, "periodic_", DIRECT if self._march is None else ITERATIVE, self.options, keep=True):
+        with configured(ksp, "periodic_", DIRECT, self.options, keep=True):
             for load, answer in zip(flat.T, answers.T):
                 b.array[:] = load
                 ksp.solve(b, x)
@@ -155,39 +139,35 @@ class BlockCyclic:
         if not np.isfinite(states).all():
             states[:] = np.finfo(float).max ** 0.25  # leaves a residual that no answer has
         left_over = states - np.roll(self.transitions @ states, 1, axis=0) - loads
-        sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), np.finfo(float).tiny)
+        sizes = np.maximum(np.linalg.norm(loads, axis=(0, 1)), TINY)
         found = min(reasons, key=np.sign)
         residual = float((np.linalg.norm(left_over, axis=(0, 1)) / sizes).max())
         if found <= 0 or not residual < CYCLIC.largest_residual:
-            why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
-            if len(right) > 1 and self._grows:
-                why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"
-            raise SolverError(
-                f"the periodic system has no reliable answer (PETSc says {name_of(PETSc.KSP.ConvergedReason, found)}, "
-                f"relative residual {residual:.1e}). {why}"
-            )
+            raise not_closed(found, residual, grows=len(right) > 1 and self._grows)
         return states
 
 
-class _March:
-    """The system as an operator, and as its preconditioner the march through the cycle from a state that is known.
+def not_closed(
+    reason: int, residual: float, grows: bool = False, what: str = "the periodic system has no reliable answer"
+) -> SolverError:
+    """Give the error of a cycle that could not be closed.
 
-    The march solves all of the system but that the last state is the first one again. Preconditioned so, the
-    eigenvalues are 1 and, for each Floquet multiplier mu, ``1 - mu``: what dies out in a cycle costs no iteration.
+    Parameters
+    ----------
+    reason
+        Why PETSc stopped.
+    residual
+        Residual of the answer, relative to the right-hand side.
+    grows
+        Whether states grow much within the cycle.
+    what
+        What failed, in words.
     """
-
-    def __init__(self, transitions: Array) -> None:
-        self.transitions = transitions
-
-    def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        states = x.array_r.reshape(len(self.transitions), -1)
-        y.array[:] = (states - np.roll(times(self.transitions, states), 1, axis=0)).ravel()
-
-    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        states = x.array_r.reshape(len(self.transitions), -1).copy()
-        for k, transition in enumerate(self.transitions[:-1]):
-            states[k + 1] += transition @ states[k]
-        y.array[:] = states.ravel()
+    why = "Without damping the drive may be at resonance: give a damping ratio, or other solver options"
+    if grows:
+        why = "Some motion grows too fast: a member buckles, or the drive is far inside a tongue of resonance"
+    stopped = name_of(PETSc.KSP.ConvergedReason, reason)
+    return SolverError(f"{what} (PETSc says {stopped}, relative residual {residual:.1e}). {why}")
 
 
 def _assembled(blocks: Array) -> PETSc.Mat:

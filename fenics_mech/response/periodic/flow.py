@@ -1,7 +1,8 @@
 """How a linear equation of motion carries the state through the steps of a cycle, by collocation in each step.
 
-The accelerations at the points of a step follow from the state at its start by a sparse matrix of blocks, one row and
-column of blocks a coordinate. All steps have one pattern, so that each is factorised by the same compiled loop, once.
+The accelerations at the points of a step follow from the state at its start by a sparse matrix of blocks. It has one
+row and column of blocks a coordinate. All steps have one pattern, so that each is factorised by the same compiled loop,
+once.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """The steps of a cycle. The state at a start is ``(q, pace q')``.
+    """The steps of a cycle. The state at a start is ``(q, h q')``, with h the mean duration of the steps.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class Flow:
         return Closing(self, self.options)
 
     @property
-    def pace(self) -> float:
+    def mean_step(self) -> float:
         """Mean duration of the steps (s)."""
         return float(np.mean(self.step))
 
@@ -69,7 +70,7 @@ class Flow:
     @cached_property
     def unit(self) -> Array:
         """Root of a coordinate's stiffness and inertia in a step, ``(n,)``: times it, m and rad are alike."""
-        parts = self.matrices.stiffness.diagonal, self.matrices.mass.diagonal / self.pace**2
+        parts = self.matrices.stiffness.diagonal, self.matrices.mass.diagonal / self.mean_step**2
         size = sum(np.abs(part).mean(axis=0) for part in parts)
         return np.sqrt(np.where(size, size, 1.0))
 
@@ -81,7 +82,7 @@ class Flow:
         q, rate
             q (m, rad) and q' (m/s, rad/s), ``(steps, n)`` each.
         """
-        return np.concatenate([q, self.pace * rate], axis=1)
+        return np.concatenate([q, self.mean_step * rate], axis=1)
 
     def parts(self, states: Array) -> tuple[Array, Array]:
         """Take q and q' out of states, ``(steps, coordinates)`` each.
@@ -91,7 +92,7 @@ class Flow:
         states
             States, ``(steps, 2n)``.
         """
-        return states[:, : self.size], states[:, self.size :] / self.pace
+        return states[:, : self.size], states[:, self.size :] / self.mean_step
 
     @cached_property
     def added(self) -> Array:
@@ -108,7 +109,7 @@ class Flow:
         load
             Load at the collocation points (N, N m), ``(points, n)``.
         """
-        return self._stepped(np.zeros((len(self.duration), 2 * self.size)), load)[0]
+        return self._stepped(np.zeros((len(self.duration), 2 * self.size)), load)
 
     def ends(self, starts: Array) -> Array:
         """Give the states at the ends of the steps from those at their starts, ``(steps, 2n)`` each.
@@ -128,20 +129,21 @@ class Flow:
         starts
             States at the starts of the steps, ``(steps, 2n)``.
         """
-        return self._stepped(starts)[0]
+        return self._stepped(starts)
 
-    def accelerations(self, starts: Array, load: Array | None = None) -> Array:
-        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts, with the load or another one.
+    def accelerations(self, starts: Array, load: Array) -> Array:
+        """Give q'' at the points, ``(steps, s, n)``, from the states at the starts under a load.
 
         Parameters
         ----------
         starts
             States at the starts, ``(steps, 2n)``.
         load
-            Load at the collocation points (N, N m), ``(points, n)``; None for the equation's own.
+            Load at the collocation points (N, N m), ``(points, n)``.
         """
-        made = self._stepped(starts, self.matrices.load if load is None else load, inside=True)[1]
-        return made.reshape(len(starts), -1, self.size)
+        accelerations = np.empty((len(load), self.size))
+        self._stepped(starts, load, accelerations)
+        return accelerations.reshape(len(starts), -1, self.size)
 
     def march(self, start: Array, gain: Array | None = None, steps: slice = slice(None)) -> Array:
         """Carry a state through steps, one after the other.
@@ -177,8 +179,8 @@ class Flow:
         Returns
         -------
         tuple
-            States at the starts of the steps and at the last end, ``(steps + 1, 2n)``, and the power of e by which each
-            is to be multiplied, ``(steps + 1,)``.
+            States at the starts of the steps and at the last end, ``(steps + 1, 2n)``. The power of e by which each is
+            to be multiplied, ``(steps + 1,)``.
         """
         count = len(self.duration)
         states, power, done = np.empty((count + 1, 2 * self.size), dtype=complex), np.zeros(count + 1), 0
@@ -243,12 +245,11 @@ class Flow:
             found[:, first : first + LANES] = passed[-1, :, : some.shape[1]]
         return found
 
-    def _stepped(self, starts: Array, load: Array | None = None, inside: bool = False) -> tuple[Array, Array]:
-        """Take each step from a start of its own: the ends, and if wanted the accelerations at the points."""
+    def _stepped(self, starts: Array, load: Array | None = None, accelerations: Array | None = None) -> Array:
+        """Take each step from a start of its own to its end, and fill in the accelerations at the points."""
         ends = np.empty_like(starts)
-        made = np.empty((len(self.matrices.load), self.size)) if inside else np.zeros(0)
-        self._run(0, len(starts), np.ascontiguousarray(starts), ends, load=load, made=made if inside else None)
-        return ends, made
+        self._run(0, len(starts), np.ascontiguousarray(starts), ends, load=load, accelerations=accelerations)
+        return ends
 
     def _run(
         self,
@@ -258,7 +259,7 @@ class Flow:
         ends: Array,
         load: Array | None = None,
         gain: Array | None = None,
-        made: Array | None = None,
+        accelerations: Array | None = None,
     ) -> None:
         """Call the compiled march; see there. States have `LANES` beside each other where they have a third axis."""
         module, damping, stiffness, factors, modes = self._factorised
@@ -277,14 +278,14 @@ class Flow:
             *(pointer(module, part) for part in (damping.values, stiffness.values, given, more, self.duration)),
             *(pointer(module, part) for part in (*rule, factors)),
             modes.record if modes else module.ffi.NULL,
-            self.pace,
-            *(pointer(module, part) for part in (starts, ends, made, work)),
+            self.mean_step,
+            *(pointer(module, part) for part in (starts, ends, accelerations, work)),
         )
 
     @cached_property
     def _factorised(self) -> tuple[Any, Stack, Stack, Array, FewModes | None]:
         """The compiled loops, C and K with the damping of modes, the steps' factors, and modes that stand beside."""
-        refuse_rigid_damping(self.matrices, self.pace)
+        refuse_rigid_damping(self.matrices, self.mean_step)
         matrices, stages, modal = self.matrices, len(self.tableau.points), self.matrices.modal
         few = modal is not None and modal.few
         mass, damping, stiffness = matrices.mass, matrices.damping, matrices.stiffness

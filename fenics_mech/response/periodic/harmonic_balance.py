@@ -1,8 +1,8 @@
 """Periodic response as a truncated Fourier series: harmonic balance, of the whole equation of motion, linear or not.
 
 The coordinates are ``q = B Q`` with B the sines and cosines of all harmonics at equal steps of the cycle. The residual
-of the equation is taken at these steps and carried back to the harmonics by ``B^T`` (alternating frequency and time),
-where it has to vanish. Between the harmonics kept the residual does not vanish, and estimates the error.
+of the equation is taken at these steps. Carried back to the harmonics by ``B^T`` it has to vanish (alternating
+frequency and time). Between the harmonics kept the residual does not vanish, and estimates the error.
 
 Source: Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, ch. 2 and 3.
 """
@@ -19,24 +19,16 @@ from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import name_of
+from fenics_mech._constants import TINY
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.cyclic import CYCLIC
+from fenics_mech.response.periodic.cyclic import CYCLIC, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 
-SERIES_KRYLOV = {
-    "ksp_type": "gmres",
-    "pc_type": "python",
-    "ksp_pc_side": "right",
-    "ksp_rtol": 1e-12,
-    "ksp_gmres_restart": 400,
-    "ksp_gmres_cgs_refinement_type": "refine_always",
-    "ksp_max_it": 2000,
-}
+KRYLOV = {"ksp_pc_side": "right", "ksp_rtol": 1e-12, "ksp_gmres_restart": 400, "ksp_max_it": 2000}
 
 
 @dataclass(frozen=True)
@@ -88,7 +80,7 @@ def solve_harmonic_balance(
     options
         PETSc options with the prefix "periodic_".
     tension
-        A rough axial force of each element (N), ``(angles, elements)``, where the equation is not linear.
+        A rough axial force of each element (N), ``(angles, elements)``; None where the links have no nonlinear law.
 
     Raises
     ------
@@ -103,18 +95,19 @@ def solve_harmonic_balance(
         )
     rate = 2 * np.pi / period
     basis = _basis(2 * np.pi * np.arange(count) / count, harmonics, rate)
-    found: list[tuple[Array, float, float]] = []
+    series: Series | None = None
 
     def solve(matrices: Matrices) -> Orbit:
-        found[:] = [_solve_linear(matrices, basis, options)]
-        q, velocity, acceleration = basis @ found[0][0]
+        nonlocal series
+        series = _solve_linear(matrices, basis, rate, options)
+        q, velocity, acceleration = basis @ series.coefficients
         return Orbit(q, velocity, acceleration, q, velocity)
 
-    if equation.system.terms.law is None or tension is None:
+    if tension is None:
         solve(equation.linear)
     else:
         solve_nonlinear(equation, solve, tension)
-    series = Series(found[0][0], rate, *found[0][1:])
+    assert series is not None
     if series.error > CYCLIC.largest_series_error:
         raise UnresolvedError(
             f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
@@ -135,14 +128,8 @@ def _basis(phase: Array, harmonics: int, rate: float) -> Array:
     return basis
 
 
-def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) -> tuple[Array, float, float]:
-    """Solve ``B^T (M B'' + C B' + K B) Q = B^T f`` by a KSP.
-
-    Returns
-    -------
-    tuple
-        Q, ``(1 + 2 harmonics, coordinates)``, the estimate of its error, and its condition.
-    """
+def _solve_linear(matrices: Matrices, basis: Array, rate: float, options: Mapping[str, Any]) -> Series:
+    """Solve ``B^T (M B'' + C B' + K B) Q = B^T f`` by a KSP."""
     count, kept = basis.shape[1:]
     n = matrices.load.shape[1]
     weight = np.sqrt(np.abs(matrices.stiffness.diagonal.mean(axis=0)))  # axial and bending made alike
@@ -159,7 +146,7 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
 
     answer = solved(load)
     motion = basis @ answer.reshape(kept, n)
-    size = max(np.abs(motion[0]).max(), 1e-300)
+    size = max(np.abs(motion[0]).max(), TINY)
     left = differences.solve(load - force(answer))  # the harmonics left out, and what they do to the others
     parts_of = np.sum([part.magnitude.times(np.abs(term) / size) for part, term in zip(parts, motion)], axis=0)
     try:  # as in `magnification`
@@ -167,21 +154,17 @@ def _solve_linear(matrices: Matrices, basis: Array, options: Mapping[str, Any]) 
         condition = float(np.abs(basis[0] @ changed.reshape(kept, n)).max())
     except SolverError:
         condition = np.inf
-    return answer.reshape(kept, n) / weight, float(np.abs(left).max() / size), condition
+    return Series(answer.reshape(kept, n) / weight, rate, float(np.abs(left).max() / size), condition)
 
 
 def _balanced(
     apply: Callable[[Array], Array], right: Array, differences: _Differences, options: Mapping[str, Any]
 ) -> Array:
     """Solve the balance of the harmonics."""
-    answer, reason = krylov(apply, right, SERIES_KRYLOV, options, differences)
-    residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), 1e-300)
+    answer, reason = krylov(apply, right, KRYLOV, options, differences)
+    residual = float(np.linalg.norm(apply(answer) - right)) / max(float(np.linalg.norm(right)), TINY)
     if reason <= 0 or not residual < CYCLIC.largest_residual:
-        raise SolverError(
-            f"the harmonics cannot be balanced (PETSc says {name_of(PETSc.KSP.ConvergedReason, reason)}, relative "
-            f"residual {residual:.1e}). Without damping the drive may be at resonance: give a damping ratio, or other "
-            "solver options"
-        )
+        raise not_closed(reason, residual, what="the harmonics cannot be balanced")
     return answer
 
 

@@ -43,7 +43,7 @@ def krylov(
     options: Mapping[str, Any],
     preconditioner: object = None,
 ) -> tuple[Array, int]:
-    """Solve a linear system.
+    """Solve a linear system by GMRES, unless the options ask for another method.
 
     Parameters
     ----------
@@ -67,10 +67,12 @@ def krylov(
     b, x = matrix.createVecs()
     b.array[:] = right
     ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
+    own = {"ksp_type": "gmres", "ksp_gmres_cgs_refinement_type": "refine_always", "pc_type": "none"}
     if preconditioner is not None:
+        own["pc_type"] = "python"
         ksp.getPC().setType("python")
         ksp.getPC().setPythonContext(preconditioner)
-    with configured(ksp, "periodic_", defaults, options):
+    with configured(ksp, "periodic_", own | dict(defaults), options):
         ksp.setOperators(matrix)
         ksp.solve(b, x)
         reason = ksp.getConvergedReason()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
@@ -124,7 +125,7 @@ def _at_load(
         new = (orbit.displacement, orbit.velocity)
         tension = equation.predicted_tension(*old, *new)
         change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
-        changes.append(change / max(size, 1e-300))
+        changes.append(change / max(size, TINY))
         old = new
     assert orbit is not None
     return orbit, tension

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SceneError
@@ -81,18 +80,18 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
     """
     cycle = Cycle(scene, system)
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
-    at_points = cycle.at_points(scene.analysis.scheme, scene.analysis.stages)
+    at_points = cycle.at_points(cycle.tableau)
     if cycle.settling:
         at_points = _settled(cycle, at_points)
     with cycle.determined(modes):
         orbit = _orbit(cycle, at_points)
     assert orbit.flow is not None
     cycle.keep(orbit.flow)
-    condition = condition_of(orbit)
-    cycle.refuse_magnified(modes, condition, None if cycle.linear else cycle.motion(orbit))
+    condition, motion = condition_of(orbit), cycle.motion(orbit)
+    cycle.refuse_magnified(modes, condition, motion)
     if not cycle.linear:
-        stability = cycle.stability(modes, cycle.motion(orbit))
-    equation, response = at_starts(cycle, orbit)
+        stability = cycle.stability(modes, motion)
+    equation, response = cycle.at_starts(orbit)
     response_there = elastic_response(at_points, orbit.displacement, orbit.velocity)
     return CollocationSolution(
         scene=scene,
@@ -104,7 +103,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
         cycle=cycle,
         equation=equation,
         orbit=orbit,
-        points=AtPoints(at_points.system, response_there, weights_of(cycle), _at_impulses(cycle, orbit)),
+        points=AtPoints(at_points.system, response_there, cycle.weights, _at_impulses(cycle, orbit)),
     )
 
 
@@ -123,38 +122,7 @@ def stability_of(solution: CollocationSolution, allow_unstable: bool) -> Stabili
     SolverError
         When it is unstable, or an equation that is the same for all motions has a resonance.
     """
-    cycle = solution.cycle
-    return cycle.judged(solution.modes, None if cycle.linear else cycle.motion(solution.orbit), allow_unstable)
-
-
-def at_starts(cycle: Cycle, orbit: Orbit) -> tuple[Equation, ElasticResponse]:
-    """Give the equation and the response at the starts of the sub-intervals.
-
-    The equation has the axial forces of the motion where they act on it.
-
-    Parameters
-    ----------
-    cycle
-        The equation of motion over the cycle.
-    orbit
-        The motion by collocation.
-    """
-    at = cycle.steps.regular
-    q, rate = orbit.start[at], orbit.start_velocity[at]
-    equation = cycle.stiffened(cycle.start, q, rate) if cycle.settling else cycle.start
-    return equation, elastic_response(equation, q, rate)
-
-
-def weights_of(cycle: Cycle) -> Array:
-    """Weights of the collocation points of all steps in a mean over the cycle, ``(steps x points,)``.
-
-    Parameters
-    ----------
-    cycle
-        The steps and their points.
-    """
-    duration = cycle.steps.duration
-    return np.outer(duration / duration.sum(), cycle.tableau.weights).ravel()
+    return solution.cycle.judged(solution.modes, solution.cycle.motion(solution.orbit), allow_unstable)
 
 
 def _at_impulses(cycle: Cycle, orbit: Orbit) -> AtImpulses | None:
@@ -188,7 +156,7 @@ def _orbit(cycle: Cycle, at_points: Equation) -> Orbit:
     jump, tension = velocity_jumps(scene, at_points.system, steps), rough_tension(scene, at_points.system)
     with naming_buckled(at_points, tension):
         if cycle.linear:
-            return periodic_orbit(cycle.flow(scene.analysis.scheme, scene.analysis.stages), jump)
+            return periodic_orbit(cycle.flow(cycle.tableau), jump)
         return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump)
 
 
@@ -223,11 +191,11 @@ def by_harmonic_balance(scene: Scene, system: System, modes: Modes) -> HarmonicS
     _refuse_without_series(scene.analysis, scene.impulses, system)
     cycle, analysis = Cycle(scene, system), scene.analysis
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
+    tension = rough_tension(scene, system)
     with cycle.determined(modes):
-        series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, cycle.tension)
-
+        series = solve_harmonic_balance(cycle.start, analysis.harmonics, scene.period, scene.petsc, tension)
     motion = cycle.series_motion(series)
-    cycle.refuse_magnified(modes, series.condition, None if cycle.linear else motion)
+    cycle.refuse_magnified(modes, series.condition, motion)
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
     starts = (part[cycle.steps.regular] for part in motion(np.zeros(1)))

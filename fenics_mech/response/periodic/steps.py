@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TURN
@@ -22,9 +22,9 @@ class CutLimits:
     """When a step of a cycle is cut."""
 
     hidden: float = 1e-4  # of the largest mean of a step, by which another's may lie outside the values at its points
+    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
     most_corners: int = 5000  # of the loads in a cycle, at which steps are cut
     short: float = 0.1  # of a sub-interval, in which a load that changes acts like an impulse
-    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
 
 
 CUTS = CutLimits()
@@ -40,6 +40,8 @@ class Steps:
         Drive angle (rad) at which each begins.
     duration
         How long it takes (s).
+    rate
+        Rate of the drive coordinate (rad/s), with its sign.
     regular
         Whether it begins where one of the equal steps does.
     struck
@@ -50,6 +52,7 @@ class Steps:
 
     start: Array
     duration: Array
+    rate: float
     regular: NDArray[np.bool_]
     struck: Index
     jumps: NDArray[np.bool_]
@@ -68,35 +71,35 @@ class Steps:
         SceneError
             When its loads have too many corners that the points of the steps do not show.
         """
-        return cls._cut_at(scene, corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages)))
+        return cls._cut_at(scene, corners_to_cut(scene))
 
     @classmethod
     def _cut_at(cls, scene: Scene, corners: Array) -> Steps:
         """Cut the cycle where impulses act and loads jump, and at corners of their factors (rad)."""
         rate = scene.cycle_rate
         equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
-        sense = math.copysign(1, rate)
-        blows = np.mod(sense * np.array([i.angle for i in scene.impulses.values()]), TURN)
-        jumps = np.mod(sense * np.array([angle for load in scene.loads.values() for angle in load.jumps]), TURN)
+        impulses = _turned(rate, [impulse.angle for impulse in scene.impulses.values()])
+        jumps = _turned(rate, _load_jumps(scene))
         turned = equal
-        for angle in (*blows, *jumps, *np.mod(sense * corners, TURN)):
-            if _apart(np.array([angle]), turned).min() > SAMPLING.same:
+        for angle in (*impulses, *jumps, *_turned(rate, corners)):
+            if _differences(np.array([angle]), turned).min() > SAMPLING.same:
                 turned = np.sort(np.append(turned, angle))
-        jumping = _apart(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
+        jumping = _differences(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
         return cls(
-            start=sense * turned,
+            start=math.copysign(1, rate) * turned,
             duration=np.diff(turned, append=TURN) / abs(rate),
+            rate=rate,
             regular=np.isin(turned, equal),
-            struck=_apart(blows, turned).argmin(axis=1),
+            struck=_differences(impulses, turned).argmin(axis=1),
             jumps=np.roll(jumping, -1),
         )
 
     @property
     def disturbed(self) -> bool:
-        """Whether blows act, loads jump, or they change in less than a step."""
+        """Whether impulses act, loads jump, or they change in less than a step."""
         return bool(len(self.struck) or self.jumps.any() or not self.regular.all())
 
-    def angles(self, places: Array, rate: float) -> Array:
+    def angles(self, places: Array) -> Array:
         """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``.
 
         The end of a step at which a load jumps is taken just before the jump.
@@ -105,26 +108,22 @@ class Steps:
         ----------
         places
             Shares of a step, ``(places,)``.
-        rate
-            Rate of the drive coordinate (rad/s), with its sign.
         """
-        angles = self.start[:, None] + rate * self.duration[:, None] * places
-        before = math.copysign(2 * SAMPLING.same, rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
+        angles = self.start[:, None] + self.rate * self.duration[:, None] * places
+        before = math.copysign(2 * SAMPLING.same, self.rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
         return (angles - before).ravel()
 
 
-def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
+def corners_to_cut(scene: Scene) -> Array:
     """Give the corners of loads' factors in sub-intervals whose points do not show what a factor does there.
 
-    In such a sub-interval the mean by the quadrature of the points is off by more than `CutLimits.missed`, or the mean
+    In such a sub-interval the mean by the quadrature of the points is off by more than `CutLimits.missed`. Or the mean
     is not between the values at the points. In a step that is cut there the factor is a polynomial.
 
     Parameters
     ----------
     scene
         The scene.
-    tableau
-        The points in each sub-interval.
 
     Returns
     -------
@@ -136,14 +135,13 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
     SceneError
         When there are more than `CUTS.most_corners` of them.
     """
-    steps, found = Steps._cut_at(scene, np.zeros(0)), [np.zeros(0)]
-    sense = math.copysign(1, scene.cycle_rate)
+    steps, tableau, found = Steps._cut_at(scene, np.zeros(0)), Tableau.of_analysis(scene.analysis), [np.zeros(0)]
     for name, load in scene.loads.items():
         if load.factor is None or not load.factor.corners:
             continue
-        means = _Means.of(load, steps, tableau, scene.cycle_rate)
+        means = _Means.of(load, steps, tableau)
         wrong = means.outside | (np.abs(means.quadrature - means.exact) > CUTS.missed * means.largest)
-        corners = np.unique(np.mod(sense * np.array(load.factor.corners), TURN))
+        corners = np.unique(_turned(steps.rate, load.factor.corners))
         found.append(corners[wrong[np.searchsorted(np.abs(steps.start), corners, side="right") - 1]])
         if len(found[-1]) > CUTS.most_corners:
             raise SceneError(
@@ -152,43 +150,39 @@ def corners_to_cut(scene: Scene, tableau: Tableau) -> Array:
                 place=f"loads.{name}.factor",
                 hint="Take more sub_intervals, or fewer and smoother values",
             )
-    return sense * np.unique(np.concatenate(found))
+    return math.copysign(1, steps.rate) * np.unique(np.concatenate(found))
 
 
-def like_blows(scene: Scene) -> bool:
-    """Whether loads rise or fall in a small part of a sub-interval, which is cut there: they act like impulses.
+def loads_act_like_impulses(scene: Scene) -> bool:
+    """Whether loads rise or fall in a small part of a sub-interval, which is cut there.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    corners = corners_to_cut(scene, Tableau.of(scene.analysis.scheme, scene.analysis.stages))
-    jumps = math.copysign(1, scene.cycle_rate) * np.array([at for load in scene.loads.values() for at in load.jumps])
-    turned = np.unique(np.mod(np.append(corners, jumps), TURN))
+    turned = np.unique(_turned(scene.cycle_rate, [*corners_to_cut(scene), *_load_jumps(scene)]))
     gap = np.diff(turned, append=turned.min(initial=np.inf) + TURN)
     return bool((gap < CUTS.short * TURN / scene.analysis.sub_intervals).any())
 
 
-def hides(load: Varying, steps: Steps, tableau: Tableau, rate: float) -> bool:
-    """Whether a load's factor has a peak in a step that none of its values at the points shows; see `corners_to_cut`.
+def loads_with_hidden_peaks(scene: Scene) -> list[str]:
+    """Name the loads whose factor has a peak in a step that none of its values at the points shows.
 
     Harmonics have none where their points are as many as `enough_angles`.
 
     Parameters
     ----------
-    load
-        The load, or what else has a factor over the drive angle.
-    steps
-        The steps of the cycle.
-    tableau
-        The points in each step.
-    rate
-        Rate of the drive coordinate (rad/s), with its sign.
+    scene
+        The scene.
     """
-    if load.factor is None or isinstance(load.factor, FactorHarmonics):
-        return False
-    return bool(_Means.of(load, steps, tableau, rate).outside.any())
+    steps, tableau = Steps.of(scene), Tableau.of_analysis(scene.analysis)
+    return [
+        name
+        for name, load in scene.loads.items()
+        if not (load.factor is None or isinstance(load.factor, FactorHarmonics))
+        and _Means.of(load, steps, tableau).outside.any()
+    ]
 
 
 @dataclass(frozen=True)
@@ -211,22 +205,32 @@ class _Means:
     largest: float
 
     @classmethod
-    def of(cls, load: Varying, steps: Steps, tableau: Tableau, rate: float) -> _Means:
+    def of(cls, load: Varying, steps: Steps, tableau: Tableau) -> _Means:
         """Integrate a load's factor over steps."""
         assert load.factor is not None
-        sense, begin = math.copysign(1, rate), np.abs(steps.start)
-        pieces = np.mod(sense * factor_pieces(load.factor), TURN)
+        sense, begin = math.copysign(1, steps.rate), np.abs(steps.start)
+        pieces = _turned(steps.rate, factor_pieces(load.factor))
         angles, weights = gauss_points(np.unique(np.concatenate([begin, pieces, [TURN]])))
         values, step = load.factor_at(sense * angles), np.searchsorted(begin, angles, side="right") - 1
         width = np.bincount(step, weights, len(begin))
         mean, size = (np.bincount(step, weights * part, len(begin)) / width for part in (values, np.abs(values)))
-        seen = load.factor_at(steps.angles(tableau.points, rate)).reshape(len(begin), -1)
+        seen = load.factor_at(steps.angles(tableau.points)).reshape(len(begin), -1)
         around = np.column_stack([np.roll(seen[:, -1], 1), seen, np.roll(seen[:, 0], -1)])
         largest = float(size.max())
         outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > CUTS.hidden * largest
         return cls(mean, seen @ tableau.weights, outside, largest)
 
 
-def _apart(turned: Array, others: Array) -> Array:
+def _load_jumps(scene: Scene) -> list[float]:
+    """Drive angles (rad) at which loads jump."""
+    return [angle for load in scene.loads.values() for angle in load.jumps]
+
+
+def _turned(rate: float, angles: ArrayLike) -> Array:
+    """Give by how much (0 to 2 pi) the drive has turned at drive angles (rad), in the sense of its rate."""
+    return np.asarray(np.mod(math.copysign(1, rate) * np.asarray(angles, dtype=float), TURN))
+
+
+def _differences(turned: Array, others: Array) -> Array:
     """Differences of angles around the cycle, ``(angles, others)``."""
     return np.abs(np.mod(turned[:, None] - others + math.pi, TURN) - math.pi)

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array, times
+from fenics_mech._constants import TINY
 from fenics_mech._guard import require_memory
 from fenics_mech.effects import NOTHING
 from fenics_mech.eigenmodes import Modes
@@ -77,11 +78,11 @@ def solve_sub_intervals(
     if boundary_load is not None:
         rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
-    frequency = modes.frequency.mean(axis=0)
-    with blaming(lambda: of_modes(joined.transitions, frequency, scene.period)):
+    blame = partial(of_modes, joined.transitions, modes.frequency.mean(axis=0), scene.period)
+    with blaming(blame):
         starts = joined.starts(load, slope)
     condition = magnification(joined.cycle, starts)
-    refuse_magnified(condition, lambda: of_modes(joined.transitions, frequency, scene.period))
+    refuse_magnified(condition, blame)
     state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
@@ -205,7 +206,8 @@ class SubIntervals:
         """
         start, half = load - slope * self.duration / 2, self.oscillators.transition(self.duration / 2)
         forced = self.oscillators.forced(start, slope, self.duration / 2)
-        return np.einsum("kmij,kmj->kmi", half, _unflat(starts)) + forced
+        states = starts.reshape(len(starts), 2, -1).transpose(0, 2, 1)
+        return np.einsum("kmij,kmj->kmi", half, states) + forced
 
 
 def require_joined(modes: int, sub_intervals: int) -> None:
@@ -243,9 +245,8 @@ def _refuse_ringing(period: float, modes: Modes, state: Array, free: Array) -> N
     needed = 2 * fastest * period
     unresolved = needed > len(state)
     energy = np.sum(modes.omega**2 * state[..., 0] ** 2, axis=1).max()
-    ringing = (
-        np.sqrt(((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0) / max(energy, 1e-300)) * unresolved
-    )
+    energies = ((modes.omega**2)[..., None] * free**2).sum(axis=2).max(axis=0)
+    ringing = np.sqrt(energies / max(energy, TINY)) * unresolved
     if ringing[worst := int(ringing.argmax())] > SUB_INTERVALS.largest_ringing:
         raise UnresolvedError(
             f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
@@ -333,7 +334,3 @@ def _joins(how: str, modes: Modes, step: Array) -> tuple[Array, Array | None]:
     if how == "physical":
         return modes.transfer, modes.transfer @ (np.eye(m) - modes.back @ modes.transfer) / step
     return modes.transfer, None
-
-
-def _unflat(states: Array) -> Array:
-    return states.reshape(len(states), 2, -1).transpose(0, 2, 1)

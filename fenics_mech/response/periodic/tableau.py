@@ -9,11 +9,13 @@ import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
+from fenics_mech.scene import Analysis
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tableau:
-    """Coefficients of a collocation method with s points.
+    """Coefficients of a collocation method with s points. Those of a scheme and a number of points are one object.
 
     Parameters
     ----------
@@ -50,6 +52,17 @@ class Tableau:
         lagrange = [part.integ() for part in _lagrange(points)]
         inner = np.stack([integral(points) for integral in lagrange], axis=-1)
         return cls(points, inner, np.array([integral(1) for integral in lagrange]))
+
+    @classmethod
+    def of_analysis(cls, analysis: Analysis) -> Tableau:
+        """Give the method that an analysis states.
+
+        Parameters
+        ----------
+        analysis
+            States scheme and stages.
+        """
+        return cls.of(analysis.scheme, analysis.stages)
 
     @cached_property
     def square(self) -> Array:
@@ -91,12 +104,7 @@ class Tableau:
         z = 1j * np.asarray(angle)[:, None, None]
         ones = np.ones((1, len(self.points), 1))
         end = 1 + (z * self.weights @ np.linalg.solve(np.eye(len(self.points)) - z * self.inner, ones))[:, 0, 0]
-        return np.abs(end - np.exp(z[:, 0, 0])) / np.maximum(np.abs(angle), np.finfo(float).tiny)
-
-    @property
-    def damps(self) -> bool:
-        """Whether what is much too fast for the steps dies out in one: Radau points do that, the last at the end."""
-        return bool(self.points[-1] > 1 - 1e-12)
+        return np.abs(end - np.exp(z[:, 0, 0])) / np.maximum(np.abs(angle), TINY)
 
     def integrals(self, places: Array) -> Array:
         """Give the Lagrange polynomials' integrals from 0 to other places, ``(places, s)``.

@@ -27,7 +27,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.stability.multipliers import MULTIPLIERS, eigenpairs
-from fenics_mech.response.stability.resonance import SINGULARITY, blamed
+from fenics_mech.response.stability.resonance import blamed, refuse_resonance
 from fenics_mech.response.stability.turning import LinkAxes, alike, separated, turns
 
 Complex = NDArray[np.complex128]
@@ -121,9 +121,7 @@ class Stability:
 
     def refuse_resonance(self) -> None:
         """Raise a `SolverError` that names mode and harmonic when the drive is at an undamped resonance."""
-        distance, words = self.nearest()
-        if distance < SINGULARITY.near:
-            raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
+        refuse_resonance(*self.nearest())
 
 
 def floquet(
@@ -160,7 +158,7 @@ def floquet(
     followed = 0 < flow.matrices.growth * float(np.max(flow.step)) < STABILITY.longest_step
     slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
     for (values, states), every in eigenpairs(flow, slow, options or {}):
-        judged, enough = _judged(flow, values, states, start, limit * flow.pace)
+        judged, enough = _judged(flow, values, states, start, limit * flow.mean_step)
         if followed and damped is not None:
             bounded = np.abs(values[judged]) <= 1 + STABILITY.tolerance
             judged = judged[[bound or _grows(damped(), states[i]) for bound, i in zip(bounded, judged)]]
@@ -170,7 +168,7 @@ def floquet(
     kept = _leading(values, judged)
     values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
-    mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.pace, modes)
+    mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.mean_step, modes)
     turned, link, vibrates = turns(axes, flow, values, states)
     frequency = np.abs(turned) / period
     names = tuple(axes.names[i] for i in link)

@@ -92,13 +92,23 @@ def blaming(blame: Callable[[], tuple[float, str]]) -> Iterator[None]:
     """
     try:
         yield
-    except SolverError as error:
-        distance, words = blame()
-        if distance < SINGULARITY.near:
-            raise SolverError(
-                f"there is no periodic motion: {words}. Give a damping ratio, or another speed"
-            ) from error
+    except SolverError:
+        refuse_resonance(*blame())
         raise
+
+
+def refuse_resonance(distance: float, words: str) -> None:
+    """Raise `SolverError` where a multiplier is so near to 1 that there is no periodic motion.
+
+    Parameters
+    ----------
+    distance
+        Distance of the multiplier from 1.
+    words
+        The mode and harmonic that it is of, in words.
+    """
+    if distance < SINGULARITY.near:
+        raise SolverError(f"there is no periodic motion: {words}. Give a damping ratio, or another speed")
 
 
 def refuse_magnified(condition: float, blame: Callable[[], tuple[float, str]]) -> None:

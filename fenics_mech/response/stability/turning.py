@@ -244,4 +244,4 @@ def _through(flow: Flow, states: Complex, size: float | None) -> tuple[Complex, 
         even = np.log(size) / len(flow.duration) * np.arange(len(passed))
         passed = passed * np.exp(powers - even[:, None])[..., None]
     q, rate = np.split(passed, [flow.size], axis=-1)
-    return q, rate / flow.pace
+    return q, rate / flow.mean_step

@@ -15,7 +15,6 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
@@ -87,8 +86,7 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
     AssemblyError
         When the linkage comes to a dead centre of its freedoms.
     """
-    linkage = FreeLinkage(scene)
-    state = FreeState(scene, system, linkage)
+    state = FreeState(scene, system)
     start = start_of(scene, state)
     return solution_from(scene, state, start, course_of(scene, state, start))
 
@@ -222,7 +220,7 @@ class _Record:
         self.times, self.state, self.weight, self.known = times, state, weight, 0
         self.states = np.zeros((2, len(times), len(weight)))
         self.accelerations = np.zeros(self.states.shape[1:])
-        self.links = np.zeros((len(times), len(state.linkage.start)))
+        self.links = np.zeros((len(times), 3 * len(state.scene.links)))
         self._take(1, start.displacement[None], start.velocity[None])
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:

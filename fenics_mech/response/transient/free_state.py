@@ -49,24 +49,24 @@ class FreeState:
     scene
         The scene, with a freedom for all that can move.
     system
-        Its mechanism at any position.
-    linkage
-        Its links at any angles and strokes of the freedoms.
+        Its mechanism at the start.
     """
 
     scene: Scene
     system: System
-    linkage: FreeLinkage
     _known: tuple[float, Array, Array] = field(init=False)  # time (s), coordinates of the links and their rates
 
     def __post_init__(self) -> None:
         """Start from the position at time 0."""
+        self.linkage = FreeLinkage(self.scene)
         self.rewind()
         self.size, self.freedoms = self.system.size, len(self.scene.freedoms)
 
     def rewind(self) -> None:
         """Take the position at time 0 as the one that others are near to."""
-        self._known = 0.0, self.linkage.start, np.zeros_like(self.linkage.start)
+        start = self.system.motion
+        q = coordinates(start.position, start.angle)[0]
+        self._known = 0.0, q, np.zeros_like(q)
 
     def move_on(self, time: float, y: Array, rate: Array) -> None:
         """Take the position at a time as the one that others are near to.

@@ -173,7 +173,7 @@ def _corners(scene: Scene) -> Callable[[int], Array]:
     steps = {"sub_intervals": math.ceil(1 / TRANSIENT.longest_step), "scheme": "radau", "stages": TRANSIENT.stages}
     longest = scene.changed(analysis=scene.analysis.model_copy(update=steps))
     refuse_hidden_peaks(longest.changed(analysis__sub_intervals=SHOWN))
-    corners = corners_to_cut(longest, Tableau.of("radau", TRANSIENT.stages))
+    corners = corners_to_cut(longest)
 
     def during(cycle: int) -> Array:
         begin, end = scene.period * cycle, scene.period * (cycle + 1)
