@@ -10,6 +10,7 @@ from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.stability.floquet import floquet
+from fenics_mech.response.stability.multipliers import MULTIPLIERS, _slow
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
@@ -262,3 +263,31 @@ def test_what_is_too_fast_for_the_steps_asks_for_more_of_them_first():
     scene = seed_four_bar(effects=("coupling", "large-rotations"), analysis={"sub_intervals": 12, "allow_coarse": True})
     with pytest.raises(SolverError, match=r"unstable.* at 14\d\.\d Hz .*it\. Take more sub_intervals, as .* 19.64 Hz"):
         analyse(scene)
+
+
+class RoundedFlow:
+    """A cycle that multiplies states by known numbers, and rounds single states and several ones differently."""
+
+    def __init__(self, multipliers, rounding):
+        self.turn = np.linalg.qr(np.random.default_rng(1).standard_normal((2 * 60, 2 * 60)))[0]
+        self.multipliers, self.rounding, self.size, self.unit = multipliers, rounding, 60, np.ones(60)
+
+    def after_cycle(self, starts):
+        """Carry states through the cycle."""
+        noise = np.random.default_rng(starts.shape[1]).standard_normal(starts.shape)
+        exact = self.turn * self.multipliers @ (self.turn.T @ starts)
+        return exact + self.rounding * np.linalg.norm(starts, axis=0) / np.sqrt(120) * noise
+
+
+@pytest.mark.parametrize("rounding", [1e-14, 1e-9, 3e-7])
+def test_rounding_makes_no_multiplier(rounding):
+    """What a cycle leaves of a disturbance below its rounding has no multiplier: it would be any number."""
+    slow, fast = [0.5, -0.4, 0.3], np.linspace(1, 0.1, 117) ** 2
+    flow = RoundedFlow(np.concatenate([slow, 0.9 * fast]), rounding)  # Gauss points hardly damp what is fast
+    radau = RoundedFlow(np.concatenate([slow, 1e-7 * fast]), rounding)
+    values = _slow(flow, radau, MULTIPLIERS.wanted, {})[0]
+    if rounding > 1e-10:  # else the fast ones are found, too
+        assert len(values) == 3
+    for multiplier in slow:
+        assert np.abs(values - multiplier).min() < 100 * rounding
+    assert np.abs(values).max() < 0.9 + 1e-6
