@@ -31,7 +31,7 @@ typedef struct {
     const double *outward;    /* F, G and H, (points, count, size) */
     const double *by_rate;
     const double *by_place;
-    double *inverse;          /* of the rates' own equations in each step, (steps, count S, count S) */
+    double *inverse;          /* of the rates' own equations in each step, transposed, (steps, count S, count S) */
 } modal;
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -42,6 +42,7 @@ typedef struct {
 /* Numbers of several right-hand sides, which a processor takes at once. */
 typedef double lanes __attribute__((vector_size(8 * LANES), aligned(8)));
 
+#define ROWS 4 /* rows that are taken at once, so that sums do not wait for each other */
 #define BLOCK(i, j) ((i) * S + (j))
 #define LOWER(z) ((p->size + (z)) * S * S)
 #define UPPER(z) ((p->size + p->below_all + (z)) * S * S)
@@ -185,7 +186,7 @@ void solve(const pattern *p, long positions, long many, const double *factors, d
     }
 }
 
-/* Invert the equations of the modes' rates in every step, 1 + V B^-1 U with the factors of B. work is
+/* Invert the equations of the modes' rates in every step, the transpose of 1 + V B^-1 U, with the factors of B. work is
    ((S + 2) size LANES + S count (S count + 2 LANES),). Returns the first step where they are singular, or -1. */
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work)
@@ -207,7 +208,7 @@ long factor_modal(const pattern *p, const modal *d, long steps, const double *du
             for (long i = 0; i < m; i++) *(lanes *)(wide + i * row + column) = y[i];
         }
         for (long i = 0; i < m; i++) {
-            memcpy(a + i * m, wide + i * row, sizeof(double) * m);
+            for (long j = 0; j < m; j++) a[j * m + i] = wide[i * row + j];
             a[i * m + i] += 1.0;
         }
         if (!invert_large(a, m) && singular < 0) singular = k;

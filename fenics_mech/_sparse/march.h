@@ -1,21 +1,56 @@
 /* The march of a state through the steps of a cycle, for one state or for several beside each other: NUMBER is a double,
    or LANES of them, and NAME makes the functions' names. Included by kernels.c. */
 
-/* Product of numbers and a vector. */
-FAST static void NAME(dot)(long n, const double *a, const NUMBER *b, NUMBER *product)
+/* Products of ROWS rows of two matrices with a vector each, summed; rows are size apart. */
+FAST static void NAME(dots)(long n, const double *a, const NUMBER *x, const double *b, const NUMBER *y, NUMBER *products)
+{
+    NUMBER p0 = {0.0}, p1 = {0.0}, p2 = {0.0}, p3 = {0.0};
+    SIMD("omp simd reduction(+ : p0, p1, p2, p3)")
+    for (long i = 0; i < n; i++) {
+        p0 += a[i] * x[i] + b[i] * y[i];
+        p1 += a[n + i] * x[i] + b[n + i] * y[i];
+        p2 += a[2 * n + i] * x[i] + b[2 * n + i] * y[i];
+        p3 += a[3 * n + i] * x[i] + b[3 * n + i] * y[i];
+    }
+    products[0] = p0, products[1] = p1, products[2] = p2, products[3] = p3;
+}
+
+/* The same of one row. */
+FAST static void NAME(dot)(long n, const double *a, const NUMBER *x, const double *b, const NUMBER *y, NUMBER *product)
 {
     NUMBER sum = {0.0};
     SIMD("omp simd reduction(+ : sum)")
-    for (long i = 0; i < n; i++) sum += a[i] * b[i];
+    for (long i = 0; i < n; i++) sum += a[i] * x[i] + b[i] * y[i];
     *product = sum;
 }
 
-/* Add a multiple of numbers to a vector. */
+/* Add multiples of ROWS rows to a vector. */
+FAST static void NAME(adds)(long n, const NUMBER *factors, const double *a, NUMBER *sum)
+{
+    NUMBER f0 = factors[0], f1 = factors[1], f2 = factors[2], f3 = factors[3];
+    SIMD("omp simd")
+    for (long i = 0; i < n; i++) sum[i] += f0 * a[i] + f1 * a[n + i] + f2 * a[2 * n + i] + f3 * a[3 * n + i];
+}
+
+/* The same of one row. */
 FAST static void NAME(add)(long n, const NUMBER *factor, const double *a, NUMBER *sum)
 {
     NUMBER times = *factor;
     SIMD("omp simd")
     for (long i = 0; i < n; i++) sum[i] += times * a[i];
+}
+
+/* Sum of multiples of rows; factors are a distance apart. */
+KIND void NAME(combine)(long n, long rows, const NUMBER *factors, long apart, const double *a, NUMBER *sum)
+{
+    NUMBER some[ROWS];
+    long i = 0;
+    memset(sum, 0, sizeof(NUMBER) * n);
+    for (; i + ROWS <= rows; i += ROWS) {
+        for (int r = 0; r < ROWS; r++) some[r] = factors[(i + r) * apart];
+        NAME(adds)(n, some, a + i * n, sum);
+    }
+    for (; i < rows; i++) NAME(add)(n, factors + i * apart, a + i * n, sum);
 }
 
 /* Solve with the factors of one step; x is (size, S), by the turns of the elimination. */
@@ -55,13 +90,13 @@ KIND void NAME(substitute)(const pattern *p, const double *b, NUMBER *x)
 KIND void NAME(rates_at)(const pattern *p, const modal *d, long step, int j, const NUMBER *rate, const NUMBER *place,
                            NUMBER *y)
 {
-    long n = p->size, at = (step * S + j) * d->count * n;
-    NUMBER more;
-    for (long a = 0; a < d->count; a++) {
-        NAME(dot)(n, d->by_rate + at + a * n, rate, y + a * S + j);
-        NAME(dot)(n, d->by_place + at + a * n, place, &more);
-        y[a * S + j] += more;
+    long n = p->size, at = (step * S + j) * d->count * n, a = 0;
+    NUMBER some[ROWS];
+    for (; a + ROWS <= d->count; a += ROWS) {
+        NAME(dots)(n, d->by_rate + at + a * n, rate, d->by_place + at + a * n, place, some);
+        for (int r = 0; r < ROWS; r++) y[(a + r) * S + j] = some[r];
     }
+    for (; a < d->count; a++) NAME(dot)(n, d->by_rate + at + a * n, rate, d->by_place + at + a * n, place, y + a * S + j);
 }
 
 /* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is (2 size,). */
@@ -89,8 +124,7 @@ KIND void NAME(rates_of)(const pattern *p, const modal *d, long step, double h, 
 KIND void NAME(brake)(const pattern *p, const modal *d, long step, int j, const NUMBER *y, NUMBER *x, NUMBER *work)
 {
     long n = p->size;
-    memset(work, 0, sizeof(NUMBER) * n);
-    for (long a = 0; a < d->count; a++) NAME(add)(n, y + a * S + j, d->outward + ((step * S + j) * d->count + a) * n, work);
+    NAME(combine)(n, d->count, y + j, S, d->outward + (step * S + j) * d->count * n, work);
     for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j] -= work[i];
 }
 
@@ -136,10 +170,8 @@ KIND void NAME(marched)(const pattern *p, long first, long last, const double *d
         NAME(substitute)(p, factors + k * p->blocks * S * S, x);
         if (m) { /* the modes' rates by the accelerations */
             NAME(rates_of)(p, modes, k, h, inner, square, x, y, free);
-            for (long a = 0; a < m; a++) {
-                NAME(dot)(m, modes->inverse + (k * m + a) * m, y, z + a);
-                z[a] = -z[a];
-            }
+            for (long a = 0; a < m; a++) y[a] = -y[a];
+            NAME(combine)(m, m, y, 1, modes->inverse + k * m * m, z);
             memset(more_x, 0, sizeof(NUMBER) * n * S);
             for (int j = 0; j < S; j++) NAME(brake)(p, modes, k, j, z, more_x, free);
             NAME(substitute)(p, factors + k * p->blocks * S * S, more_x);
