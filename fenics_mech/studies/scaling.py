@@ -18,7 +18,6 @@ from fenics_mech.analysis import analyse
 from fenics_mech.effects.coupling import EFFECT as COUPLING
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.run_table import RunTable, labelled
 from fenics_mech.studies.timing import machine, timed
@@ -128,7 +127,7 @@ def chain(stages: int, **rest: Any) -> Scene:
         joints[f"B{before}"]["connect"] = (*joints[f"B{before}"]["connect"], f"coupler{stage}.A")
         joints[f"B{stage}"] = {"connect": (f"coupler{stage}.B", f"follower{stage}.B")}
         joints[f"C{stage}"] = {"connect": (f"ground.C{stage}", f"follower{stage}.C")}
-    return build(data).changed(**rest)
+    return Scene.read(data).changed(**rest)
 
 
 def sizes(quick: bool = False) -> list[Size]:

@@ -7,7 +7,7 @@ from fenics_mech import analyse
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.errors import SceneError
 from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.files import load
 from tests.common import DEMOS
 
@@ -21,7 +21,7 @@ COWPER = 10 * (1 + NU) / (12 + 11 * NU)  # of a rectangle
 
 def beam(elements, section, joints, *, effects=("shear",), steel=None, **rest):
     """Make a straight beam A-C that nothing drives."""
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": steel or STEEL},
             "sections": {"it": section},

@@ -16,8 +16,7 @@ from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism, scene_modes
 from fenics_mech.response.static.quasi_static import solve_static
-from fenics_mech.scene import load
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene, load
 from tests.common import DEMOS, response_of
 
 CRANK, LENGTH, CENTRES = 0.13, 0.4, 0.2
@@ -58,7 +57,7 @@ def swinging_rod(elements=7, support="ground.C", speed=20.0, **rest):
         "mesh": {"elements": elements},
         "analysis": {"modes": 2, "sub_intervals": 72},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def place_of_support(scene, motion):
@@ -248,7 +247,7 @@ def clamped_rod(place):
     data["links"].pop("crank")
     data["joints"] = {"A": {"kind": "weld", "connect": ("ground.A", "rod.A")}, "C": data["joints"]["C"]}
     data |= {"drive": (), "analysis": {"method": "static", "stations": 3}}
-    return build(data | {"loads": {"tip": {"at": "rod.B", "force": (0.0, FORCE[1])}}})
+    return Scene.read(data | {"loads": {"tip": {"at": "rod.B", "force": (0.0, FORCE[1])}}})
 
 
 def test_clamped_rod_on_a_support():
