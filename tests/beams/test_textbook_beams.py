@@ -13,8 +13,9 @@ from scipy.special import iv, jv, kv, yv
 from fenics_mech.analysis import analyse
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, Weld
+from tests.common import scene_modes
 
 E, RHO, LENGTH = 210e9, 7850.0, 0.8
 THICK, THIN = (0.02, 0.004), (0.02, 0.003)  # width and height (m)

@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, load
+from tests.common import scene_modes
 
 L, WIDTH, GRAVITY = 0.4, 0.02, 9.81
 THICK, MODULUS, DENSITY = np.array([3e-3, 2e-3]), np.array([70e9, 3e9]), np.array([2700.0, 7000.0])

@@ -10,8 +10,9 @@ from scipy.linalg import eigh
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
+from tests.common import scene_modes
 
 LENGTH, AREA, INERTIA, MODULUS, DENSITY = 1.0, 1e-4, 1e-10, 70e9, 2700.0
 EI, LINE = MODULUS * INERTIA, DENSITY * AREA

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism, scene_modes
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import scene_modes
 
 EI, EA, L, MASS = 3.0, 1e6, 0.5, 0.8  # of the beam below
 STRETCHED = {"between": ("coupler.B", "ground.O"), "stiffness": 200.0, "length": 0.1}

@@ -11,8 +11,9 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.eigenmodes import eigen
 from fenics_mech.eigenmodes.tracking import track
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
+from tests.common import scene_modes
 
 
 def followed(omega, shapes):

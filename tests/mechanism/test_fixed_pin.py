@@ -14,10 +14,10 @@ from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene, load
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS, response_of, scene_modes
 
 CRANK, LENGTH, CENTRES = 0.13, 0.4, 0.2
 E, DENSITY, WIDTH, HEIGHT = 206e9, 7850.0, 0.02, 0.005

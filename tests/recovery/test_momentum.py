@@ -11,10 +11,10 @@ from scipy.integrate import simpson
 from fenics_mech import analyse, load
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.run_up import solve_motion_in_time
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS, response_of, scene_modes
 
 WAVES = 100  # harmonics of the drive that the accelerations are made of; above them there is rounding alone
 SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}

@@ -12,10 +12,10 @@ from fenics_mech.beams.export import plane_mesh, write_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, parse, schema
 from fenics_mech.scene.drawing import completed
-from tests.common import DEMOS
+from tests.common import DEMOS, scene_modes
 
 MESHES = Path(__file__).parents[2] / "meshes"
 PAIRS = {
