@@ -224,7 +224,7 @@ class _Record:
         self.links = np.zeros((len(times), len(state.linkage.start)))
         self._take(1, start.displacement[None], start.velocity[None])
 
-    def keep(self, start: float, end: float, curve: Curve) -> bool:
+    def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
         known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
         if known > self.known:
