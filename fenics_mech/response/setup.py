@@ -157,7 +157,7 @@ def _with_effects(scene: Scene, bare: System) -> System:
         scene,
         bare.beams,
         bare.motion,
-        tension=lambda: rigid_axial_forces(scene, bare),
+        tension=lambda: _rigid_axial_forces(scene, bare),
         uneven=lambda: _rigid_uneven_tension(scene, bare),
     )
     return replace(bare, terms=build_terms(situation))
@@ -179,16 +179,8 @@ def _straight(scene: Scene, bare: System) -> System:
     return _with_effects(scene.model_copy(update={"effects": linear}), bare)  # read anew it would take longer
 
 
-def rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
-    """Axial forces of the elements from loads and rigid motion.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    bare
-        Its mechanism without effects.
-    """
+def _rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
+    """Give the axial forces of the elements from loads and rigid motion."""
     system = _straight(scene, bare)
     return axial_forces(system, static_response(scene, system))
 
@@ -208,7 +200,7 @@ def rough_tension(scene: Scene, system: System) -> Array | None:
     numpy.ndarray or None
         Shape ``(angles, elements)``; None in linear theory.
     """
-    return None if system.terms.law is None else rigid_axial_forces(scene, system).mean
+    return None if system.terms.law is None else _rigid_axial_forces(scene, system).mean
 
 
 def static_response(scene: Scene, system: System) -> ElasticResponse:
