@@ -71,8 +71,8 @@ def solve_modes(system: System, modes: int | Literal["all"], options: Mapping[st
     system
         The mechanism; its angles are taken as one closed cycle.
     modes
-        Number of modes that bend the links; more than there are means all. Rigid-body modes come before them, with the
-        frequency 0.
+        Number of modes that bend the links; more than there are means all, as "all" does. Rigid-body modes come before
+        them, with the frequency 0.
     options
         PETSc options with the prefix "modes_".
 
