@@ -14,6 +14,7 @@ from fenics_mech.accuracy.validity import refuse_far
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
+from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
@@ -26,7 +27,7 @@ from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
 from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response.periodic.steady_state import stability_of
-from fenics_mech.response.setup import CommonParts, mechanism, scene_modes
+from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.transient.free_motion import by_free_motion
@@ -234,7 +235,7 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
     solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
     check_periodic(scene, system, solver)
     progress("modes")
-    modes = scene_modes(scene, system)
+    modes = solve_modes(system, scene.analysis.modes, scene.petsc)
     progress("response")
     return SOLVERS[solver](scene, system, modes), solver
 

@@ -10,6 +10,8 @@ import pytest
 if TYPE_CHECKING:
     from fenics_mech import Result, Scene
     from fenics_mech.accuracy.estimate import Errors
+    from fenics_mech.eigenmodes import Modes
+    from fenics_mech.mechanism import System
     from fenics_mech.response.solution import Solution
 
 ROOT = Path(__file__).parents[1]
@@ -42,6 +44,13 @@ def response_of(scene: Scene) -> Result:
             patch.setattr("fenics_mech.analysis.estimate", _no_errors)
             _references[content] = Result(analyse(scene).data.drop_dims("source"))
     return _references[content]
+
+
+def scene_modes(scene: Scene, system: System) -> Modes:
+    """Give the modes of a mechanism that its scene keeps."""
+    from fenics_mech.eigenmodes import solve_modes
+
+    return solve_modes(system, scene.analysis.modes, scene.petsc)
 
 
 def _no_errors(solution: Solution, *_: object) -> Errors:

@@ -256,9 +256,9 @@ def _change(
 
 def _by_rougher_steps(solution: FreeSolution, base: Quantities) -> dict[str, Array]:
     """Give the difference of a motion with freedoms from one with a larger tolerance of its time steps."""
-    scene, state, start = solution.scene, solution.state, solution.start
-    rough = solution_from(scene, state, start, course_of(scene, state, start, ESTIMATES.rougher))
-    return (Quantities.of(scene, rough.system, rough.response.undamped) - base).largest
+    state, start = solution.state, solution.start
+    rough = solution_from(state, start, course_of(state, start, ESTIMATES.rougher))
+    return (Quantities.of(solution.scene, rough.system, rough.response.undamped) - base).largest
 
 
 def _by_slider_kinks(solution: Solution, system: System) -> dict[str, Array] | None:

@@ -250,5 +250,5 @@ def enough_modes(
     fastest = RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)
     modes = modes.elastic
     while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:
-        modes = solve_modes(system, min(2 * modes.omega.shape[1] + 2, system.size), options).elastic
+        modes = solve_modes(system, 2 * modes.omega.shape[1] + 2, options).elastic
     return modes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +14,7 @@ from scipy.sparse.linalg import splu
 from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array
+from fenics_mech._guard import guarded
 from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc
 from fenics_mech._ranks import over_positions
 from fenics_mech.eigenmodes.tracking import Modes, track
@@ -48,16 +49,30 @@ class EigenLimits:
 EIGENSOLVER = EigenLimits()
 
 
-def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = None) -> Modes:
+def modes_kept(modes: int | Literal["all"], size: int) -> int:
+    """Give the number of modes that are kept of a mechanism with so many coordinates.
+
+    Parameters
+    ----------
+    modes
+        The number asked for, as of `Analysis`.
+    size
+        Number of coordinates.
+    """
+    return size if modes == "all" else min(modes, size)
+
+
+@guarded()
+def solve_modes(system: System, modes: int | Literal["all"], options: Mapping[str, Any] | None = None) -> Modes:
     """Solve for the lowest modes at every angle of a system and track them over the cycle.
 
     Parameters
     ----------
     system
         The mechanism; its angles are taken as one closed cycle.
-    count
-        Number of modes that bend the links; more than there are means all. Rigid-body modes come before them, with the
-        frequency 0.
+    modes
+        Number of modes that bend the links; more than there are means all, as "all" does. Rigid-body modes come before
+        them, with the frequency 0.
     options
         PETSc options with the prefix "modes_".
 
@@ -66,6 +81,7 @@ def solve_modes(system: System, count: int, options: Mapping[str, Any] | None = 
     SolverError
         When SLEPc does not converge, or an eigenvalue is not positive.
     """
+    count = modes_kept(modes, system.size)
     return system.once("modes", lambda: _solve_all(system, count, options or {}), (count, str(options)))
 
 

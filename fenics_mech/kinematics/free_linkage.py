@@ -160,7 +160,8 @@ def with_freedoms(scene: Scene) -> Scene:
     if not len(motions) and not wanted:
         return scene
     others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene.joints[name])]
-    places, rates = _of_joints(scene, loops, q, motions, wanted + others)
+    measured = dict.fromkeys(wanted + others, Freedom())  # more than can move at once
+    places, rates = _of_joints(Loops.of(scene.model_copy(update={"drive": (), "freedoms": measured})), q, motions)
     chosen = _chosen(scene.joints, rates, wanted, others)
     if len(chosen) != len(motions):
         words = "; ".join(describe(scene.links, scene.joints, q, motions))
@@ -208,16 +209,13 @@ def _without(left: Array, rate: Array) -> Array:
     return np.asarray(left - np.outer(direction, direction) @ left)
 
 
-def _of_joints(
-    scene: Scene, loops: Loops, q: Array, motions: Array, names: list[str]
-) -> tuple[dict[str, float], dict[str, Array]]:
-    """Angle or stroke of each joint at a position, and its rates in free motions of unit size, ``(motions,)``."""
-    freedoms = dict.fromkeys(names, Freedom())
-    measured = Loops.of(scene.model_copy(update={"drive": (), "freedoms": freedoms}))  # more than can move at once
-    equations = slice(len(measured.names) - len(names), None)
-    given = measured.residual(q[None], np.zeros((1, len(names))))[0, equations]
-    rows = measured.without_units(q[None])[0, equations]
+def _of_joints(loops: Loops, q: Array, motions: Array) -> tuple[dict[str, float], dict[str, Array]]:
+    """Angle or stroke of each joint that is moved, and its rates in free motions of unit size, ``(motions,)``."""
+    names = loops.scene.moved_joints
+    equations = slice(len(loops.names) - len(names), None)
+    given = loops.residual(q[None], np.zeros((1, len(names))))[0, equations]
+    rows = loops.without_units(q[None])[0, equations]
     flat = motions.reshape(len(motions), len(q)) / loops.unit
     flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), TINY)
-    ordered = [names[i] for i in measured.drive_order]
+    ordered = [names[i] for i in loops.drive_order]
     return dict(zip(ordered, given.tolist())), dict(zip(ordered, rows @ flat.T))

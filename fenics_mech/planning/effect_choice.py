@@ -14,13 +14,14 @@ from fenics_mech.accuracy.theory_errors import EXACT_STRAINS, LADDER, TENSION, e
 from fenics_mech.accuracy.validity import bow
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
+from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.kinematics import positions_for_corners, solve_motion
 from fenics_mech.planning.survey import survey
 from fenics_mech.recovery import Result
-from fenics_mech.response.setup import CommonParts, mechanism, scene_modes, system_at
+from fenics_mech.response.setup import CommonParts, mechanism, system_at
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Scene
 
@@ -184,16 +185,16 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
     """
     common = common or CommonParts()
     positions = survey_positions(scene, common)
-    plain = scene.changed(effects=(), analysis__sub_intervals=positions, analysis__modes=CHOICE.modes)
+    plain = scene.changed(effects=(), analysis__sub_intervals=positions)
     system = mechanism(plain, common=common)
-    modes = scene_modes(plain, system).elastic
+    modes = solve_modes(system, CHOICE.modes, plain.petsc).elastic
     if scene.drives:
         wanted = min(int(4 * modes.omega[:, :2].max() / abs(scene.cycle_rate)), CHOICE.most_positions)
         if wanted > positions:
             plain = plain.changed(analysis__sub_intervals=wanted)
             motion = solve_motion(plain, plain.drive_angles(plain.analysis.sub_intervals), near=system.motion)
             system = system_at(plain, system.beams, motion)
-            modes = scene_modes(plain, system)
+            modes = solve_modes(system, CHOICE.modes, plain.petsc)
         _refuse_hidden(plain)
     still = solve_static(system, plain.petsc)
     state = recover_members(system, still, np.linspace(0, 1, 11))

@@ -23,7 +23,6 @@ from fenics_mech._guard import memory
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError, shortened
 from fenics_mech.scene import Scene
-from fenics_mech.scene.build import build
 
 SEAL = b"fenics_mech sha256 "
 SEAL_LENGTH = len(SEAL) + 64
@@ -255,7 +254,7 @@ def stored_scene(data: xr.Dataset) -> Scene:
         When it holds none, or one that is not valid.
     """
     try:
-        return build(json.loads(data.attrs["scene"]))
+        return Scene.read(json.loads(data.attrs["scene"]))
     except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
         raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS, NOTHING, AxialForces, Situation, build_terms
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
-from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import axial_forces, uneven_tension
@@ -160,7 +158,7 @@ def _with_effects(scene: Scene, bare: System) -> System:
         scene,
         bare.beams,
         bare.motion,
-        tension=lambda: rigid_axial_forces(scene, bare),
+        tension=lambda: _rigid_axial_forces(scene, bare),
         uneven=lambda: _rigid_uneven_tension(scene, bare),
     )
     return replace(bare, terms=build_terms(situation))
@@ -182,16 +180,8 @@ def _straight(scene: Scene, bare: System) -> System:
     return _with_effects(scene.model_copy(update={"effects": linear}), bare)  # read anew it would take longer
 
 
-def rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
-    """Axial forces of the elements from loads and rigid motion.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    bare
-        Its mechanism without effects.
-    """
+def _rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
+    """Give the axial forces of the elements from loads and rigid motion."""
     system = _straight(scene, bare)
     return axial_forces(system, static_response(scene, system))
 
@@ -211,7 +201,7 @@ def rough_tension(scene: Scene, system: System) -> Array | None:
     numpy.ndarray or None
         Shape ``(angles, elements)``; None in linear theory.
     """
-    return None if system.terms.law is None else rigid_axial_forces(scene, system).mean
+    return None if system.terms.law is None else _rigid_axial_forces(scene, system).mean
 
 
 def static_response(scene: Scene, system: System) -> ElasticResponse:
@@ -312,30 +302,3 @@ def boundary_load(scene: Scene, system: System) -> Array | None:
     half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
     motion = solve_motion(scene, system.motion.theta - half, near=system.motion)
     return moved(scene.changed(effects=()), system, motion).load  # axial forces load nothing by themselves
-
-
-def modes_kept(modes: int | Literal["all"], size: int) -> int:
-    """Give the number of modes that are kept of a mechanism with so many coordinates.
-
-    Parameters
-    ----------
-    modes
-        The scene's `analysis.modes`.
-    size
-        Number of coordinates.
-    """
-    return size if modes == "all" else min(modes, size)
-
-
-@guarded()
-def scene_modes(scene: Scene, system: System) -> Modes:
-    """Solve for the modes that the scene keeps.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    system
-        Its mechanism.
-    """
-    return solve_modes(system, modes_kept(scene.analysis.modes, system.size), scene.petsc)

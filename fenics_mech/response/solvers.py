@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech.effects import Effect, Terms
 from fenics_mech.effects.motor import EFFECT as MOTOR
-from fenics_mech.eigenmodes import Modes
+from fenics_mech.eigenmodes import Modes, modes_kept
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_room
@@ -19,7 +19,7 @@ from fenics_mech.response.periodic.steady_state import by_collocation, by_harmon
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.sub_intervals import require_joined
 from fenics_mech.response.sampling_checks import refuse_undersampled
-from fenics_mech.response.setup import modes_kept, static_response
+from fenics_mech.response.setup import static_response
 from fenics_mech.response.solution import PeriodicSolution, StaticSolution
 from fenics_mech.scene import Analysis, Impulse, Scene
 

@@ -12,7 +12,6 @@ from typing import Any
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.base import SCENE
-from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 
 
@@ -98,7 +97,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
             from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (most scenes have none)
 
             data = completed(data, folder)
-        return build({"name": Path(file).stem[: SCENE.longest_name]} | data)
+        return Scene.read({"name": Path(file).stem[: SCENE.longest_name]} | data)
     except SceneError as error:
         line = _line_of(text, error.place.split("."))
         raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None

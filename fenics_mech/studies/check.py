@@ -9,13 +9,14 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
+from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.reference.mecqbar import compare_appendix_g, mecqbar
 from fenics_mech.reference.nine_element import NineElementModel
 from fenics_mech.reference.periodic_motion import periodic_response
 from fenics_mech.reference.strain import link_strain
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 
 POSITIONS = 24
@@ -104,8 +105,7 @@ def coupling(system: System) -> tuple[Array, Array]:
 
 def frequencies() -> list[Finding]:
     """All natural frequencies against the hand-coded model's."""
-    scene = seed_four_bar(analysis={"sub_intervals": POSITIONS, "modes": "all"})
-    modes = scene_modes(scene, mechanism(scene))
+    modes = solve_modes(mechanism(seed_four_bar(analysis={"sub_intervals": POSITIONS})), "all")
     expected = NineElementModel().frequencies(modes.theta)
     ratio = np.sort(modes.frequency, axis=1) / expected
     return [_difference("27 natural frequencies", ratio, np.ones_like(ratio), 1e-9)]

@@ -34,14 +34,11 @@ from fenics_mech.studies.cost_grid import (
     grid,
     reference_meshes,
 )
-from fenics_mech.studies.run_table import RunTable, labelled
-from fenics_mech.studies.timing import bare_seconds, machine, timed
+from fenics_mech.studies.run_table import FAILURE, RunTable, labelled
+from fenics_mech.studies.timing import TIMES, bare_seconds, machine, timed
 
 LONGEST_RUN = 12.0  # seconds of a run, after which a method is not made finer
-NUMBERS = {  # by variable: unit, meaning
-    "seconds": ("s", "processor time, median of the repeats"),
-    "wall_seconds": ("s", "time on the wall, median of the repeats"),
-    "repeats": ("1", "repeats after the warm-up"),
+NUMBERS = TIMES | {  # by variable: unit, meaning
     "solver_seconds": ("s", "of it the solver alone, where programs are compared"),
     "error": ("1", "largest difference of strains from the converged ones of the same equation, over the largest"),
     "error_mid_span": ("1", "the same at mid-span"),
@@ -50,12 +47,7 @@ NUMBERS = {  # by variable: unit, meaning
     "estimate": ("1", "the program's own estimate of the error, by steps, mesh, modes and harmonics"),
     "estimate_ratio": ("1", "estimate over error"),
 }
-TEXTS = {
-    "method": "solver",
-    "equation": "equation that is solved",
-    "failure": "kind of error that the run ended with",
-    "message": "what it said",
-}
+TEXTS = {"method": "solver", "equation": "equation that is solved"} | FAILURE
 TEXT_SETTINGS = ("join",)
 Progress = Callable[[str], None]
 

@@ -27,7 +27,6 @@ from fenics_mech.response.continuation.branch import family_of, first_motion, re
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
-from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
 from fenics_mech.studies.sweep_points import KEPT, Gauge, Record, reduced, tabulated
 
@@ -187,9 +186,9 @@ def follow(
     refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
     refuse_too_stiff(scene)
     common = CommonParts()
-    first, choices = choose(build(placed(scene_data(scene), {path: range_si[0]})), common)
+    first, choices = choose(Scene.read(placed(scene_data(scene), {path: range_si[0]})), common)
     data = scene_data(first)
-    at = lru_cache(maxsize=8)(lambda value: build(placed(data, {path: value})))
+    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
     family = family_of(at, path, range_si, common)
     records: list[Record] = []
     values: list[float] = []

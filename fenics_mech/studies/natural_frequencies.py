@@ -9,11 +9,11 @@ from typing import ClassVar
 import xarray as xr
 
 from fenics_mech.accuracy.frequency_errors import frequency_error
-from fenics_mech.eigenmodes import simply_supported_frequencies
+from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.mechanism import RigidModes
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.result import Saved, stamp, stored_scene
-from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism, scene_modes
+from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 
 
@@ -87,7 +87,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     chosen, _ = choose(scene, common)
     system = mechanism(chosen, progress, common)
     progress("modes")
-    found = scene_modes(chosen, system)
+    found = solve_modes(system, chosen.analysis.modes, chosen.petsc)
     supported = simply_supported_frequencies(chosen)
     data = xr.Dataset(
         {

@@ -12,6 +12,8 @@ import xarray as xr
 
 from fenics_mech.recovery.result import Saved, write_whole
 
+FAILURE = {"failure": "kind of error that the run ended with", "message": "what it said"}
+
 
 def labelled(
     rows: Sequence[Mapping[str, Any]], settings: Mapping[str, str], numbers: Mapping[str, tuple[str, str]]

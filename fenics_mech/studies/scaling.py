@@ -18,20 +18,16 @@ from fenics_mech.analysis import analyse
 from fenics_mech.effects.coupling import EFFECT as COUPLING
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.run_table import RunTable, labelled
-from fenics_mech.studies.timing import machine, timed
+from fenics_mech.studies.run_table import FAILURE, RunTable, labelled
+from fenics_mech.studies.timing import TIMES, machine, timed
 
 LONGEST_LINE_RUN = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike
 RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, which makes matrices full, and by the material (s)
 SOLVERS = {"sub-intervals": (), "collocation": (COUPLING.name,)}  # and the effects that they are run with
 PER_POSITION = "per position"
-NUMBERS = {  # by variable: unit, meaning
-    "seconds": ("s", "processor time, median of the repeats"),
-    "wall_seconds": ("s", "time on the wall, median of the repeats"),
-    "repeats": ("1", "repeats after the warm-up"),
+NUMBERS = TIMES | {  # by variable: unit, meaning
     "memory": ("MB", "largest memory of the process"),
     "memory_before": ("MB", "the same before the run: libraries, forms and a small run"),
 }
@@ -42,9 +38,7 @@ SETTINGS = {
     "elements": "elements per link",
     "links": "moving links",
     "positions": "positions in a cycle (sub-intervals)",
-    "failure": "kind of error that the run ended with",
-    "message": "what it said",
-}
+} | FAILURE
 Progress = Callable[[str], None]
 
 
@@ -128,7 +122,7 @@ def chain(stages: int, **rest: Any) -> Scene:
         joints[f"B{before}"]["connect"] = (*joints[f"B{before}"]["connect"], f"coupler{stage}.A")
         joints[f"B{stage}"] = {"connect": (f"coupler{stage}.B", f"follower{stage}.B")}
         joints[f"C{stage}"] = {"connect": (f"ground.C{stage}", f"follower{stage}.C")}
-    return build(data).changed(**rest)
+    return Scene.read(data).changed(**rest)
 
 
 def sizes(quick: bool = False) -> list[Size]:

@@ -25,7 +25,6 @@ from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery.result import Saved, stored_scene, write_whole
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
-from fenics_mech.scene.build import build
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
 from fenics_mech.studies.sweep_points import (
     KEPT,
@@ -319,7 +318,7 @@ class _SweepRun:
         for axis, along in zip(self.axes, values):
             units = {"units": axis.unit, "written_units": axis.written[0], "written_factor": axis.written[1]}
             data = data.assign_coords({axis.path: (axis.path, list(along), units)})
-        first = build(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
+        first = Scene.read(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
         data = tabulated(data, records, KEPT, first, dict(zip(paths, shape)))
         data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}

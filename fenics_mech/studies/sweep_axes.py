@@ -15,7 +15,6 @@ import numpy as np
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.build import build
 from fenics_mech.scene.models import OF_LINKS
 from fenics_mech.scene.units import COMMA
 
@@ -249,7 +248,7 @@ def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
             known = ", ".join(map(str, keys))
             hint = f"There are {known}" if known else "There is nothing below the key before it"
             raise SceneError(f"there is no {key!r} in this scene", place=path, hint=hint)
-    changed = scene_data(build(placed(data, {path: value if number is None else number})))
+    changed = scene_data(Scene.read(placed(data, {path: value if number is None else number})))
     for key, part in _walk(changed, path):
         found = part[key]
     if isinstance(found, bool) or not isinstance(found, int | float):

@@ -26,7 +26,6 @@ from fenics_mech.recovery.result import at_place, write_whole
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
-from fenics_mech.scene.build import build
 
 Record = dict[str, Any]
 
@@ -159,7 +158,7 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        result = analyse(build(data), common=common)
+        result = analyse(Scene.read(data), common=common)
         record |= reduced(result, between_positions(result), gauge)
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error

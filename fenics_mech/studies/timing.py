@@ -24,6 +24,11 @@ Clock = Callable[[], float]
 MOST_REPEATS, ENOUGH = 5, 1.5  # repeats, and seconds after which there are no more
 BARE = re.compile(r"petsc4py|slepc4py|_sparsetools|superlu|lapack|numpy.linalg")
 LINEAR_ALGEBRA = re.compile(r"numpy/linalg|scipy/linalg|_solvers|scipy/sparse/linalg")
+TIMES = {  # in tables of runs: unit, meaning
+    "seconds": ("s", "processor time, median of the repeats"),
+    "wall_seconds": ("s", "time on the wall, median of the repeats"),
+    "repeats": ("1", "repeats after the warm-up"),
+}
 PACKAGES = ("numpy", "scipy", "petsc4py", "slepc4py", "fenics-dolfinx", "exudyn")
 
 
@@ -50,7 +55,7 @@ class Timing:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """What a table of runs has of it: processor time (s), time on the wall (s), repeats."""
+        """What a table of runs has of it: `TIMES`."""
         return {"seconds": self.seconds, "wall_seconds": self.wall, "repeats": float(self.repeats)}
 
 

@@ -13,7 +13,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.joint_forces import joint_names
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, analysed, response_of
 from tests.demos.machines import crane, scene
@@ -214,7 +214,7 @@ def test_mesh_of_lumped_masses_in_quasi_statics():
 def test_mesh_of_a_clamped_taper(elements, low, high):
     """The moments at both ends by the flexibility of the whole beam, which its elements are stiffer than."""
     section = {"shape": "variable", "area": 4e-5, "inertia": "8e-12*(1 - 0.5*s)**3", "fibre": 8e-4}
-    scene = build(
+    scene = Scene.read(
         {
             "materials": {"it": {"modulus": 71e9, "density": 2714}},
             "sections": {"it": section},

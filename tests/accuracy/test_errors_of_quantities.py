@@ -12,8 +12,7 @@ from fenics_mech import analyse, load
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE, measures, places_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
-from fenics_mech.scene import schema, stated_tolerance
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene, schema, stated_tolerance
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from fenics_mech.views.report import _errors
@@ -29,7 +28,7 @@ STILL = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
 def taper(elements, held=("A",), line=0.0, **rest):
     """A tapered beam, clamped at some ends, under a line load (N/m), or 0.1 N at its free end without one."""
     snow = {"snow": {"member": "beam", "line": (0, line)}} if line else {"tip": {"at": "beam.B", "force": (0, -0.1)}}
-    return build(
+    return Scene.read(
         {
             "materials": {"it": {"modulus": 71e9, "density": 2714}},
             "sections": {"it": TAPER},

@@ -12,8 +12,9 @@ from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.missed_resonances import Resonances, enough_modes
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import scene_modes
 from tests.response.synthetic import arm
 
 ANGLE = np.linspace(0, 2 * np.pi, 48, endpoint=False)

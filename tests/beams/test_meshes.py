@@ -9,11 +9,11 @@ from fenics_mech.beams.export import plane_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import refined
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import nodes_of
-from tests.common import DEMOS
+from tests.common import DEMOS, scene_modes
 
 UNIFORM, GRADED, UNEVEN = {"elements": 3}, {"elements": 4, "grading": 1.7}, {"stations": (0, 0.07, 0.5, 0.55, 1)}
 MESHES = {"uniform": UNIFORM, "graded": GRADED, "uneven": UNEVEN}

@@ -7,9 +7,9 @@ from fenics_mech import analyse, load
 from fenics_mech.beams.chain import Chain
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.beam_links import links
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS, response_of, scene_modes
 
 CLAMPED = np.array([4.730040744862704, 7.853204624095838, 10.99560783800167])  # Blevins, table 8-1
 REDUCED = {"analysis__reduction": "craig-bampton"}

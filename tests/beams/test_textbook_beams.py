@@ -13,9 +13,9 @@ from scipy.special import iv, jv, kv, yv
 from fenics_mech.analysis import analyse
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene import Weld
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene, Weld
+from tests.common import scene_modes
 
 E, RHO, LENGTH = 210e9, 7850.0, 0.8
 THICK, THIN = (0.02, 0.004), (0.02, 0.003)  # width and height (m)
@@ -61,7 +61,7 @@ def structure(elements, links, joints, **rest):
         "mesh": {"elements": elements},
         "analysis": {"modes": MODES, "method": "quasi-static"},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def beam(elements, *, second="thick", masses=None, **joints):
@@ -292,7 +292,7 @@ def swinging(elements, section):
     still["joints"] = {"A": {"connect": ("ground.A", "beam.A")}}
     still["drive"] = {"joint": "A", "law": {"kind": "harmonics", "sine": [swing]}, "period": period}
     still["analysis"]["sub_intervals"] = 8
-    scene = build(still)
+    scene = Scene.read(still)
     theta = scene.drive_angles(8)
     return scene, swing * rate * np.cos(theta), -swing * rate**2 * np.sin(theta)
 
@@ -371,7 +371,7 @@ def test_outer_fibres_of_a_laminate_have_their_own_strain_and_modulus():
     data["materials"]["light"] = {"modulus": E / 4, "density": RHO / 3}
     data["sections"]["thick"] = {"shape": "laminate", "width": 0.02, "plies": plies}
     data["sections"] = {"thick": data["sections"]["thick"]}
-    found = analyse(build(data)).data.sel(member="beam").isel(s=0)
+    found = analyse(Scene.read(data)).data.sel(member="beam").isel(s=0)
     # by the four equal layers: E, E/4, E/4, E/4 from the - side; the neutral line is 19/14 mm from it
     rho_a, ea, neutral = RHO * 0.02 * 2e-3, E * 0.02 * 1.75e-3, 19 / 14 * 1e-3
     layers = np.array([1, 0.25, 0.25, 0.25]) * (1e-3**3 / 12 + 1e-3 * ((np.arange(4) + 0.5) * 1e-3 - neutral) ** 2)

@@ -1,6 +1,6 @@
 """Machines with joints that no demo has, for the tests."""
 
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import slider_crank
 
 STEEL = {"modulus": "206 GPa", "density": "7850 kg/m^3"}
@@ -25,7 +25,7 @@ def scene(links, joints, drive, ground, **rest):
         "damping": {"ratio": 0.02},
         "analysis": {"modes": 2},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def rigid_crank():

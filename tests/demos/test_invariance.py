@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fenics_mech import analyse
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.units import registry
 from tests.common import analysed
 
@@ -131,7 +131,7 @@ def assert_same(a, b, accuracy, sign=1.0):
 @pytest.mark.slow
 def test_turning_the_scene_changes_nothing(machine):
     scene = few(machine)
-    assert_same(analysed(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
+    assert_same(analysed(scene).data, analyse(Scene.read(turned(scene, 0.7))).data, 1e-8)
 
 
 @pytest.mark.parametrize("effects", [(), ("coupling",)])
@@ -140,12 +140,12 @@ def test_turning_a_four_bar_with_a_rigid_coupler_changes_nothing(effects, scene_
     body = {"mass": 0.03, "inertia": 2e-4, "centre": (0.14, 0.0)}
     rigid = scene_of("four_bar").changed(links__coupler__members={}, links__coupler__rigid=body)
     scene = few(rigid.changed(effects=effects, analysis__solver="collocation"))
-    assert_same(analysed(scene).data, analyse(build(turned(scene, 0.7))).data, 1e-8)
+    assert_same(analysed(scene).data, analyse(Scene.read(turned(scene, 0.7))).data, 1e-8)
 
 
 def test_mirroring_the_scene_changes_signs_only(machine):
     scene = few(machine)
-    plain, other = analysed(scene).data, analyse(build(mirrored(scene))).data
+    plain, other = analysed(scene).data, analyse(Scene.read(mirrored(scene))).data
     assert_same(plain, other, 1e-8, sign=-1.0)
     force = plain["joint_force"].to_numpy()
     assert np.abs(force - other["joint_force"].to_numpy() * [1, -1]).max() < 1e-8 * np.abs(force).max()
@@ -183,4 +183,4 @@ def test_random_units_give_the_same_answer(name, seed, scene_of):
     scene = few(scene_of(name))
     text = restated(scene.model_dump(), np.random.default_rng(seed))
     assert any(isinstance(x, str) for x in text["ground"]["points"][next(iter(text["ground"]["points"]))])
-    assert_same(analysed(scene).data, analyse(build(text)).data, 1e-9)
+    assert_same(analysed(scene).data, analyse(Scene.read(text)).data, 1e-9)

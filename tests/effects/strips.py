@@ -1,6 +1,6 @@
 """A strip between two points of the ground, as the textbooks load it."""
 
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 E, INERTIA, A, RHO, L = 71e9, 8.67e-12, 4.06e-5, 2714.0, 0.4
 STATIC = {"method": "static"}
@@ -8,7 +8,7 @@ STATIC = {"method": "static"}
 
 def beam(joints, **rest):
     """A strip from O to B; points O and B of the ground are at its ends."""
-    return build(
+    return Scene.read(
         {
             "materials": {"aluminium": {"modulus": E, "density": RHO}},
             "sections": {"strip": {"area": A, "inertia": INERTIA, "fibre": 8e-4}},

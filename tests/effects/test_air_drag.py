@@ -9,7 +9,7 @@ from fenics_mech.effects.air_drag import AirFlow
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 LENGTH, WIDTH, HEIGHT, SPEED = 0.5, 0.02, 0.005, 20.0
 DENSITY, COEFFICIENT = 1000.0, 1.2  # of water, so that the drag is large
@@ -38,7 +38,7 @@ def arm(speed=SPEED, **rest):
         "effects": ("coupling",),
         "analysis": {"sub_intervals": 12, "stations": 5, "stability": False},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def four_bar(modulus=206e12, **rest):
@@ -70,7 +70,7 @@ def four_bar(modulus=206e12, **rest):
         "effects": ("coupling",),
         "analysis": {"sub_intervals": 48, "stations": 3, "stability": False},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def dissipated(scene):

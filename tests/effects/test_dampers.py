@@ -8,7 +8,7 @@ from fenics_mech.analysis import mechanism, periodic_solver
 from fenics_mech.effects import active
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 
 DAMPERS = {
@@ -73,7 +73,7 @@ def test_force_and_tangents_are_those_of_the_true_rates(rng):
 
 def shaken(mass=0.8, stiffness=400.0, damping=2.0, shake=1e-3, speed=20.0):
     """A mass on a weak cantilever, shaken through a spring and a damper by a piston at shake cos(speed t)."""
-    return build(
+    return Scene.read(
         {
             "materials": {"light": {"modulus": 1e9, "density": 1e-6}},
             "sections": {"strip": {"area": 1e-3, "inertia": 3e-9, "fibre": 1e-3}},
@@ -168,7 +168,7 @@ def test_bodies_must_be_named_where_a_pin_holds_three():
     data["joints"]["B"]["connect"] = ("coupler.B", "follower.B", "rod.B")
     data["dampers"] = {"d": {"joint": "B", "damping": 1.0}}
     with pytest.raises(SceneError, match="bodies coupler, follower, rod"):
-        build(data)
+        Scene.read(data)
 
 
 def test_creeping_hinge_is_no_resonance():

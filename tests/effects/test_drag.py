@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 LENGTH, LINE = 0.5, 7850 * 1e-4  # of the arm: m, kg/m
 ROTOR_MASS, RADIUS = 2.0, 0.1
@@ -28,7 +28,7 @@ def arm(speed=20.0, **rest):
         "effects": ("coupling",),
         "analysis": {"sub_intervals": 12, "stations": 5, "stability": False},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def rotor(speed, damping):
@@ -50,7 +50,7 @@ def rotor(speed, damping):
         "effects": ("coupling",),
         "analysis": {"sub_intervals": 48, "stations": 3, "allow_unstable": True, "allow_coarse": True},
     }
-    return build(data)
+    return Scene.read(data)
 
 
 def test_spinning_arm_needs_the_torque_of_its_drag():

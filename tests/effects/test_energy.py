@@ -11,8 +11,8 @@ from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.periodic.steady_state import by_collocation
-from fenics_mech.response.setup import mechanism, scene_modes
-from tests.common import DEMOS, response_of
+from fenics_mech.response.setup import mechanism
+from tests.common import DEMOS, response_of, scene_modes
 from tests.demos.machines import crane
 
 REDUCED = {"analysis__reduction": "craig-bampton", "mesh__elements": 8}

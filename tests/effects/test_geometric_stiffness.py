@@ -7,10 +7,10 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.response.axial_forces import settle
 from fenics_mech.response.periodic.steady_state import by_collocation
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.studies.effect_costs import largest_difference
-from tests.common import response_of
+from tests.common import response_of, scene_modes
 
 
 @pytest.mark.slow

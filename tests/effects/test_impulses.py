@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech import Result, analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.demos.machines import rigid_crank
@@ -18,7 +18,7 @@ OMEGA = math.sqrt(3 * E * INERTIA / (MASS * L**3))  # of a mass at the tip of a 
 
 def turning_beam(density=1e-3, **rest):
     """A cantilever on a hub that turns, with a mass at its tip."""
-    return build(
+    return Scene.read(
         {
             "materials": {"aluminium": {"modulus": E, "density": density}},
             "sections": {"strip": {"area": A, "inertia": INERTIA, "fibre": 8e-4}},

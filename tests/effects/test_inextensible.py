@@ -6,11 +6,11 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.reference.mecqbar import mecqbar
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.files import load
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS, response_of, scene_modes
 
 HELD = ("inextensible",)
 
@@ -22,12 +22,12 @@ def four_bar(stiffening=1.0, **rest):
         material["density"] /= stiffening
     for section in data["sections"].values():
         section["area"] *= stiffening
-    return build(data)
+    return Scene.read(data)
 
 
 def frame(points, members, joints, **rest):
     """Make a link of strips between points that nothing drives; it is held to ground points of the same names."""
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": {"modulus": 210e9, "density": 7850}},
             "sections": {"strip": {"shape": "rectangle", "width": 0.02, "height": 0.004}},
@@ -189,7 +189,7 @@ def test_other_effects_of_beams_go_with_it():
             section["shear_factor"] = 0.5 / stiffening
         for material in data["materials"].values():
             material["shear_modulus"] = 1e7
-        scene = build(data)
+        scene = Scene.read(data)
         return scene_modes(scene, mechanism(scene)).frequency
 
     errors = [np.abs(frequency(k, others) / frequency(k, others + HELD) - 1).max() for k in (10, 100)]

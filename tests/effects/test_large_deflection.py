@@ -7,7 +7,7 @@ from scipy.special import ellipe, ellipk
 
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0
 EA, EI, LINE = MODULUS * WIDTH * HEIGHT, MODULUS * WIDTH * HEIGHT**3 / 12, DENSITY * WIDTH * HEIGHT
@@ -40,7 +40,7 @@ def strut(axial=None, across=0.0, spring=None, elements=12, **rest):
         loads["press"] = {"at": "beam.B", "force": [-axial, 0]}
     if spring:
         data["springs"] = {"wall": {"between": ["beam.B", "ground.C"], "stiffness": spring}}
-    return build(data | {"loads": loads} | rest)
+    return Scene.read(data | {"loads": loads} | rest)
 
 
 def middle(result):
@@ -115,7 +115,7 @@ def test_forced_duffing_oscillation_of_a_beam_between_pins():
         for member in ("left", "right")
     }
     base |= {"mesh": {"elements": 4}, "analysis": {"sub_intervals": 60, "stability": False}}
-    found = middle(analyse(build(base)))
+    found = middle(analyse(Scene.read(base)))
     expected = known.sol(
         np.abs(
             (np.linspace(0, 2 * np.pi / drive, 60, endpoint=False) + np.pi / drive) % (2 * np.pi / drive)

@@ -10,7 +10,7 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.response.setup import mechanism
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.demos.machines import swinging_rod
 from tests.effects import strips
@@ -22,7 +22,7 @@ EA, EI = MODULUS * WIDTH * HEIGHT, MODULUS * WIDTH * HEIGHT**3 / 12
 def between_pins(force, elements=16, effects=("large-rotations",)):
     """A strip between two pins on the ground, with a force across its middle."""
     half = {"section": "strip", "material": "metal"}
-    return build(
+    return Scene.read(
         {
             "materials": {"metal": {"modulus": MODULUS, "density": 2700}},
             "sections": {"strip": {"shape": "rectangle", "width": WIDTH, "height": HEIGHT}},

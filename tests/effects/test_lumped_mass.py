@@ -5,9 +5,10 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import scene_modes
 
 E, RHO, LENGTH, AREA, INERTIA = 71e9, 2714.0, 0.4, 4e-5, 8.7e-12
 SIMPLY = {"A": {"connect": ("ground.A", "beam.A")}, "C": {"kind": "slot", "connect": ("ground.C", "beam.C")}}
@@ -15,7 +16,7 @@ STRIP = {"area": AREA, "inertia": INERTIA, "fibre": 8e-4}
 
 
 def beam(elements, section=STRIP, effects=("lumped-mass",)):
-    return build(
+    return Scene.read(
         {
             "materials": {"aluminium": {"modulus": E, "density": RHO}},
             "sections": {"it": section},

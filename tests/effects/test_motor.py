@@ -13,7 +13,7 @@ from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.motor_response import MotorCycle
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import MotorSolution
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, response_of
 
@@ -31,7 +31,7 @@ ACTING = {
 def with_motor(motor, **rest):
     data = seed_four_bar(**rest).model_dump()
     data["drive"]["motor"] = motor
-    return build(data)
+    return Scene.read(data)
 
 
 def stiff(scale):
@@ -176,7 +176,7 @@ def test_mirrored_linkage_twists_the_other_way():
     data["drive"]["speed"] *= -1
     for link in data["links"].values():
         link["angle"] *= -1
-    plain, other = response_of(scene).data, response_of(build(data)).data
+    plain, other = response_of(scene).data, response_of(Scene.read(data)).data
     for name in ("drive_twist", "drive_rate", "input_torque", "strain_bending"):
         assert np.abs(plain[name] + other[name].to_numpy()).max() < 1e-8 * np.abs(plain[name]).max(), name
 

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene import load
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene, load
+from tests.common import scene_modes
 
 L, WIDTH, GRAVITY = 0.4, 0.02, 9.81
 THICK, MODULUS, DENSITY = np.array([3e-3, 2e-3]), np.array([70e9, 3e9]), np.array([2700.0, 7000.0])
@@ -33,7 +33,7 @@ BOTH = pytest.mark.parametrize("axis", PLACES)
 
 def strip(axis, joints, elements=2, **rest):
     """A strip between points A and B of the ground."""
-    return build(
+    return Scene.read(
         {
             "materials": MATERIALS,
             "sections": {"strip": {"shape": "laminate", "width": WIDTH, "plies": PLIES, "axis": axis}},
@@ -224,7 +224,7 @@ def four_bar(axis, rigid, stiffer=1.0, **rest):
         for unused in ("along", "across"):
             del data["materials"][unused]
         del data["sections"]["laminate"]
-    return build(data)
+    return Scene.read(data)
 
 
 def test_a_taper_in_another_link_changes_nothing_of_them():
@@ -235,7 +235,7 @@ def test_a_taper_in_another_link_changes_nothing_of_them():
     data["sections"]["taper"] = {"shape": "taper", "from": "bar", "to": "thin"}
     data["links"]["crank"]["members"]["OA"]["section"] = "taper"
     names = {"member": ["coupler", "rocker"]}  # statically determinate: their forces do not know the crank's stiffness
-    found, expected = (analyse(scene).data["strain"].sel(names).to_numpy() for scene in (build(data), plain))
+    found, expected = (analyse(scene).data["strain"].sel(names).to_numpy() for scene in (Scene.read(data), plain))
     assert np.allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
@@ -298,7 +298,7 @@ def test_a_pin_that_travels_beside_the_neutral_line_is_refused():
         scene["links"]["crank"] = {"points": {"C": (0, 0), "P": (0, 0.1)}, "rigid": {"mass": 1.0, "inertia": 1.0}}
         scene["joints"]["C"] = {"connect": ("ground.C", "crank.C")}
         scene["joints"]["P"] = {"kind": "slot", "connect": ("beam.A", "crank.P"), "member": "AB"}
-        return build(scene)
+        return Scene.read(scene)
 
     with pytest.raises(SceneError, match=r"joints\.P\.member: .*travels .* 'strip' is -0\.0009306 m beside"):
         mechanism(guided("middle"))

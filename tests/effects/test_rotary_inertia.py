@@ -7,10 +7,11 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import coupling
+from tests.common import scene_modes
 
 E, RHO, LENGTH, SLENDERNESS = 210e9, 7850.0, 0.8, 12.0
 HEIGHT = np.sqrt(12) * LENGTH / SLENDERNESS
@@ -26,7 +27,7 @@ SWING = {"joint": "A", "law": {"kind": "harmonics", "sine": [0.3]}, "period": 0.
 def beam(elements, joints, *, section=THICK, effects=("rotary-inertia",), **rest):
     """Make a straight beam A-C."""
     analysis = {"method": "quasi-static", "modes": 3, "stations": 9, "sub_intervals": 8}
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": STEEL, "light": {"modulus": E / 4, "density": RHO / 3}},
             "sections": {"it": section},
@@ -134,7 +135,7 @@ def test_section_forces_go_on_from_element_to_element():
         section |= {"inertia": section["inertia"] * 400, "shear_factor": 0.8}  # L/r of 30
     for material in data["materials"].values():
         material["poisson"] = 0.3
-    found = analyse(build(data)).data
+    found = analyse(Scene.read(data)).data
     s = found["s"].to_numpy()
     for node in (1 / 3, 2 / 3):  # of three elements; no station is on it
         i = np.searchsorted(s, node)

@@ -6,10 +6,10 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
 from fenics_mech.scene.files import load
-from tests.common import DEMOS
+from tests.common import DEMOS, scene_modes
 
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
@@ -21,7 +21,7 @@ COWPER = 10 * (1 + NU) / (12 + 11 * NU)  # of a rectangle
 
 def beam(elements, section, joints, *, effects=("shear",), steel=None, **rest):
     """Make a straight beam A-C that nothing drives."""
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": steel or STEEL},
             "sections": {"it": section},

@@ -10,8 +10,9 @@ from scipy.linalg import eigh
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
+from tests.common import scene_modes
 
 LENGTH, AREA, INERTIA, MODULUS, DENSITY = 1.0, 1e-4, 1e-10, 70e9, 2700.0
 EI, LINE = MODULUS * INERTIA, DENSITY * AREA
@@ -29,7 +30,7 @@ OUT_OF_PLANE = {
 
 def spinning(speed, offset=0.0, **rest):
     """A beam clamped to a crank that turns; its axis passes the pin at a distance."""
-    return build(
+    return Scene.read(
         {
             "materials": {"metal": {"modulus": MODULUS, "density": DENSITY}},
             "sections": {"strip": {"area": AREA, "inertia": INERTIA, "fibre": 1e-3}},
@@ -100,7 +101,7 @@ def whirling(speed, disc, damping):
     strut = {"points": {"A": [-length, 0], "C": [0, 0]}, "members": {"AC": member}}
     of_disc = {"disc": {"points": {"C": [0, 0]}, "rigid": {"mass": 1.0, "inertia": 1e-7}}} if disc else {}
     welds = {"C": {"kind": "weld", "connect": ["strut.C", "disc.C"]}} if disc else {}
-    return build(
+    return Scene.read(
         {
             "materials": {"light": {"modulus": 1e6, "density": 0.01}},
             "sections": {"strut": {"area": area, "inertia": area * length**2 / 3, "fibre": 1e-3}},
@@ -193,7 +194,7 @@ def spun_up(elements, effects):
     """
     turned = "0.4 * (t ** 2 / 2 + (7.5 / pi) ** 2 * (cos(2 * pi * t / 15) - 1))"
     member = {"ends": ["O", "B"], "section": "bar", "material": "metal"}
-    return build(
+    return Scene.read(
         {
             "materials": {"metal": {"modulus": 2.8e7, "density": 1.2}},
             "sections": {"bar": {"area": 1.0, "inertia": 5e-4, "fibre": 0.04}},
@@ -245,7 +246,7 @@ def test_a_beam_without_the_stiffness_of_its_tension_flies_apart():
 @pytest.mark.parametrize("share", [-1.0, 0.0, 0.5, 0.9, 0.999])
 def test_frequency_of_a_compressed_beam_falls_to_zero_at_the_euler_load(share):
     euler = np.pi**2 * EI / LENGTH**2
-    scene = build(
+    scene = Scene.read(
         {
             "materials": {"metal": {"modulus": MODULUS, "density": DENSITY}},
             "sections": {"strip": {"area": AREA, "inertia": INERTIA, "fibre": 1e-3}},

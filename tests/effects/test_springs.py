@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism, scene_modes
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.scene import parse
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import scene_modes
 
 EI, EA, L, MASS = 3.0, 1e6, 0.5, 0.8  # of the beam below
 STRETCHED = {"between": ("coupler.B", "ground.O"), "stiffness": 200.0, "length": 0.1}
@@ -36,7 +36,7 @@ def beam(joints, ground=None, **rest):
         "masses": {"B": {"at": "beam.B", "mass": MASS}},
         "analysis": {"method": "static", "modes": 1},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 CLAMPED = {"O": {"kind": "weld", "connect": ("ground.O", "beam.O")}}
@@ -188,8 +188,8 @@ def test_spring_without_free_length_balances_a_weight():
         "drive": {"joint": "O", "speed": 1e-3},
         "analysis": {"method": "quasi-static", "sub_intervals": 24},
     }
-    balanced = analyse(build(data)).data["input_torque"]
-    loaded = analyse(build(data | {"springs": {}})).data["input_torque"]
+    balanced = analyse(Scene.read(data)).data["input_torque"]
+    loaded = analyse(Scene.read(data | {"springs": {}})).data["input_torque"]
     assert np.abs(loaded).max() == pytest.approx(2.0, rel=1e-6)
     assert np.abs(balanced).max() < 1e-7 * np.abs(loaded).max()  # what the lever bends
 
@@ -223,7 +223,7 @@ def test_turning_and_mirroring(change):
         data["drive"]["start"] += 0.7
         for link in data["links"].values():
             link["angle"] += 0.7
-    plain, other = analyse(scene).data, analyse(build(data)).data
+    plain, other = analyse(scene).data, analyse(Scene.read(data)).data
     signs = {"strain_bending": sign, "input_torque": sign, "strain_axial": 1.0}
     for name, factor in signs.items():
         assert np.abs(plain[name] - factor * other[name].to_numpy()).max() < 1e-8 * np.abs(plain[name]).max(), name
@@ -239,12 +239,12 @@ def test_units_are_read():
         'springs.b = { joint = "C", stiffness = "2 N m/deg", angle = "90 deg" }\n'
         'dampers.c = { joint = "C", damping = "3 N mm s/rad" }\n'
     )
-    scene = build(json.loads(seed_four_bar().model_dump_json()) | tomllib.loads(text))
+    scene = Scene.read(json.loads(seed_four_bar().model_dump_json()) | tomllib.loads(text))
     a, b = scene.springs.values()
     assert (a.stiffness, a.length) == (pytest.approx(2000), pytest.approx(0.1))
     assert (b.stiffness, b.angle) == (pytest.approx(360 / np.pi), pytest.approx(np.pi / 2))
     assert scene.dampers["c"].damping == pytest.approx(3e-3)
-    assert build(json.loads(scene.model_dump_json())) == scene
+    assert Scene.read(json.loads(scene.model_dump_json())) == scene
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,10 @@ from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.eigenmodes.eigen import _solve_among
 from fenics_mech.eigenmodes.tracking import track
 from fenics_mech.errors import SolverError
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies import scaling
+from tests.common import scene_modes
 
 
 def test_frequencies_of_27_dofs():

@@ -4,13 +4,13 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech.response.setup import mechanism
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 
 def arm(speed, **rest):
     """A steel arm of 0.5 m on a turning shaft; a force at its tip turns against it, so that harmonic 1 bends it."""
     member = {"ends": ["O", "A"], "section": "strip", "material": "steel"}
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": {"modulus": "206 GPa", "density": "7850 kg/m^3"}},
             "sections": {"strip": {"shape": "rectangle", "width": "20 mm", "height": "2 mm"}},

@@ -16,8 +16,7 @@ from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion
 from fenics_mech.response.static import quasi_static
 from fenics_mech.response.static.equilibrium import STATIC
-from fenics_mech.scene import load
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene, load
 from tests.common import DEMOS
 
 
@@ -74,14 +73,14 @@ def test_far_beyond_buckling_the_member_and_the_angle_are_named():
     """1e9 kg: without a bound, load steps and the search for a tension below buckling took minutes."""
     start = time.process_time()
     with pytest.raises(SolverError, match=r"link upper_arm buckles: .* at drive angle 180 deg"):
-        analyse(build(manipulator(load=1e9) | {"mesh": {"elements": 2}}))
+        analyse(Scene.read(manipulator(load=1e9) | {"mesh": {"elements": 2}}))
     assert time.process_time() - start < 30  # measured: 2
 
 
 def test_a_spring_that_makes_the_mechanism_unstable_is_named():
     """Pressed together from 10 m, it turns the arm over whatever the members' tension: no share of it is stable."""
     spring = {"between": ["ground.S", "forearm.T"], "stiffness": 100.0, "length": 10.0}
-    scene = build(manipulator() | {"springs": {"s": spring}})
+    scene = Scene.read(manipulator() | {"springs": {"s": spring}})
     with pytest.raises(SolverError, match=r"the mechanism buckles at drive angle 0 deg: .* link upper_arm gives way"):
         analyse(scene)
 
@@ -116,4 +115,4 @@ def test_a_law_that_changes_too_often_is_refused(monkeypatch):
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["drive"][0]["law"] = {"kind": "expression", "formula": "0.5*sin(100*theta)"}
     with pytest.raises(AssemblyError, match=r"after 200 steps the drive is at .* link upper_arm turns fastest"):
-        solve_motion(build(data), np.linspace(0, 6, 5))
+        solve_motion(Scene.read(data), np.linspace(0, 6, 5))

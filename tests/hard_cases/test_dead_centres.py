@@ -15,7 +15,7 @@ from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.planning.effect_choice import choose, survey_positions
 from fenics_mech.response.setup import CommonParts
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar
 from tests.common import response_of
 
@@ -113,7 +113,7 @@ def parallelogram(start, drive, **rest):
         "B": "coupler.B follower.B",
         "C": "ground.C follower.C",
     }
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": STEEL},
             "sections": {"bar": BAR},

@@ -11,8 +11,9 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.eigenmodes import eigen
 from fenics_mech.eigenmodes.tracking import track
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
+from tests.common import scene_modes
 
 
 def followed(omega, shapes):
@@ -58,7 +59,7 @@ def star(count, **rest):
     member = {"section": "strip", "material": "steel"}
     tips = {f"P{i}": (0.3 * np.cos(a), 0.3 * np.sin(a)) for i, a in enumerate(2 * np.pi * np.arange(count) / count)}
     members = {f"m{i}": {"ends": ("O", f"P{i}")} | member for i in range(count)}
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": {"modulus": 206e9, "density": 7850}},
             "sections": {"strip": {"shape": "rectangle", "width": 0.02, "height": 0.002}},

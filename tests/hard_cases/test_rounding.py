@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import response_of
+from tests.common import response_of, scene_modes
 
 FINE = 10_000
 REDUCED = {"analysis__reduction": "craig-bampton", "analysis__cutoff": "2 kHz"}

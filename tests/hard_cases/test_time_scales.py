@@ -93,7 +93,7 @@ def test_memory_is_judged_before_every_position_is_solved(monkeypatch, module, n
     def modes(*_):
         raise AssertionError("the eigenproblems of all positions are solved first")
 
-    monkeypatch.setattr(fenics_mech.analysis, "scene_modes", modes)
+    monkeypatch.setattr(fenics_mech.analysis, "solve_modes", modes)
     monkeypatch.setattr(module, name, value)
     with pytest.raises(TooLargeError, match=needed):
         analyse(seed_four_bar(effects=effects, analysis__sub_intervals=60, analysis__modes=20))

@@ -9,7 +9,7 @@ from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.run_up import solve_motion_in_time
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 LENGTH = 0.5
 
@@ -35,7 +35,7 @@ def arm(first, second, **rest):
         "damping": {"ratio": 0.02},
         "analysis": {"solver": "collocation", "sub_intervals": 120, "stages": 3, "allow_coarse": True},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def swing(period, *sine, **rest):

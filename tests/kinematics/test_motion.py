@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.reference.mecqbar import mecqbar
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.demos.machines import piston, welded_arm
 
@@ -123,7 +123,7 @@ def test_a_drive_along_a_slide_through_all_origins(direction):
     section = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}
     links = {"car": {"points": {"Q": (0, 0), "A": (0.1, 0)}}}
     links["car"]["members"] = {"QA": {"ends": ("Q", "A"), "section": "s", "material": "m"}}
-    scene = build(
+    scene = Scene.read(
         {
             "materials": {"m": {"modulus": 7e10, "density": 2700}},
             "sections": {"s": section},

@@ -14,11 +14,10 @@ from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism, scene_modes
+from fenics_mech.response.setup import mechanism
 from fenics_mech.response.static.quasi_static import solve_static
-from fenics_mech.scene import load
-from fenics_mech.scene.build import build
-from tests.common import DEMOS, response_of
+from fenics_mech.scene import Scene, load
+from tests.common import DEMOS, response_of, scene_modes
 
 CRANK, LENGTH, CENTRES = 0.13, 0.4, 0.2
 E, DENSITY, WIDTH, HEIGHT = 206e9, 7850.0, 0.02, 0.005
@@ -58,7 +57,7 @@ def swinging_rod(elements=7, support="ground.C", speed=20.0, **rest):
         "mesh": {"elements": elements},
         "analysis": {"modes": 2, "sub_intervals": 72},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def place_of_support(scene, motion):
@@ -248,7 +247,7 @@ def clamped_rod(place):
     data["links"].pop("crank")
     data["joints"] = {"A": {"kind": "weld", "connect": ("ground.A", "rod.A")}, "C": data["joints"]["C"]}
     data |= {"drive": (), "analysis": {"method": "static", "stations": 3}}
-    return build(data | {"loads": {"tip": {"at": "rod.B", "force": (0.0, FORCE[1])}}})
+    return Scene.read(data | {"loads": {"tip": {"at": "rod.B", "force": (0.0, FORCE[1])}}})
 
 
 def test_clamped_rod_on_a_support():

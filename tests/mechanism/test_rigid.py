@@ -7,9 +7,10 @@ from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.mechanism import RigidModes
-from fenics_mech.response.setup import freedoms_in_words, mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import freedoms_in_words, mechanism
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import scene_modes
 
 E, RHO, WIDTH, HEIGHT, L, G = 200e9, 7800.0, 0.02, 0.002, 0.5, 9.81
 EI, LINE = E * WIDTH * HEIGHT**3 / 12, RHO * WIDTH * HEIGHT
@@ -36,7 +37,7 @@ def scene(links, joints=None, **rest):
         "mesh": {"elements": 10},
         "analysis": {"method": "static", "modes": 3},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def four_bar(**rest):

@@ -11,10 +11,10 @@ from scipy.integrate import simpson
 from fenics_mech import analyse, load
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.run_up import solve_motion_in_time
-from fenics_mech.response.setup import mechanism, scene_modes
-from fenics_mech.scene.build import build
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS, response_of, scene_modes
 
 WAVES = 100  # harmonics of the drive that the accelerations are made of; above them there is rounding alone
 SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
@@ -132,7 +132,9 @@ def demo(name, motor=None, springs=(), **changes):
     if motor:
         data["drive"]["motor"] = motor
     changes = {"effects": ("coupling",), "damping__ratio": 0.05, "analysis__sub_intervals": 240} | changes
-    return build(data | {"springs": dict(springs)}).changed(analysis__stability=False, analysis__stations=41, **changes)
+    return Scene.read(data | {"springs": dict(springs)}).changed(
+        analysis__stability=False, analysis__stations=41, **changes
+    )
 
 
 @pytest.mark.slow
@@ -172,7 +174,7 @@ def arm(steps=120, **rest):
         "mesh": {"elements": 2},
         "analysis": {"sub_intervals": steps, "modes": "all", "stations": 41, "allow_ringing": True, "stability": False},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 @pytest.mark.parametrize("effects", [(), ("coupling",)])

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 
 E, EI, A, L = 71e9, 71e9 * 8.67e-12, 4.06e-5, 0.4
 
 
 def cantilever(**rest):
-    return build(
+    return Scene.read(
         {
             "materials": {"aluminium": {"modulus": E, "density": 2714}},
             "sections": {"strip": {"area": A, "inertia": EI / E, "fibre": 8e-4}},

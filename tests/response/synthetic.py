@@ -9,7 +9,7 @@ from fenics_mech.effects import NOTHING
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.stability.turning import LinkAxes
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 PERIOD = 2 * np.pi / 3
 
@@ -105,7 +105,7 @@ def arm(speed, **rest):
     """A steel arm on a turning shaft, bent by its weight, which turns against it."""
     strip = {"shape": "rectangle", "width": "20 mm", "height": "2 mm"}
     member = {"ends": ["O", "A"], "section": "strip", "material": "steel"}
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": {"modulus": "206 GPa", "density": "7850 kg/m^3"}},
             "sections": {"strip": strip},

@@ -8,7 +8,7 @@ import pytest
 from fenics_mech.response import modal_damping
 from fenics_mech.response.modal_damping import damped_modes
 from fenics_mech.response.setup import mechanism
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.demos.test_invariance import turned
@@ -57,6 +57,6 @@ def test_damped_modes_are_those_of_a_similar_machine():
         material["modulus"] *= 9
     data["drive"]["speed"] *= 3
     plain = response_of(scene).data["strain"].to_numpy()
-    for other in (build(data), build(turned(scene, 0.7))):
+    for other in (Scene.read(data), Scene.read(turned(scene, 0.7))):
         found = response_of(other).data["strain"].to_numpy()
         assert found == pytest.approx(plain, abs=1e-9 * np.abs(plain).max())

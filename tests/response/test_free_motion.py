@@ -103,7 +103,7 @@ def test_energy_of_a_bending_pendulum_is_balanced():
 def start(scene):
     scene = with_freedoms(scene)
     system = mechanism(scene)
-    return start_of(scene, FreeState(scene, system)), system.size
+    return start_of(FreeState(scene, system)), system.size
 
 
 def test_a_smooth_start_beside_a_drive_is_that_beside_a_heavy_flywheel():

@@ -15,8 +15,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.kinematics import reachable_range
-from fenics_mech.scene import parse
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.drawing import completed
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.plausibility import implausible
@@ -67,7 +66,7 @@ def test_damaged_files_are_scenes_or_refused_in_one_line(name):
         if k % 2:
             found = attempt(lambda chance=chance: parse(damaged_text(text, chance), file="damaged.toml"))
         else:
-            found = attempt(lambda chance=chance: build(damaged_data(data, chance)))
+            found = attempt(lambda chance=chance: Scene.read(damaged_data(data, chance)))
         if not isinstance(found, MechanismError):
             good += 1
             assert all(warning.isprintable() for warning in attempt(lambda scene=found: implausible(scene)))
@@ -120,7 +119,7 @@ def damaged_scene(chance):
     data = data_of(TEXTS[chance.choice(SMALL)])
     while True:
         try:
-            scene = build(damaged_data(data, chance))
+            scene = Scene.read(damaged_data(data, chance))
             changes = {"sub_intervals": 24, "stations": 5, "harmonics": 5, "allow_ringing": True, "allow_coarse": True}
             changes = {f"analysis__{key}": value for key, value in changes.items()}
             return scene.changed(**changes, mesh={"elements": 2}, effects=chance.choice(("auto", *EFFECTS)))

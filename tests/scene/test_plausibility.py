@@ -8,8 +8,7 @@ import tomllib
 import pytest
 
 from fenics_mech.errors import SceneError
-from fenics_mech.scene import load
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene, load
 from fenics_mech.scene.plausibility import implausible
 from tests.common import ROOT
 
@@ -26,7 +25,7 @@ def with_changes(changes, name="four_bar"):
         for part in above:
             here = here[int(part)] if isinstance(here, list) else here.setdefault(part, {})
         here[key] = value
-    return build(data)
+    return Scene.read(data)
 
 
 def press(**factor):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fenics_mech.errors import SceneError
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 
 STEEL, ALUMINIUM = {"modulus": "210 GPa", "density": 7850}, {"modulus": "70 GPa", "density": 2700}
 PLACES = np.linspace(0, 1, 5)
@@ -14,7 +14,7 @@ PLACES = np.linspace(0, 1, 5)
 
 def beam(section, material="steel", **sections):
     """Make a scene of one bar of this section that turns about one end."""
-    return build(
+    return Scene.read(
         {
             "materials": {"steel": STEEL, "aluminium": ALUMINIUM},
             "sections": {"it": section} | sections,

@@ -17,7 +17,7 @@ from fenics_mech.response.periodic.cycle import system_at_points
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.studies.follow import END, Branch, follow
 from fenics_mech.studies.sweep_axes import parse_range
 from fenics_mech.views.branch_plots import branch_figure, branch_summary, plot_branch
@@ -64,7 +64,7 @@ def beam(**changes):
         "effects": ["large-rotations"],
         "analysis": {"sub_intervals": 24, "stations": 11, "allow_coarse": True},
     }
-    return build(data).changed(**changes)
+    return Scene.read(data).changed(**changes)
 
 
 @pytest.fixture(scope="module")

@@ -84,7 +84,7 @@ def test_an_error_of_one_process_ends_all_with_one_message(where, tmp_path):
     # in the shared work, while the other works too; and outside of it, while the other waits for numbers
     patch = {
         "modes_at_rank": "eigen._solve_among = broken",
-        "recovery": "fenics_mech.analysis.scene_modes = broken",
+        "recovery": "fenics_mech.analysis.solve_modes = broken",
     }[where]
     ended = on_two(
         tmp_path,

@@ -17,7 +17,7 @@ from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.setup import CommonParts
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from tests.common import DEMOS, analysed, response_of
@@ -269,7 +269,7 @@ def test_tolerance_is_a_share():
 
 def strut(force, elements):
     """A strut on two pins that an axial force presses and 1 N in its middle bends; 299 N is Euler's load."""
-    return build(
+    return Scene.read(
         {
             "materials": {"al": {"modulus": 71e9, "density": 2714}},
             "sections": {"s": {"shape": "rectangle", "width": 0.02, "height": 0.004}},

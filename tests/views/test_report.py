@@ -13,8 +13,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.scene import load
-from fenics_mech.scene.build import build
+from fenics_mech.scene import Scene, load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import Finding
 from fenics_mech.views.animation import animate
@@ -166,7 +165,7 @@ def test_overview_tells_rigid_links_springs_dampers_and_weight(seed):
 
 def test_a_structure_that_nothing_drives_is_summarised_and_drawn(tmp_path):
     half = {"section": "strip", "material": "metal"}
-    scene = build(
+    scene = Scene.read(
         {
             "materials": {"metal": {"modulus": 70e9, "density": 2700.0}},
             "sections": {"strip": {"shape": "rectangle", "width": 0.02, "height": 0.002}},

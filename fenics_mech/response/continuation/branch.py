@@ -11,6 +11,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects import active
 from fenics_mech.effects.impulses import EFFECT as IMPULSES
+from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
@@ -21,7 +22,7 @@ from fenics_mech.response.periodic.collocation import solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle, system_at_points
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import CommonParts, mechanism, rough_tension, scene_modes
+from fenics_mech.response.setup import CommonParts, mechanism, rough_tension
 from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Analysis, Drive, Impulse, Scene
 
@@ -264,7 +265,8 @@ def solution_at(scene: Scene, point: Point, common: CommonParts | None = None) -
         What it may have in common with other points.
     """
     system = mechanism(scene, common=common)
-    cycle, modes, orbit = Cycle(scene, system), scene_modes(scene, system), paced(point.orbit, abs(scene.cycle_rate))
+    modes = solve_modes(system, scene.analysis.modes, scene.petsc)
+    cycle, orbit = Cycle(scene, system), paced(point.orbit, abs(scene.cycle_rate))
     motion = cycle.motion(orbit)
     orbit = replace(orbit, flow=cycle.flow(cycle.tableau, motion))
     equation, response = cycle.at_starts(orbit)

@@ -49,9 +49,9 @@ def refuse_buckled(system: System, k: int, stiffness: Array) -> None:
     except np.linalg.LinAlgError:
         raise SolverError(
             f"the mechanism buckles at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: under its axial "
-            f"forces its stiffness is not positive, and link {weakest_link(system, k, stiffness)} gives way. Lower the "
-            f"load or the speed, or take stiffer members. The effect {LARGE_ROTATIONS.name!r} finds a buckled shape, "
-            "if a small load across the members determines to which side they buckle"
+            f"forces its stiffness is not positive, and link {_weakest_link(system, k, stiffness)} gives way. Lower "
+            f"the load or the speed, or take stiffer members. The effect {LARGE_ROTATIONS.name!r} finds a buckled "
+            "shape, if a small load across the members determines to which side they buckle"
         ) from None
 
 
@@ -98,21 +98,11 @@ def _buckled(system: System, tension: Array | None) -> tuple[int, str] | None:
     if not len(among := looked_at(by_axial_forces, system.size)):
         return None
     k = int(min(among, key=lambda k: np.linalg.eigvalsh(loaded.stiffness.dense(k))[0]))
-    return k, weakest_link(system, k, loaded.stiffness.dense(k))
+    return k, _weakest_link(system, k, loaded.stiffness.dense(k))
 
 
-def weakest_link(system: System, k: int, stiffness: Array) -> str:
-    """Link that bends most in the shape that a stiffness ``(coordinates, coordinates)`` at angle k resists least.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    k
-        Number of the angle.
-    stiffness
-        K at that angle.
-    """
+def _weakest_link(system: System, k: int, stiffness: Array) -> str:
+    """Link that bends most in the shape that a stiffness ``(coordinates, coordinates)`` at angle k resists least."""
     return system.bent_most(k, np.linalg.eigh(stiffness + stiffness.T)[1][:, 0])
 
 

@@ -87,32 +87,32 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
         When the linkage comes to a dead centre of its freedoms.
     """
     state = FreeState(scene, system)
-    start = start_of(scene, state)
-    return solution_from(scene, state, start, course_of(scene, state, start))
+    start = start_of(state)
+    return solution_from(state, start, course_of(state, start))
 
 
-def solution_from(scene: Scene, state: FreeState, start: StartState, course: FreeCourse) -> FreeSolution:
+def solution_from(state: FreeState, start: StartState, course: FreeCourse) -> FreeSolution:
     """Give the solution of a course.
 
     Parameters
     ----------
-    scene, state
-        The scene and its equation.
+    state
+        The equation.
     start, course
         The state that the motion starts from, and the motion.
     """
     states = course.displacement, course.velocity, course.acceleration
     system, response = state.along(course.time, states, course.links)
-    return FreeSolution(scene=scene, system=system, response=response, course=course, start=start, state=state)
+    return FreeSolution(scene=state.scene, system=system, response=response, course=course, start=start, state=state)
 
 
-def start_of(scene: Scene, state: FreeState) -> StartState:
+def start_of(state: FreeState) -> StartState:
     """Give the state that the motion starts from, as `analysis.start` states it.
 
     Parameters
     ----------
-    scene, state
-        The scene and its equation.
+    state
+        The equation.
 
     Raises
     ------
@@ -121,9 +121,9 @@ def start_of(scene: Scene, state: FreeState) -> StartState:
     SolverError
         When no smooth start is found.
     """
-    freedoms = scene.freedoms.values()
+    freedoms = state.scene.freedoms.values()
     places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "speed"))
-    n, start = state.size, scene.analysis.start
+    n, start = state.size, state.scene.analysis.start
     y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
     if start == "smooth":
         return _smooth(state, y, rate)
@@ -177,18 +177,18 @@ def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
     return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
 
 
-def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
+def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
     """Integrate from a start to the end.
 
     Parameters
     ----------
-    scene, state, start
-        The scene, its equation, and the state that the motion starts from.
+    state, start
+        The equation, and the state that the motion starts from.
     rougher
         Factor on the tolerance of the scene.
     """
     state.rewind()
-    analysis = scene.analysis
+    scene, analysis = state.scene, state.scene.analysis
     cycles = analysis.cycles if scene.drives else 1
     step = scene.period / analysis.sub_intervals
     times = step * np.arange(cycles * analysis.sub_intervals + 1)
@@ -223,7 +223,7 @@ class _Record:
         self.links = np.zeros((len(times), 3 * len(state.scene.links)))
         self._take(1, start.displacement[None], start.velocity[None])
 
-    def keep(self, start: float, end: float, curve: Curve) -> bool:
+    def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
         known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
         if known > self.known:

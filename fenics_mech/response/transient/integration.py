@@ -52,7 +52,7 @@ class _Record:
         self.states[0] = z, rate
         self.known, self.change, self.settled = 1, np.inf, False
 
-    def keep(self, start: float, end: float, curve: Curve) -> bool:
+    def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; say whether the motion is periodic by now."""
         known = int(np.searchsorted(self.times, end + INTEGRATION.same * self.schedule.cycle))
         if known > self.known:
@@ -174,7 +174,7 @@ class _Integrator:
         self.energy = max(coefficients.energy, float(np.sqrt(max(energies))))
         self.size = max(coefficients.largest, np.abs(z).max(), np.abs(rates).max() / self.pace, 1e-300)
 
-    def keep(self, start: float, end: float, curve: Curve) -> bool:
+    def keep(self, end: float, curve: Curve) -> bool:
         """Take a step; say whether the motion is settled.
 
         Raises
@@ -188,7 +188,7 @@ class _Integrator:
                 "times what loads and start bend. It is unstable: a member buckles, or the drive is in a tongue of "
                 "parametric resonance. Change loads or speed, or give more damping"
             )
-        return self.taken(start, end, curve)
+        return self.taken(end, curve)
 
     def go_on(self, start: float, end: float, z: Array, rate: Array) -> tuple[Array, Array]:
         """Integrate from a state to a time, or until the motion is settled; gives the state there."""
@@ -309,7 +309,7 @@ class _Integrator:
             nonlocal latest
             now = ts.getTime() / pace, state()
             curve = CubicHermiteSpline((latest[0], now[0]), *np.stack([latest[1], now[1]], axis=1))
-            if self.keep(latest[0], now[0], lambda times: (curve(times), curve(times, 1))):
+            if self.keep(now[0], lambda times: (curve(times), curve(times, 1))):
                 ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
             if growth := self.instant.growth(now[0], *now[1]):
                 ts.setTimeStep(min(ts.getTimeStep(), pace * self.rise / growth))

@@ -25,7 +25,7 @@ from fenics_mech.response.transient.instant import growth as largest_growth
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
 Sizes = tuple[tuple[slice, float], ...]  # parts of the coordinates, and the root of an energy for each (sqrt(J))
 Tangents = tuple[Array, Array, Array]  # by z'', z' and z, ``(times, coordinates, coordinates)`` each
-Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
+Keep = Callable[[float, Curve], bool]  # takes the end of a step (s) and its motion; says whether to stop
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Collocation:
         self._latest = length, made
         ts.setTime(end if last else start + length)
         ts.setTimeStep(max(asked, length * change) if last else length * change)
-        if self.keep(start, ts.getTime(), curve):
+        if self.keep(ts.getTime(), curve):
             ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
 
     def _trial(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float]:

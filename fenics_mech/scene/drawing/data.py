@@ -36,7 +36,7 @@ def completed(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        A new dictionary for `fenics_mech.scene.build.build`. Link frames stand as the drawing does, with their origins
+        A new dictionary for `Scene.read`. Link frames stand as the drawing does, with their origins
         in the first named point of each link.
 
     Raises

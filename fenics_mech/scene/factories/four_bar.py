@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import SCENE
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories.bars import bars
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
@@ -86,7 +85,7 @@ def four_bar(
         "masses": {"A": {"at": "crank.A", "mass": mass_a}, "B": {"at": "follower.B", "mass": mass_b}},
         "drive": {"joint": "O", "speed": speed},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
 
 
 def _start_angles(lengths: Sequence[float], branch: str) -> tuple[float, float]:

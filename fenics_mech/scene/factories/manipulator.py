@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fenics_mech.scene.build import build
 from fenics_mech.scene.models import Scene
 
 
@@ -77,4 +76,4 @@ def manipulator(
         "masses": {f"mass{i}": {"at": f"arm{i}.tip"} | dict(mass) for i, mass in zip(numbers, masses, strict=True)},
         "drive": [{"joint": f"J{i}", "law": law, "period": period} for i, law in zip(numbers, laws, strict=True)],
     }
-    return build(data | rest)
+    return Scene.read(data | rest)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from fenics_mech.errors import SceneError
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories.bars import bars
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
@@ -99,4 +98,4 @@ def quick_return(
         "masses": {"block": {"at": "crank.A", "mass": masses[0]}, "ram": {"at": "coupler.E", "mass": masses[1]}},
         "drive": {"joint": "O", "speed": speed},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from fenics_mech.errors import SceneError
-from fenics_mech.scene.build import build
 from fenics_mech.scene.factories.bars import bars
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.units import in_unit
@@ -98,4 +97,4 @@ def slider_crank(
         "masses": weights,
         "drive": {"joint": "O", "speed": speed},
     }
-    return build(data | rest)
+    return Scene.read(data | rest)
