@@ -261,11 +261,14 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
     """
     progress("recovery")
     fields = recover(solution)
-    progress("errors")
-    errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
-    errors.judge(solution.scene)
+    errors = None
+    if solution.scene.analysis.error_estimates:
+        progress("errors")
+        errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
+        errors.judge(solution.scene)
+        choices = sized(choices, errors.relative("strain").get("theory"))
     refuse_far(solution.scene, fields.system, fields.members)
-    result = collect(solution, fields, errors, sized(choices, errors.relative("strain").get("theory")))
+    result = collect(solution, fields, errors, choices)
     _refuse_infinite(result)
     return result
 

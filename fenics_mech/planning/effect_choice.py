@@ -163,7 +163,9 @@ def theory_share(result: Result) -> float | None:
         None where theory is no source of its errors.
     """
     data = result.data
-    return float(data["relative_error"].sel(source="theory")) if "theory" in data["source"] else None
+    return (
+        float(data["relative_error"].sel(source="theory")) if "source" in data and "theory" in data["source"] else None
+    )
 
 
 def examine(scene: Scene, common: CommonParts | None = None) -> Survey:

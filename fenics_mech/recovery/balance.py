@@ -31,7 +31,7 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
     efforts
         Effort of each drive (N m or N), ``(angles,)``.
     errors
-        Estimated error of each drive's effort (N m or N), ``(drives,)``.
+        Estimated error of each drive's effort (N m or N), ``(drives,)``; NaN where none is known.
 
     Returns
     -------

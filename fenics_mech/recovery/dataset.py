@@ -33,7 +33,7 @@ from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.course import Course
 
 
-def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequence[Choice] = ()) -> Result:
+def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: Sequence[Choice] = ()) -> Result:
     """Label everything that was computed.
 
     Parameters
@@ -43,15 +43,16 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     fields
         Strains, stresses, forces and deflections that were recovered from it.
     errors
-        Their estimated errors.
+        Their estimated errors; None where they are not estimated.
     choices
         What was decided about effects.
     """
     scene = solution.scene
     attributes = stamp(scene) | _decisions(fields.system, choices)
     data = xr.Dataset(fields.variables, fields.coordinates, attributes)
-    parts = (_of_drives(solution, fields, errors), *_of_kind(solution, fields.system), _of_errors(errors))
-    data = xr.merge([data, *parts], combine_attrs="no_conflicts")
+    parts = (_of_drives(solution, fields, errors), *_of_kind(solution, fields.system))
+    of_errors = [] if errors is None else [_of_errors(errors)]
+    data = xr.merge([data, *parts, *of_errors], combine_attrs="no_conflicts")
     still = _quasi_static(solution) if isinstance(solution, PeriodicSolution) else None
     if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
         data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
@@ -59,7 +60,7 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     return Result(with_units(data, efforts, scene.springs.values(), scene.dampers.values()))
 
 
-def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset:
+def _of_drives(solution: Solution, fields: Fields, errors: Errors | None) -> xr.Dataset:
     """Efforts of the drives, the balance of energy, and the crank's own motion on a motor's shaft."""
     scene = solution.scene
     if not scene.moved_joints:
@@ -73,7 +74,9 @@ def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset
     if isinstance(solution, MotorSolution):
         variables["drive_twist"] = (("theta",), solution.twist[0])
         variables["drive_rate"] = (("theta",), scene.cycle_rate + solution.twist[1])
-    uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
+    uncertain = (
+        np.full(len(efforts), np.nan) if errors is None else np.sum(list(errors.errors["torque"].values()), axis=0)
+    )
     found = xr.Dataset(variables, {"drive": list(efforts)})
     return xr.merge([found, energy_balance(solution, forces, efforts, uncertain)], combine_attrs="no_conflicts")
 

@@ -31,6 +31,9 @@ class Analysis(Part):
         Harmonics of the Fourier series. They need more than four times as many sub-intervals.
     stability
         Find the Floquet multipliers of a periodic response by collocation or harmonic balance.
+    error_estimates
+        Estimate the errors of the answer, which takes about half of the time. Without it nothing tells whether mesh,
+        steps and theory suffice, and nothing is refused because they do not: for sweeps whose worst points are known.
     allow_unstable
         Accept a periodic motion that is unstable: small disturbances grow.
     start
@@ -92,6 +95,7 @@ class Analysis(Part):
     scheme: Literal["radau", "gauss"] = "radau"
     harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60
     stability: bool = True
+    error_estimates: bool = True
     allow_unstable: bool = False
     start: str = "rigid"
     duration: Annotated[Time, Field(gt=0)] | None = None

@@ -56,6 +56,12 @@ def check_references(scene: Scene) -> None:
         _check_motor(scene)
     if scene.freedoms:
         _check_freedoms(scene)
+    if scene.tolerance is not None and not scene.analysis.error_estimates:
+        raise SceneError(
+            "a tolerance is met by the estimated errors, which are switched off",
+            place="analysis.error_estimates",
+            hint="Leave out one of the two",
+        )
     for kind in ("springs", "dampers"):
         for name, part in getattr(scene, kind).items():
             (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")

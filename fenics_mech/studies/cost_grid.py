@@ -85,7 +85,7 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
     wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
     effects = sorted(wanted, key=lambda name: name != COUPLING.name)
     lenient = {"analysis__stability": False, "analysis__allow_coarse": True, "analysis__allow_large": True}
-    plain = scene.changed(effects=(), tolerance=None, **lenient)
+    plain = scene.changed(effects=(), tolerance=None, analysis__error_estimates=True, **lenient)
     found = {TRUNCATED: plain}
     for count in range(1, len(effects) + 1):
         found[" + ".join(effects[:count])] = plain.changed(effects=tuple(effects[:count]))

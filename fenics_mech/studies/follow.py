@@ -227,11 +227,12 @@ def _record(result: Result, point: Point, gauge: Gauge) -> Record:
     multiplier = np.zeros((0, 2))  # no vibration is slow enough for the steps
     if "multiplier" in data:
         multiplier = data["multiplier"].transpose(..., "part").to_numpy()
+    if "strain_error" in data:
+        record["values"]["strain_error"] = data["strain_error"].sum("source").to_numpy()
     over = [name for name in strain.dims if name != "member"]
     record["values"] |= {
         "strain_highest": strain.max(over).to_numpy(),
         "strain_lowest": strain.min(over).to_numpy(),
-        "strain_error": data["strain_error"].sum("source").to_numpy(),
         "multiplier": multiplier,
         "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + STABILITY.tolerance,
         "fold": point.fold,

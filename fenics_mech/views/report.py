@@ -123,7 +123,7 @@ def _validity(result: Result) -> Text:
             return Text(f"Inside the theory of large rotations: {turned}; {worst}.")
         text = f"OUTSIDE THE THEORY OF LARGE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
         return Text(text, style="bold red")
-    if "theory" in result.data["source"]:
+    if "source" in result.data and "theory" in result.data["source"]:
         of_strain, of_deflection = (
             float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
         )
@@ -190,6 +190,8 @@ def _decisions(result: Result) -> Table:
         rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
     if "error_estimate" in result.data.attrs:
         rows["error estimate"] = _errors(result)
+    else:
+        rows["error estimate"] = "none, as analysis.error_estimates = false"
     if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
     rows["damped by"] = _damping(scene)

@@ -1,0 +1,63 @@
+"""Analyses whose errors are not estimated: the same answer, less work, and nobody is told a wrong certainty."""
+
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import fenics_mech.analysis
+from fenics_mech import analyse
+from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.studies.follow import follow
+from fenics_mech.views.report import summary
+
+OFF = {"analysis.error_estimates": False}
+
+
+def seed(effects=("coupling",), **analysis):
+    return seed_four_bar(effects=effects).changed({f"analysis.{name}": value for name, value in analysis.items()})
+
+
+@pytest.mark.parametrize("method", ["periodic", "quasi-static", "static", "transient"])
+def test_the_answer_is_the_same(method, monkeypatch):
+    scene = seed(method=method, sub_intervals=90, cycles=1, allow_coarse=True)
+    whole = analyse(scene).data
+    monkeypatch.setattr(fenics_mech.analysis, "estimate", None)  # is not called
+    data = analyse(scene.changed(OFF)).data
+    for name in data.variables:
+        if data[name].dtype.kind == "f":
+            np.testing.assert_array_equal(data[name], whole[name], err_msg=name)
+    assert "error_estimate" in whole.attrs
+    assert not [name for name in [*data, *data.attrs] if name.endswith(("strain_error", "error_estimate"))]
+
+
+def test_the_summary_says_that_nothing_is_estimated():
+    console = Console(width=200, file=StringIO())
+    console.print(summary(analyse(seed(sub_intervals=90).changed(OFF))))
+    text = console.file.getvalue()
+    assert "none, as analysis.error_estimates = false" in text
+
+
+def test_a_coarse_answer_is_refused_only_where_it_is_estimated():
+    coarse = seed(sub_intervals=12, solver="collocation", stages=1)
+    with pytest.raises(MechanismError, match="sub_intervals"):
+        analyse(coarse)
+    analyse(coarse.changed(OFF))
+
+
+def test_effects_are_chosen_by_the_survey():
+    result = analyse(seed("auto", sub_intervals=90, allow_coarse=True).changed(OFF))
+    assert "effects" in result.data.attrs
+
+
+def test_a_tolerance_needs_estimates():
+    with pytest.raises(SceneError, match="switched off"):
+        seed_four_bar().changed({"tolerance": 1e-2, **OFF})
+
+
+def test_a_branch_is_followed_without_estimates():
+    scene = seed(("coupling", "large-rotations"), sub_intervals=60, allow_coarse=True).changed(OFF)
+    branch = follow(scene, "drive.speed", (20.0, 22.0), points=4)
+    assert np.isfinite(branch.data["peak_strain"]).all()
