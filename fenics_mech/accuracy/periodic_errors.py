@@ -40,8 +40,9 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
     analysis, regular, size = scene.analysis, cycle.steps.regular, equation.system.size
     safety = ESTIMATES.of_blows if cycle.steps.disturbed else ESTIMATES.of_steps
-    finer = cycle.flow(more_accurate(analysis.stages), cycle.motion(orbit))
-    right = (part[regular, :size] for part in corrected(orbit, finer))
+    points = more_accurate(analysis.stages)
+    right = [part[regular, :size] for part in corrected(orbit, cycle.flow(points, cycle.motion(orbit)))]
+    cycle.forget(points)
     order = 2 * analysis.stages - (analysis.scheme == "radau")
     assert orbit.flow is not None
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)

@@ -30,7 +30,7 @@ class MemoryNeed:
     """Numbers that a solver holds at each position."""
 
     nonzero: int = 14  # of a nonzero of the matrices, beside their factors
-    mode: int = 40  # of a coordinate, for each mode that is damped
+    mode: int = 32  # of a coordinate, for each mode that is damped
     coordinate: int = 300  # of a coordinate, with its factors: rough, for meshes that are not yet made
     damped: int = 1000  # the same with damping of modes
 

@@ -144,6 +144,18 @@ class Cycle:
             self._flows[tableau] = Flow(matrices, tableau, self.steps.duration, self.scene.petsc)
         return self._flows[tableau]
 
+    def forget(self, tableau: Tableau) -> None:
+        """Free the memory of points that the motion was not solved at.
+
+        Parameters
+        ----------
+        tableau
+            The points in each step.
+        """
+        if tableau != self.tableau:
+            self._flows.pop(tableau, None)
+            self._equations.pop(tableau, None)
+
     def keep(self, flow: Flow) -> None:
         """Keep the steps that a motion was solved for with, as those linearised about it.
 
@@ -252,10 +264,12 @@ class Cycle:
                 f"{self.massless} has almost no mass: rounding spoils the Floquet multipliers of its vibration. Give "
                 "its link a density or a mass, or write analysis.stability = false"
             )
-        stages = self.scene.analysis.stages
-        flow = self.flow(Tableau.of("gauss", stages), motion)
-        damped = partial(self.flow, Tableau.of("radau", stages), motion)
-        return floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc, damped)
+        gauss, radau = (Tableau.of(scheme, self.scene.analysis.stages) for scheme in ("gauss", "radau"))
+        damped = partial(self.flow, radau, motion)
+        flow = self.flow(gauss, motion)
+        found = floquet(flow, self._at_start(motion), self.axes, modes, self.scene.petsc, damped)
+        self.forget(gauss)
+        return found
 
     @cached_property
     def axes(self) -> LinkAxes:
