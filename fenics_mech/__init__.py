@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.views.animation import animate
+    from fenics_mech.views.page import report
     from fenics_mech.views.plots import plot_all
     from fenics_mech.views.report import summary
 
@@ -115,6 +116,7 @@ __all__ = [
     "plot_all",
     "quick_return",
     "refined",
+    "report",
     "slider_crank",
     "summary",
     "sweep",
@@ -130,6 +132,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
     "plot_all": "views.plots",
+    "report": "views.page",
     "summary": "views.report",
     "sweep": "studies.sweep",
 }
