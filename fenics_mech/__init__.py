@@ -47,8 +47,8 @@ if TYPE_CHECKING:
         plot_strain,
         plot_strain_map,
     )
-    from fenics_mech.views.report import summary
     from fenics_mech.views.result_figures import plot_all
+    from fenics_mech.views.summary import summary
 
 __all__ = [
     "AirDrag",
@@ -156,7 +156,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
     "report": "views.page",
-    "summary": "views.report",
+    "summary": "views.summary",
     "sweep": "studies.sweep",
 }
 

@@ -178,6 +178,25 @@ class Reading:
         angle = round(math.degrees(float(np.mod(np.round(self.theta[k], 12), TURN))), 1)
         return f"{0 if angle == 360 else angle:g}{DEGREE}"
 
+    def driven(self) -> str:
+        """Say how the machine is driven, and how long a turn or the motion takes."""
+        scene, drives = self.scene, self.scene.drives
+        if not drives:
+            seconds = short(float(np.ptp(self.data["time"].to_numpy())))
+            return f"free motion of {seconds} s" if self.in_time else "nothing drives it"
+        joints = " and ".join(drive.joint for drive in drives)
+        if len(self.theta) == 1:
+            return f"held by drive {joints} at {self.at(0)}"
+        cycle = f"one cycle in {short(scene.period)} s"
+        if len(drives) > 1:
+            return f"drives {joints}, {cycle}"
+        if drives[0].speed is None:
+            return f"drive {joints} by a periodic law, {cycle}"
+        if str(self.result.data["input_torque"].attrs.get("units")) == "N":
+            return f"drive along {joints}, {cycle}"
+        speed = f"{short(drives[0].speed)} rad/s ({short(60 / scene.period)} rpm)"
+        return f"drive {joints} at {speed}, one turn in {short(scene.period)} s"
+
     @property
     def still(self) -> float | None:
         """Largest stress without vibration (MPa), where the result has it."""
