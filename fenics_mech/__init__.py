@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.views.animation import animate
-    from fenics_mech.views.page import report
+    from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
         plot_drive,
@@ -155,7 +155,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
-    "report": "views.page",
+    "report": "views.page.report",
     "summary": "views.summary",
     "sweep": "studies.sweep",
 }

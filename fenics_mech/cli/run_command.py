@@ -33,7 +33,7 @@ def run(
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        from fenics_mech.views.page import report as write_report  # noqa: PLC0415
+        from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
         from fenics_mech.views.summary import summary  # noqa: PLC0415
 

@@ -145,7 +145,7 @@ def _rest(reading: Reading, judged: list[Judgement]) -> Table:
     }
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
     rows["effects"] = _effects(result)
-    rows["damping"] = damping_of(result.scene)
+    rows["damped by"] = damping_of(result.scene)
     table = Table.grid(padding=(0, 2))
     for name, text in rows.items():
         table.add_row(name, escape(text))

@@ -17,10 +17,9 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.judgements import headline, judgements, verdict
-from fenics_mech.views.page import report
-from fenics_mech.views.page.build import page
 from fenics_mech.views.page.curves import MOST, packed, payload
 from fenics_mech.views.page.html import Html, json_in_page, table, tag
+from fenics_mech.views.page.report import page, report
 from fenics_mech.views.reading import Reading
 from tests.common import ROOT, analysed
 

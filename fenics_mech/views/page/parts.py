@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.page.html import EMPTY, Html, join, tag
-from fenics_mech.views.page.tables import frequencies
+from fenics_mech.views.page.page_tables import frequencies
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.words import sentence, short
 
@@ -161,7 +161,7 @@ def _plot(name: str) -> tuple[Html, Html]:
     return tag("h3", *heads), tag("div", id=name, class_="plot")
 
 
-def vibration(reading: Reading) -> Html:
+def dynamics(reading: Reading) -> Html:
     """Give the frames of torque, frequencies, spectrum and stability: of those that the result has.
 
     Parameters
