@@ -165,6 +165,11 @@ def test_a_resonance_is_found_where_a_multiple_of_the_drive_meets_a_mode():
     assert not shown[:, :5].any()  # nothing near a mode
     smooth = 1e-6 * np.ones((101, 1, 12)) * rate[:, None, None] ** 2
     assert resonances(rate, (low, high), smooth, smooth.max(axis=2)) == []
+    assert gains(rate, smooth) == pytest.approx(
+        np.ones_like(smooth)
+    )  # which is what grows with the square of the speed
+    assert distance[0, 10] == pytest.approx([49 / 40 - 1, 120 / 40 - 1])  # 10 times 4 Hz is below both modes
+    assert distance[-1, 7] == pytest.approx([63 / 51 - 1, 120 / 63 - 1])  # 7 times 9 Hz is between them
 
 
 def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
