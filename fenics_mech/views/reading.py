@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +13,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import MEGA, MICRO, MILLI, TURN
-from fenics_mech.errors import ResultError
+from fenics_mech.errors import ResultError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
@@ -202,6 +204,22 @@ class Reading:
         """Largest stress without vibration (MPa), where the result has it."""
         data = self.result.data
         return MEGA * float(abs(data["stress_quasi_static"]).max()) if "stress_quasi_static" in data else None
+
+
+@contextmanager
+def reading_of_a_file() -> Iterator[None]:
+    """Turn what a damaged or made-up result raises where it is read into one `ResultError`.
+
+    Raises
+    ------
+    ResultError
+        When something is missing, or is not what it has to be.
+    """
+    try:
+        yield
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        text = f"the result lacks what is shown, or holds something else there: {shortened(error)}"
+        raise ResultError(f"{text}. Analyse its scene again") from error
 
 
 def _refuse_incomplete(data: xr.Dataset, scene: Scene) -> None:

@@ -23,7 +23,7 @@ from fenics_mech.views.plots import (
     plot_strain,
     plot_strain_map,
 )
-from fenics_mech.views.reading import Peak, Reading
+from fenics_mech.views.reading import Peak, Reading, reading_of_a_file
 
 MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
 MOST_SPECTRA = 3
@@ -75,8 +75,9 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
         raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
     if result.data.sizes["theta"] == 1:
         return []
-    chosen = {name: build for name, (has, build) in FIGURES.items() if has(result) and (not only or name in only)}
-    paths = [save(build(result), folder / f"{name}{ending}") for name, build in chosen.items()]
+    with reading_of_a_file():
+        chosen = {name: build for name, (has, build) in FIGURES.items() if has(result) and (not only or name in only)}
+        paths = [save(build(result), folder / f"{name}{ending}") for name, build in chosen.items()]
     for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
         paths.append(save(figure_in(plot_strain(result, member, s=s, fibre=fibre)), folder / f"{name}{ending}"))

@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fenics_mech import analyse
 from fenics_mech.errors import ResultError, ViewError
@@ -195,6 +196,22 @@ def test_results_without_what_is_shown_are_refused(result):
     other = result.data.assign_coords(member=["crank", "coupler", "other"])
     with pytest.raises(ResultError, match="not those of the scene"):
         page(Result(other))
+
+
+def test_a_made_up_result_is_shown_or_refused_in_one_line(result, tmp_path):
+    """Whatever is missing or of another kind in a file that a stranger may have made."""
+    data, refused = result.data, []
+    broken = [data.drop_vars(name) for name in data.variables if name not in data.dims]
+    broken += [data.drop_dims(name) for name in ("source", "mode", "s", "joint", "member", "fibre")]
+    attributes = [{key: value for key, value in data.attrs.items() if key != name} for name in data.attrs]
+    attributes += [data.attrs | {name: "[1]"} for name in data.attrs]
+    for one in [*broken, *(xr.Dataset(data.variables, attrs=attrs) for attrs in attributes)]:
+        try:
+            report(Result(one), tmp_path / "report.html")
+        except ResultError as error:
+            refused.append(str(error))
+    assert len(refused) > 20
+    assert all(text.isprintable() for text in refused)
 
 
 def test_static_and_quasi_static_results_have_shorter_pages():

@@ -15,7 +15,7 @@ from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.curves import payload
 from fenics_mech.views.page.html import Html, json_in_page, tag
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.reading import Reading, reading_of_a_file
 
 SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
 ENDINGS = (".html", ".htm")
@@ -55,7 +55,8 @@ def report(result: Result, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
-    text = page(result)
+    with reading_of_a_file():
+        text = page(result)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     return path
 
