@@ -36,6 +36,7 @@ from fenics_mech.views.words import MINUS, short
 LABEL_HEIGHT = 0.05  # of the axes
 STILL: dict[str, Any] = {"color": "#777777", "linestyle": "--", "linewidth": 1.2, "label": "without vibration"}
 BAR = 0.7  # of the distance of two bars, that a bar is wide
+MOST_CURVES = 8  # in one plot
 LEAST_BAR = 0.01  # of the largest harmonic: smaller bars cannot be seen
 FEWEST_BARS = 12  # so that the natural frequencies beside them are shown too
 
@@ -153,6 +154,8 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
 def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
     """Plot the deflection across each member, relative to the rigid linkage, at the place where it is largest.
 
+    Of many members those are drawn that bend most.
+
     Parameters
     ----------
     result
@@ -173,13 +176,13 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
     """
     axes, reading = axes or new_axes(), Reading(result)
     across = deflection_across(result)
-    for i, member in enumerate(reading.members):
+    largest = np.abs(across).max(axis=(0, 2))
+    for i in sorted(np.argsort(-largest, kind="stable")[:MOST_CURVES].tolist()):
         j = int(np.abs(across[:, i]).max(axis=0).argmax())
-        label = f"{member}, {reading.place(Peak(0, i, j))}"
+        label = f"{reading.members[i]}, {reading.place(Peak(0, i, j))}"
         axes.plot(*over(reading, MILLI * smoothed(result, across[:, i, j])[1]), label=label)
     abscissa(axes, reading)
-    title = "Deflection across the members, relative to the rigid linkage, where it is largest"
-    finish(axes, title, DEFLECTION, columns=3)
+    finish(axes, "Deflection across each member where it is largest", DEFLECTION, columns=3)
     return axes
 
 
@@ -250,7 +253,7 @@ def plot_drive(result: Result, axes: Axes | None = None) -> Axes:
     mark_peak(axes, reading, k, float(reading.effort[k]))
     abscissa(axes, reading)
     slides = reading.effort_name[1] == "N"
-    finish(axes, *(("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")))
+    finish(axes, *(("Drive force", "force (N)") if slides else ("Drive torque", "torque (N m)")))
     return axes
 
 

@@ -104,7 +104,8 @@ def strain_figure(result: Result) -> Figure:
             left.set_xlabel("")
         if left is not rows[0][0] and (legend := left.get_legend()):
             legend.remove()
-            left.set_title(left.get_title("left"), loc="left", pad=8)
+            with mpl.rc_context(STYLE):
+                left.set_title(left.get_title("left"), pad=8)
         left.margins(y=0.14)
         _draw_place(right, reading, reading.peak(reading.strain, i), float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
