@@ -77,7 +77,7 @@ def plot_strain(
     --------
     >>> axes = fm.plot_strain(fm.Result.load("out/result.nc"), "follower")
     >>> axes.get_title("left")
-    'Strain of follower, 135 mm from C, + side'
+    'Strain of follower, 149 mm from C, + side'
     """
     axes, reading = axes or new_axes(), Reading(result)
     peak = reading.peak(reading.strain, number_of(reading, member))
@@ -328,8 +328,8 @@ def plot_frequencies(result: Result, axes: Axes | None = None) -> Axes:
 
     Examples
     --------
-    >>> axes = fm.plot_frequencies(fm.Result.load("out/result.nc"))
-    >>> axes.get_ylabel()
+    >>> changes = {"effects": ["coupling"], "analysis.sub_intervals": 90}
+    >>> fm.plot_frequencies(fm.analyse(fm.load("demos/four_bar.toml").changed(changes))).get_ylabel()
     'frequency (Hz)'
     """
     if "frequency" not in result.data:
