@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import loading, make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, one_voice, out, progress_bar, tell
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
 from fenics_mech.errors import MechanismError
 
@@ -19,19 +19,23 @@ def run(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html, a page for a browser.")] = True,
     csv: Annotated[bool, typer.Option(help="Also write every variable as a CSV table.")] = False,
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
+    details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
 ) -> None:
-    """Analyse a scene: write result.nc and plots, print a summary. Under mpirun the processes share the positions."""
+    """Analyse a scene: write result.nc, report.html and plots, print a summary.
+
+    Under mpirun the processes share the positions.
+    """
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        from fenics_mech.response.setup import CommonParts  # noqa: PLC0415
-        from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
-        from fenics_mech.views.plots import plot_all  # noqa: PLC0415
-        from fenics_mech.views.report import summary  # noqa: PLC0415
+        from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
+        from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
+        from fenics_mech.views.summary import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
@@ -39,21 +43,30 @@ def run(
         return loaded
 
     first = one_voice()
-    loaded, common = shared(prepared), CommonParts()
-    with progress_bar(len(STEPS) + 1 + plots + csv) as step:
-        result = shared(lambda: analyse(loaded, step, common))
+    loaded = shared(prepared)
+    with progress_bar(len(STEPS) + 1 + report + plots + csv) as step:
+        result = shared(lambda: analyse(loaded, step))
         if not first:
             return
         step("writing result.nc")
-        written = [result.save(folder / "result.nc")]
+        written: dict[str, list[Path]] = {"": [result.save(folder / "result.nc")]}
         if csv:
             step("writing tables")
-            written += result.to_csv(folder)
+            written["tables"] = result.to_csv(folder)
+        if report:
+            step("report")
+            written[""].append(write_report(result, folder / "report.html"))
         if plots:
             step("plots")
-            rigid = rigid_body_strains(loaded, common=common) if loaded.analysis.method == "periodic" else {}
-            written += plot_all(result, folder, rigid=rigid)
-    out.print(summary(result))
-    tell_written(written, folder)
+            written["plots"] = plot_all(result, folder)
+    out.print(summary(result, details))
+    tell(_told(written, folder))
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")
+
+
+def _told(written: dict[str, list[Path]], folder: Path) -> str:
+    """Say what was written: names of single files, and how many tables and plots."""
+    parts = [path.name for path in written.pop("")]
+    parts += [f"{len(paths)} {kind}" for kind, paths in written.items() if paths]
+    return f"Wrote {', '.join(parts[:-1])}{' and ' if len(parts) > 1 else ''}{parts[-1]} to {folder}"

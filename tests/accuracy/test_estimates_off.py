@@ -7,11 +7,10 @@ import pytest
 from rich.console import Console
 
 import fenics_mech.analysis
-from fenics_mech import analyse
+from fenics_mech import analyse, summary
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.follow import follow
-from fenics_mech.views.report import summary
 
 OFF = {"analysis.error_estimates": False}
 
@@ -35,7 +34,7 @@ def test_the_answer_is_the_same(method, monkeypatch):
 
 def test_the_summary_says_that_nothing_is_estimated():
     console = Console(width=200, file=StringIO())
-    console.print(summary(analyse(seed(sub_intervals=90).changed(OFF))))
+    console.print(summary(analyse(seed(sub_intervals=90).changed(OFF)), details=True))
     text = console.file.getvalue()
     assert "none, as analysis.error_estimates = false" in text
 

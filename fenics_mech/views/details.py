@@ -1,4 +1,4 @@
-"""A summary of a result that a person can read after a run."""
+"""All that is known of a result, for a person to read: more than fits a screen."""
 
 from __future__ import annotations
 
@@ -12,40 +12,35 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
-from fenics_mech._console import text_of
 from fenics_mech._constants import MEGA, MICRO, MILLI
-from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.effects import EFFECTS, Effect, active, loads_at_nodes
+from fenics_mech.effects import EFFECTS, active, loads_at_nodes
 from fenics_mech.errors import percent
-from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
-from fenics_mech.response.stability.floquet import STABILITY
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
-from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.frequency_table import frequency_table
+from fenics_mech.views.judgements import (
+    SOURCES,
+    Judgement,
+    acting,
+    doubtful_peaks,
+    quantities,
+    stability,
+    theory,
+    too_uncertain,
+)
 from fenics_mech.views.tables import drive_of, number, table_of
+from fenics_mech.views.words import MINUS, sentence
 
-SOURCES = {  # of errors, in words
-    "time": "time steps",
-    "harmonics": "harmonics left out",
-    "modes": "modes left out",
-    "stations": "between stations",
-    "theory": "linear theory",
-    "effects": "effects left out",
-}
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
-MINUS = "\N{MINUS SIGN}"
-ADVICE = "Write effects = 'auto', which takes the effects that are needed."
+STYLES = {"bad": "bold red", "warn": "bold yellow"}
 
 
 @dataclass(frozen=True)
 class ReportLimits:
-    """What the summary leaves out."""
+    """What the tables leave out."""
 
     between_stations: float = 1e-3  # excess of a strain over that at the stations: four digits are printed
     harmonics: int = 4  # of each member: more do not fit a line of 80 columns
@@ -56,15 +51,8 @@ class ReportLimits:
 REPORT = ReportLimits()
 
 
-class Summary(Group):
-    """A summary: text where it is printed, and with colours by `rich.print`."""
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-
-def summary(result: Result) -> Summary:
-    """Summarise a result, to be printed; it needs 80 columns.
+def details(result: Result) -> Group:
+    """Tell all that is known of a result; it needs 80 columns.
 
     First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
     strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
@@ -74,75 +62,41 @@ def summary(result: Result) -> Summary:
     ----------
     result
         The result.
-
-    Returns
-    -------
-    Summary
-        A text with tables; `rich.print` shows it with colours.
-
-    Examples
-    --------
-    >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
-    seed four-bar...
     """
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
+    grid = Table.grid(padding=(0, 2))
+    for name, value in decisions(result).items():
+        grid.add_row(name, escape(value))
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     closer = between_positions(result)
     parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
         parts.append(_joints(closer))
-    parts += [*_doubtful_peaks(result, closer), *_signal(result)]
+    parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
-        if any(effect.nonlinear for effect in _acting(result)):
+        if any(effect.nonlinear for effect in acting(result)):
             parts.append(Text("These frequencies leave out the axial forces in the links."))
-    if "stability_limit" in result.data.attrs:
-        parts.append(_stability(result))
     if "mean_power" in result.data:
-        parts.append(_energy(result))
-    parts += [_validity(result), *(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
-    return Summary(*parts)
+        parts.append(Text(energy(result)))
+    parts += [_said(judged) for judged in (stability(result), theory(result)) if judged is not None]
+    parts += [*(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
+    return Group(*parts)
 
 
-def _acting(result: Result) -> list[Effect]:
-    """Effects that act in a result, as far as the program knows them."""
-    decided = json.loads(result.data.attrs["effects"])
-    return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
+def _said(judged: Judgement) -> Text:
+    """Write a judgement, in colour where it warns."""
+    return Text(f"{sentence(judged.title)}: {judged.text}", style=STYLES.get(judged.level, ""))
 
 
-def _validity(result: Result) -> Text:
-    """Tell whether deflections and axial forces are small enough for the theory that was used."""
-    members = [str(member) for member in result.data["member"].to_numpy()]
-    euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
-    worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
-    bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
-    turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
-    acting = _acting(result)
-    if any(effect.nonlinear for effect in acting):
-        if turn.max() <= VALIDITY.rotation:
-            return Text(f"Inside the theory of large rotations: {turned}; {worst}.")
-        text = f"OUTSIDE THE THEORY OF LARGE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
-        return Text(text, style="bold red")
-    if "source" in result.data and "theory" in result.data["source"]:
-        of_strain, of_deflection = (
-            float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
-        )
-        share = f"{percent(of_strain)} of the strain and {percent(of_deflection)} of the deflection"
-        if of_strain <= SCENE.neglected and of_deflection <= CHOICE.deflection:
-            return Text(f"Inside the linear theory, which leaves out {share}: {worst}; {bent}.")
-        text = f"OUTSIDE THE LINEAR THEORY, which leaves out {share} by estimate: {worst}; {bent}. {ADVICE}"
-        return Text(text, style="bold red")
-    carried = any(effect.stress_stiffening for effect in acting)
-    if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:
-        return Text(f"Inside the linear theory: {worst}; {bent}.")
-    beyond = [f"{bent} (limit {percent(VALIDITY.bow)})"] if bow.max() > VALIDITY.bow else []
-    if not carried and euler.max() > VALIDITY.euler_ratio:
-        beyond.insert(0, f"{worst} (limit {percent(VALIDITY.euler_ratio)})")
-    return Text(f"OUTSIDE THE LINEAR THEORY, strains are wrong: {'; '.join(beyond)}. {ADVICE}", style="bold red")
+def energy(result: Result) -> str:
+    """Tell the mean power of drives, loads and damping, and how far they are from a balance.
 
-
-def _energy(result: Result) -> Text:
-    """Tell the mean power of drives, loads and damping, and how far they are from a balance."""
+    Parameters
+    ----------
+    result
+        The result.
+    """
     data = result.data
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
@@ -150,36 +104,22 @@ def _energy(result: Result) -> Text:
     parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items()]
     residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(factor * residual)} {unit}"
-    if not any(effect.couples for effect in _acting(result)):
-        return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
+    if not any(effect.couples for effect in acting(result)):
+        return f"{text}, as the equation leaves out the coupling, without which energy does not balance."
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
-    return Text(f"{text}.")
+    return f"{text}."
 
 
-def _stability(result: Result) -> Text:
-    """Tell whether small disturbances of the periodic motion die out."""
-    limit = f"{result.data.attrs['stability_limit']:.3g} Hz"
-    if "multiplier" not in result.data:
-        return Text(f"Stability is not judged: every disturbance is faster than {limit}, too fast for the steps.")
-    size = np.hypot(*result.data["multiplier"][0].to_numpy())
-    rate, frequency, mode = (
-        float(result.data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
-    )
-    link = result.data["multiplier_link"][0].item()
-    where = f"({frequency:.4g} Hz in the axes of link {link}, mode {mode:.0f}; rate {rate:.3g} 1/s)"
-    per_cycle = f"to {100 * size:.3g} % per cycle {where}"
-    rest = f"Disturbances faster than {limit} are not judged."
-    if size < 1 - STABILITY.tolerance:
-        return Text(f"Stable: the least-damped disturbance decays {per_cycle}. {rest}")
-    if size < 1 + STABILITY.tolerance:
-        return Text(f"At the limit of stability, without damping: the worst disturbance comes {per_cycle}. {rest}")
-    return Text(f"UNSTABLE: a small disturbance grows {per_cycle}.", style="bold red")
+def decisions(result: Result) -> dict[str, str]:
+    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh.
 
-
-def _decisions(result: Result) -> Table:
-    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh."""
+    Parameters
+    ----------
+    result
+        The result.
+    """
     scene, analysis = result.scene, result.scene.analysis
     rows = {"drive": drive_of(scene), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
@@ -194,7 +134,7 @@ def _decisions(result: Result) -> Table:
         rows["error estimate"] = "none, as analysis.error_estimates = false"
     if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
-    rows["damped by"] = _damping(scene)
+    rows["damped by"] = damping_of(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
@@ -204,39 +144,22 @@ def _decisions(result: Result) -> Table:
         rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
-    table = Table.grid(padding=(0, 2))
-    for name, value in rows.items():
-        table.add_row(name, escape(value))
-    return table
+    return rows
 
 
 def _errors(result: Result) -> str:
     """Tell the largest relative error of each quantity, and that of the strains by source."""
-    data, parts = result.data, []
-    numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
-    for what, name in _quantities(result).items():
+    data, parts, wrong = result.data, [], too_uncertain(result)
+    for what, name in quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
         text = f"{name} {percent(data.attrs[f'{prefix}error_estimate'])}"
-        wrong = float(data[f"{prefix}relative_error"].sel(source=numerical).sum()) > ACCEPTED.of_strain
-        parts.append(text + (" (TOO LARGE, do not use it)" if wrong and what != "strain" else ""))
+        parts.append(text + (" (TOO LARGE, do not use it)" if name in wrong else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
     shares = ", ".join(f"{SOURCES.get(source, source)} {percent(error)}" for source, error in by_source)
     text = f"{', '.join(parts)}; of the strain: {shares}"
     if "not_estimated" in data.attrs:
         text += f"; NOT included: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, do not use these numbers" if data.attrs["too_coarse"] else "")
-
-
-def _quantities(result: Result) -> dict[str, str]:
-    """Give the quantities of a result that have an error, and their names."""
-    data = result.data
-    names = {"strain": "strain", "deflection": "deflection"}
-    if data.sizes["joint"]:
-        names["joint_force"] = "joint force"
-    if moved := result.scene.moved_joints:
-        alone = effort_units(moved, result.scene.joints) == ["N m"]
-        names["torque"] = "input torque" if alone else "drive effort"
-    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 
 def _solver(result: Result) -> str:
@@ -254,34 +177,21 @@ def _solver(result: Result) -> str:
 def _effects(result: Result) -> str:
     """Name the effects that act, with their influence on the strains where it was estimated."""
     effects = json.loads(result.data.attrs["effects"])
-    inside = {effect.replaces for effect in _acting(result)}
+    inside = {effect.replaces for effect in acting(result)}
     least = result.scene.neglected / 2
-    acting = []
+    chosen = []
     for e in (e for e in effects if e["acts"]):
         below = e["size"] is not None and e["size"] <= least and EFFECTS[e["name"]].nonlinear
         why = ", for the deflection or a tolerance" if below else ""  # see `planning.effect_choice.suffices`
-        acting.append(e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])}{why})"))
+        chosen.append(e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])}{why})"))
     left = [
         f"{e['name']} ({percent(e['size'])}{', MISSING DATA: ' + e['lacking'] if e['lacking'] else ''})"
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    chosen = f"; selected: influence above {percent(least)}; left out: {', '.join(left) or 'none'}"
+    limit = f"; selected: influence above {percent(least)}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
-    return (", ".join(acting) or "none") + (chosen if estimated else "")
-
-
-def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
-    """Say by how much peaks are uncertain where they lie between few positions."""
-    by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
-    if max(by_strain, by_force) < PEAK.doubtful:
-        return []
-    text = (
-        f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
-        f"strain and {by_force:.1%} of the largest joint force: without every second position they differ by that. "
-        f"Take {'a smaller tolerance' if 'chosen' in result.data.attrs else 'more sub_intervals'}"
-    )
-    return [Text(text)]
+    return (", ".join(chosen) or "none") + (limit if estimated else "")
 
 
 def _members(result: Result) -> Table:
@@ -375,8 +285,14 @@ def _peak(values: Array) -> tuple[int, ...]:
     return tuple(int(i) for i in np.unravel_index(np.abs(values).argmax(), values.shape))
 
 
-def _damping(scene: Scene) -> str:
-    """Tell how the scene is damped."""
+def damping_of(scene: Scene) -> str:
+    """Tell how a scene is damped.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     damping = scene.damping
     ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
     modal = ", ".join(f"{100 * value:.4g} %" for value in ratios)
