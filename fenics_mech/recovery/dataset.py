@@ -22,8 +22,9 @@ from fenics_mech.forces.section_forces import section_forces
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.balance import energy_balance
+from fenics_mech.recovery.balance import drive_figures, energy_balance
 from fenics_mech.recovery.fields import Fields
+from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.variables import with_units
@@ -50,22 +51,27 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     scene = solution.scene
     attributes = stamp(scene) | _decisions(fields.system, choices)
     data = xr.Dataset(fields.variables, fields.coordinates, attributes)
-    parts = (_of_drives(solution, fields, errors), *_of_kind(solution, fields.system), _of_errors(errors))
+    forces = Forces(scene, fields.system, solution.response)
+    efforts = forces.efforts() if scene.moved_joints else {}
+    parts = (
+        _of_drives(solution, forces, efforts, errors),
+        frame_forces(forces, fields, efforts),
+        *_of_kind(solution, fields.system),
+        _of_errors(errors),
+    )
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = _quasi_static(solution) if isinstance(solution, PeriodicSolution) else None
     if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
         data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
-    efforts = effort_units(scene.moved_joints, scene.joints)
-    return Result(with_units(data, efforts, scene.springs.values(), scene.dampers.values()))
+    units = effort_units(scene.moved_joints, scene.joints)
+    return Result(with_units(data, units, scene.springs.values(), scene.dampers.values()))
 
 
-def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset:
+def _of_drives(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Errors) -> xr.Dataset:
     """Efforts of the drives, the balance of energy, and the crank's own motion on a motor's shaft."""
     scene = solution.scene
     if not scene.moved_joints:
         return xr.Dataset()
-    forces = Forces(scene, fields.system, solution.response)
-    efforts = forces.efforts()
     variables: dict[str, Any] = {
         "input_torque": (("theta",), efforts[scene.moved_joints[0]]),
         "drive_effort": (("theta", "drive"), np.stack(list(efforts.values()), axis=1)),
@@ -75,7 +81,9 @@ def _of_drives(solution: Solution, fields: Fields, errors: Errors) -> xr.Dataset
         variables["drive_rate"] = (("theta",), scene.cycle_rate + solution.twist[1])
     uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
     found = xr.Dataset(variables, {"drive": list(efforts)})
-    return xr.merge([found, energy_balance(solution, forces, efforts, uncertain)], combine_attrs="no_conflicts")
+    figures = drive_figures(solution, forces, efforts)
+    balance = energy_balance(solution, forces, efforts, uncertain)
+    return xr.merge([found, figures, balance], combine_attrs="no_conflicts")
 
 
 def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:

@@ -31,8 +31,14 @@ ATTRIBUTES = {
     "shear_force": ("N", "shear force dM/ds"),
     "deflection": ("m", "elastic displacement, fixed frame"),
     "joint_force": ("N", "force of the joint's first body on its second, fixed frame"),
+    "joint_moment": ("N m", "moment of the first body of a weld or slide on its second"),
+    "support_force": ("N", "force of the mechanism on the frame at the support, fixed frame"),
+    "support_moment": ("N m", "couple of the mechanism on the frame at the support"),
+    "shaking_force": ("N", "force of the mechanism on the frame, fixed frame"),
+    "shaking_moment": ("N m", "moment of the mechanism on the frame about the origin of the ground"),
     "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
     "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
+    "drive_effort_rms": ("N m", "root mean square of the drive's effort over the cycle; N along a slide"),
     "mean_power": ("W", "mean power that the cause gives to the mechanism, negative where it takes"),
     "drive_impulse": ("N m s", "impulse of each drive's effort at each impulse; N s along a slide"),
     "drive_twist": ("rad", "angle of the crank ahead of its drive"),
@@ -99,7 +105,7 @@ def with_units(
 def _units(efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]) -> dict[str, str]:
     """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
     found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
-    found |= dict.fromkeys(("drive_effort", "drive_effort_error"), efforts)
+    found |= dict.fromkeys(("drive_effort", "drive_effort_error", "drive_effort_rms"), efforts)
     found["drive_impulse"] = [f"{unit} s" for unit in efforts]
     for name, parts in (("spring_force", springs), ("damper_force", dampers)):
         found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts]

@@ -11,7 +11,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech._arrays import Array
 from fenics_mech._console import text_of
 from fenics_mech._constants import MEGA, MICRO, MILLI
 from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
@@ -27,6 +26,10 @@ from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.meshing import member_nodes
+from fenics_mech.views.force_summary import degrees as _degrees
+from fenics_mech.views.force_summary import drive_lines, joints_table
+from fenics_mech.views.force_summary import peak as _peak
+from fenics_mech.views.force_summary import values as _of
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.tables import drive_of, number, table_of
 
@@ -89,7 +92,7 @@ def summary(result: Result) -> Summary:
     closer = between_positions(result)
     parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
-        parts.append(_joints(closer))
+        parts += [joints_table(closer), *drive_lines(result)]
     parts += [*_doubtful_peaks(result, closer), *_signal(result)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
@@ -315,24 +318,6 @@ def _between_stations(result: Result) -> list[Text]:
     return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
 
 
-def _joints(result: Result) -> Table:
-    """Tabulate the peak joint forces and, as the last row, the peak torque or force of the first drive."""
-    table = table_of("Peaks of the joint forces", "joint", "peak", "at angle")
-    theta = _degrees(result)
-    forces = np.linalg.norm(_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
-    for joint, force in zip(result.data["joint"].to_numpy(), forces.T):
-        (k,) = _peak(force)
-        table.add_row(escape(str(joint)), f"{number(force[k])} N", f"{theta[k]:.4g}\N{DEGREE SIGN}")
-    if "input_torque" not in result.data:
-        return table
-    torque = result.data["input_torque"].to_numpy()
-    (k,) = _peak(torque)
-    unit = str(result.data["input_torque"].attrs["units"])
-    what = "drive force" if unit == "N" else "input torque"
-    table.add_row(what, f"{number(torque[k])} {unit}", f"{theta[k]:.4g}\N{DEGREE SIGN}")
-    return table
-
-
 def _signal(result: Result) -> list[RenderableType]:
     """Tabulate the largest harmonics of each member's strain at mid-span, and how it vibrates."""
     data = result.data
@@ -358,19 +343,6 @@ def _signal(result: Result) -> list[RenderableType]:
             cells += [number(MICRO * size), *("-" if np.isnan(value) else number(value) for value in (rate, mode))]
         table.add_row(escape(str(member)), *cells)
     return [table]
-
-
-def _of(result: Result, name: str, *dimensions: str) -> Array:
-    return result.data[name].transpose(*dimensions).to_numpy()
-
-
-def _degrees(result: Result) -> Array:
-    return np.degrees(result.data["theta"].to_numpy()) % 360
-
-
-def _peak(values: Array) -> tuple[int, ...]:
-    """Index of the value of largest magnitude."""
-    return tuple(int(i) for i in np.unravel_index(np.abs(values).argmax(), values.shape))
 
 
 def _damping(scene: Scene) -> str:
