@@ -99,6 +99,7 @@ __all__ = [
     "TimeExpression",
     "TimeTable",
     "TooLargeError",
+    "TracedPoint",
     "TubeSection",
     "UnresolvedError",
     "VariableSection",

@@ -51,7 +51,7 @@ PAGES: dict[
         "Springs, dampers and damping",
         ["LineSpring", "HingeSpring", "LineDamper", "HingeDamper", "Damping", "AirDrag"],
     ),
-    "analysis": ("Mesh, analysis and measurements", ["Mesh", "Analysis", "Measurement"]),
+    "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
 }
 # What keys mean whose classes do not say it: by class and key, or by the key alone.
 MEANINGS = {

@@ -25,6 +25,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.recovery.balance import drive_figures, energy_balance
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
+from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.variables import with_units
@@ -32,6 +33,7 @@ from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, P
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.course import Course
+from fenics_mech.scene.consistency import mobility
 
 
 def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequence[Choice] = ()) -> Result:
@@ -49,13 +51,14 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
         What was decided about effects.
     """
     scene = solution.scene
-    attributes = stamp(scene) | _decisions(fields.system, choices)
+    attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
     data = xr.Dataset(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
     efforts = forces.efforts() if scene.moved_joints else {}
     parts = (
         _of_drives(solution, forces, efforts, errors),
         frame_forces(forces, fields, efforts),
+        link_motion(forces),
         *_of_kind(solution, fields.system),
         _of_errors(errors),
     )

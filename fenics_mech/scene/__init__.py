@@ -18,7 +18,8 @@ from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
-from fenics_mech.scene.models import Measurement, Scene
+from fenics_mech.scene.models import Scene
+from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
@@ -86,6 +87,7 @@ __all__ = [
     "TaperSection",
     "TimeExpression",
     "TimeTable",
+    "TracedPoint",
     "TubeSection",
     "VariableSection",
     "Weld",

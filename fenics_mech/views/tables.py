@@ -18,6 +18,7 @@ from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import LineLoad
+from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
         table.add_row(escape(label), length, member.section, member.material, str(elements))
     counted = {"link": len(scene.links), "joint": len(scene.joints), "point mass": len(scene.masses)}
     counts = ", ".join(_count(number, name) for name, number in counted.items() if number or name != "point mass")
+    counts += f"; mobility {mobility(scene)}"
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
