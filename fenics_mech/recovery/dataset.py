@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import Modes
-from fenics_mech.forces.element_loads import pin_loads
 from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.forces.section_forces import section_forces
-from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.balance import drive_figures, energy_balance
@@ -27,11 +22,12 @@ from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.result import Result, stamp
+from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.recovery.without_vibration import without_vibration
 from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, Solution
 from fenics_mech.response.stability.floquet import Stability
-from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.course import Course
 from fenics_mech.scene.consistency import mobility
 
@@ -56,6 +52,7 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     forces = Forces(scene, fields.system, solution.response)
     efforts = forces.efforts() if scene.moved_joints else {}
     parts = (
+        rigid_places(scene, fields.system.motion),
         _of_drives(solution, forces, efforts, errors),
         frame_forces(forces, fields, efforts),
         link_motion(forces),
@@ -63,7 +60,7 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
         _of_errors(errors),
     )
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
-    still = _quasi_static(solution) if isinstance(solution, PeriodicSolution) else None
+    still = data.get("strain_quasi_static")
     if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
         data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
     units = effort_units(scene.moved_joints, scene.joints)
@@ -95,7 +92,7 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
         return [_of_course(solution.course), *_of_freedoms(solution)]
     if not isinstance(solution, PeriodicSolution):
         return []
-    parts = [_of_modes(system, solution.modes)]
+    parts = [_of_modes(system, solution.modes), without_vibration(solution)]
     if solution.stability is not None:
         parts.append(of_stability(solution.stability))
     if solution.condition is not None and np.isfinite(solution.condition):
@@ -181,16 +178,6 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
     return [xr.Dataset(variables, {"freedom": freedoms})]
-
-
-def _quasi_static(solution: Solution) -> Array:
-    """Quasi-static strain of the + fibre at mid-span in linear theory, ``(angles, members)``."""
-    scene, system, middle = solution.scene, solution.system, np.array([0.5])
-    linear = replace(system, terms=replace(system.without_axial_forces.terms, law=None, coupled=False))
-    response = solve_static(linear, scene.petsc)
-    axial, _, moment = section_forces(linear, response, middle, pin_loads(linear, response))
-    by_force, by_moment = stress_over_modulus(scene.rigidities(middle), axial[..., None], moment[..., None])
-    return by_force[..., 0] + by_moment[..., 0, 0]
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:

@@ -58,14 +58,13 @@ def link_motion(forces: Forces) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `link_angle`, `link_omega`, `link_alpha` by `link`, and its `instant_centre`; `point_position`,
+        `link_omega`, `link_alpha` by `link`, and its `instant_centre`; `point_position`,
         `point_velocity`, `point_acceleration` by `point` with links that do not bend, and with `_bent` behind them on
         bent links: rates only where the coupling acts, without which the equation does not know them.
         `transmission_angle` by `pair`, `slide_place` by `slide`. A mechanism at rest has no rates.
     """
     motion, scene = forces.system.motion, forces.scene
     found = xr.Dataset(coords={"theta": motion.theta, "link": list(motion.links), "component": ["x", "y"]})
-    found["link_angle"] = (("theta", "link"), motion.angle)
     if motion.omega.any() or motion.velocity.any():
         found["link_omega"] = (("theta", "link"), motion.omega)
         found["link_alpha"] = (("theta", "link"), motion.alpha)

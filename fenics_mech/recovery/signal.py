@@ -76,7 +76,7 @@ def last_cycle(analysis: Analysis, drives: Sequence[Drive], data: xr.Dataset) ->
     return slice(count - analysis.sub_intervals, count) if periodic else None
 
 
-def of_cycle(data: xr.Dataset, part: slice, period: float, still: Array | None = None) -> xr.Dataset:
+def of_cycle(data: xr.Dataset, part: slice, period: float, still: xr.DataArray | None = None) -> xr.Dataset:
     """Harmonics of strains, joint forces and torque, and the vibration of each member's strain.
 
     Parameters
@@ -88,7 +88,7 @@ def of_cycle(data: xr.Dataset, part: slice, period: float, still: Array | None =
     period
         Duration of the cycle (s).
     still
-        Quasi-static strain of the + fibre at mid-span, ``(angles, members)``, where the response is more than that.
+        Quasi-static strain over theta, member, s and fibre, where the response is more than that.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def of_cycle(data: xr.Dataset, part: slice, period: float, still: Array | None =
     coordinates = {"harmonic": order, "harmonic_frequency": ("harmonic", order / period)} | place
     if still is not None and "frequency" in data:
         frequency = data["frequency"].transpose("theta", "mode").to_numpy()
-        variables |= _vibration(waves[..., 0], still, frequency, period)
+        variables |= _vibration(waves[..., 0], _at_mid_span(still), frequency, period)
     return xr.Dataset(variables, coordinates)
 
 
@@ -123,7 +123,7 @@ def _gauged(strain: xr.DataArray) -> tuple[Array, dict[str, object]]:
     largest = np.abs(strain.to_numpy()).max(axis=0)
     flat = largest.reshape(len(largest), -1).argmax(axis=1)
     s, fibre = np.unravel_index(flat, largest.shape[1:])
-    middle = at_place(strain.sel(fibre="+").transpose(..., "s").to_numpy(), strain["s"].to_numpy(), 0.5)
+    middle = _at_mid_span(strain)
     peak = strain.to_numpy()[:, np.arange(len(largest)), s, fibre]
     where = np.stack([np.full(len(s), 0.5), strain["s"].to_numpy()[s]], axis=1)
     sides = np.stack([np.full(len(s), "+"), strain["fibre"].to_numpy()[fibre]], axis=1)
@@ -134,6 +134,11 @@ def _gauged(strain: xr.DataArray) -> tuple[Array, dict[str, object]]:
         "gauge_fibre": (along, sides.astype(object)),
     }
     return np.stack([middle, peak], axis=-1), places
+
+
+def _at_mid_span(strain: xr.DataArray) -> Array:
+    """Strain of the + fibre at mid-span, ``(angles, members)``."""
+    return at_place(strain.sel(fibre="+").transpose("theta", "member", "s").to_numpy(), strain["s"].to_numpy(), 0.5)
 
 
 def _vibration(

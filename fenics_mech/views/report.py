@@ -13,37 +13,33 @@ from rich.text import Text
 
 from fenics_mech._console import text_of
 from fenics_mech._constants import MEGA, MICRO, MILLI
-from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.effects import EFFECTS, Effect, active, loads_at_nodes
+from fenics_mech.effects import EFFECTS, active, loads_at_nodes
 from fenics_mech.errors import percent
-from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
-from fenics_mech.response.stability.floquet import STABILITY
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
-from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.force_summary import degrees as _degrees
 from fenics_mech.views.force_summary import drive_lines, joints_table
 from fenics_mech.views.force_summary import peak as _peak
 from fenics_mech.views.force_summary import values as _of
 from fenics_mech.views.frequency_table import frequency_table
+from fenics_mech.views.judgements import (
+    SOURCES,
+    Judgement,
+    acting,
+    doubtful_peaks,
+    quantities,
+    stability,
+    theory,
+    too_uncertain,
+)
 from fenics_mech.views.tables import drive_of, number, table_of
+from fenics_mech.views.words import MINUS, sentence
 
-SOURCES = {  # of errors, in words
-    "time": "time steps",
-    "harmonics": "harmonics left out",
-    "modes": "modes left out",
-    "stations": "between stations",
-    "theory": "linear theory",
-    "effects": "effects left out",
-}
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
-MINUS = "\N{MINUS SIGN}"
-ADVICE = "Write effects = 'auto', which takes the effects that are needed."
+STYLES = {"bad": "bold red", "warn": "bold yellow"}
 
 
 @dataclass(frozen=True)
@@ -93,55 +89,22 @@ def summary(result: Result) -> Summary:
     parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
         parts += [joints_table(closer), *drive_lines(result)]
-    parts += [*_doubtful_peaks(result, closer), *_signal(result)]
+    parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
-        if any(effect.nonlinear for effect in _acting(result)):
+        if any(effect.nonlinear for effect in acting(result)):
             parts.append(Text("These frequencies leave out the axial forces in the links."))
-    if "stability_limit" in result.data.attrs:
-        parts.append(_stability(result))
     if "mean_power" in result.data:
         parts.append(_energy(result))
-    parts += [_validity(result), *(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
+    parts += [_said(judged) for judged in (stability(result), theory(result)) if judged is not None]
+    parts += [*(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
     return Summary(*parts)
 
 
-def _acting(result: Result) -> list[Effect]:
-    """Effects that act in a result, as far as the program knows them."""
-    decided = json.loads(result.data.attrs["effects"])
-    return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
-
-
-def _validity(result: Result) -> Text:
-    """Tell whether deflections and axial forces are small enough for the theory that was used."""
-    members = [str(member) for member in result.data["member"].to_numpy()]
-    euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
-    worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
-    bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
-    turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
-    acting = _acting(result)
-    if any(effect.nonlinear for effect in acting):
-        if turn.max() <= VALIDITY.rotation:
-            return Text(f"Inside the theory of large rotations: {turned}; {worst}.")
-        text = f"OUTSIDE THE THEORY OF LARGE ROTATIONS, strains are wrong: {turned} (limit {VALIDITY.rotation} rad)."
-        return Text(text, style="bold red")
-    if "theory" in result.data["source"]:
-        of_strain, of_deflection = (
-            float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
-        )
-        share = f"{percent(of_strain)} of the strain and {percent(of_deflection)} of the deflection"
-        if of_strain <= SCENE.neglected and of_deflection <= CHOICE.deflection:
-            return Text(f"Inside the linear theory, which leaves out {share}: {worst}; {bent}.")
-        text = f"OUTSIDE THE LINEAR THEORY, which leaves out {share} by estimate: {worst}; {bent}. {ADVICE}"
-        return Text(text, style="bold red")
-    carried = any(effect.stress_stiffening for effect in acting)
-    if (carried or euler.max() <= VALIDITY.euler_ratio) and bow.max() <= VALIDITY.bow:
-        return Text(f"Inside the linear theory: {worst}; {bent}.")
-    beyond = [f"{bent} (limit {percent(VALIDITY.bow)})"] if bow.max() > VALIDITY.bow else []
-    if not carried and euler.max() > VALIDITY.euler_ratio:
-        beyond.insert(0, f"{worst} (limit {percent(VALIDITY.euler_ratio)})")
-    return Text(f"OUTSIDE THE LINEAR THEORY, strains are wrong: {'; '.join(beyond)}. {ADVICE}", style="bold red")
+def _said(judged: Judgement) -> Text:
+    """Write a judgement, in colour where it warns."""
+    return Text(f"{sentence(judged.title)}: {judged.text}", style=STYLES.get(judged.level, ""))
 
 
 def _energy(result: Result) -> Text:
@@ -153,32 +116,12 @@ def _energy(result: Result) -> Text:
     parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items()]
     residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(factor * residual)} {unit}"
-    if not any(effect.couples for effect in _acting(result)):
+    if not any(effect.couples for effect in acting(result)):
         return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
     return Text(f"{text}.")
-
-
-def _stability(result: Result) -> Text:
-    """Tell whether small disturbances of the periodic motion die out."""
-    limit = f"{result.data.attrs['stability_limit']:.3g} Hz"
-    if "multiplier" not in result.data:
-        return Text(f"Stability is not judged: every disturbance is faster than {limit}, too fast for the steps.")
-    size = np.hypot(*result.data["multiplier"][0].to_numpy())
-    rate, frequency, mode = (
-        float(result.data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
-    )
-    link = result.data["multiplier_link"][0].item()
-    where = f"({frequency:.4g} Hz in the axes of link {link}, mode {mode:.0f}; rate {rate:.3g} 1/s)"
-    per_cycle = f"to {100 * size:.3g} % per cycle {where}"
-    rest = f"Disturbances faster than {limit} are not judged."
-    if size < 1 - STABILITY.tolerance:
-        return Text(f"Stable: the least-damped disturbance decays {per_cycle}. {rest}")
-    if size < 1 + STABILITY.tolerance:
-        return Text(f"At the limit of stability, without damping: the worst disturbance comes {per_cycle}. {rest}")
-    return Text(f"UNSTABLE: a small disturbance grows {per_cycle}.", style="bold red")
 
 
 def _decisions(result: Result) -> Table:
@@ -213,31 +156,17 @@ def _decisions(result: Result) -> Table:
 
 def _errors(result: Result) -> str:
     """Tell the largest relative error of each quantity, and that of the strains by source."""
-    data, parts = result.data, []
-    numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
-    for what, name in _quantities(result).items():
+    data, parts, wrong = result.data, [], too_uncertain(result)
+    for what, name in quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
         text = f"{name} {percent(data.attrs[f'{prefix}error_estimate'])}"
-        wrong = float(data[f"{prefix}relative_error"].sel(source=numerical).sum()) > ACCEPTED.of_strain
-        parts.append(text + (" (TOO LARGE, do not use it)" if wrong and what != "strain" else ""))
+        parts.append(text + (" (TOO LARGE, do not use it)" if name in wrong else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
     shares = ", ".join(f"{SOURCES.get(source, source)} {percent(error)}" for source, error in by_source)
     text = f"{', '.join(parts)}; of the strain: {shares}"
     if "not_estimated" in data.attrs:
         text += f"; NOT included: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, do not use these numbers" if data.attrs["too_coarse"] else "")
-
-
-def _quantities(result: Result) -> dict[str, str]:
-    """Give the quantities of a result that have an error, and their names."""
-    data = result.data
-    names = {"strain": "strain", "deflection": "deflection"}
-    if data.sizes["joint"]:
-        names["joint_force"] = "joint force"
-    if moved := result.scene.moved_joints:
-        alone = effort_units(moved, result.scene.joints) == ["N m"]
-        names["torque"] = "input torque" if alone else "drive effort"
-    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 
 def _solver(result: Result) -> str:
@@ -255,34 +184,21 @@ def _solver(result: Result) -> str:
 def _effects(result: Result) -> str:
     """Name the effects that act, with their influence on the strains where it was estimated."""
     effects = json.loads(result.data.attrs["effects"])
-    inside = {effect.replaces for effect in _acting(result)}
+    inside = {effect.replaces for effect in acting(result)}
     least = result.scene.neglected / 2
-    acting = []
+    chosen = []
     for e in (e for e in effects if e["acts"]):
         below = e["size"] is not None and e["size"] <= least and EFFECTS[e["name"]].nonlinear
         why = ", for the deflection or a tolerance" if below else ""  # see `planning.effect_choice.suffices`
-        acting.append(e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])}{why})"))
+        chosen.append(e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])}{why})"))
     left = [
         f"{e['name']} ({percent(e['size'])}{', MISSING DATA: ' + e['lacking'] if e['lacking'] else ''})"
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    chosen = f"; selected: influence above {percent(least)}; left out: {', '.join(left) or 'none'}"
+    limit = f"; selected: influence above {percent(least)}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
-    return (", ".join(acting) or "none") + (chosen if estimated else "")
-
-
-def _doubtful_peaks(result: Result, closer: Result) -> list[Text]:
-    """Say by how much peaks are uncertain where they lie between few positions."""
-    by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
-    if max(by_strain, by_force) < PEAK.doubtful:
-        return []
-    text = (
-        f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
-        f"strain and {by_force:.1%} of the largest joint force: without every second position they differ by that. "
-        f"Take {'a smaller tolerance' if 'chosen' in result.data.attrs else 'more sub_intervals'}"
-    )
-    return [Text(text)]
+    return (", ".join(chosen) or "none") + (limit if estimated else "")
 
 
 def _members(result: Result) -> Table:

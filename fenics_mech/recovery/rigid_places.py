@@ -1,0 +1,42 @@
+"""Where links and the ends of members are over the motion, so that a result can be drawn by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech.kinematics import Motion
+from fenics_mech.scene import Scene
+
+ENDS = ("first", "second")
+
+
+def rigid_places(scene: Scene, motion: Motion) -> xr.Dataset:
+    """Label the rigid positions of links and of the members' ends.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    motion
+        Its motion.
+
+    Returns
+    -------
+    xarray.Dataset
+        `position` (m) of the members' ends over theta, member, end and component; `link_position` (m) and `link_angle`
+        (rad) of the links' frames over theta and link.
+    """
+    ends = [
+        [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
+        for link, member in scene.members().values()
+    ]
+    of_members = np.moveaxis(np.array(ends), 2, 0)
+    return xr.Dataset(
+        {
+            "position": (("theta", "member", "end", "component"), of_members),
+            "link_position": (("theta", "link", "component"), motion.position),
+            "link_angle": (("theta", "link"), motion.angle),
+        },
+        {"end": list(ENDS), "link": list(motion.links)},
+    )

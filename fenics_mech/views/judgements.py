@@ -1,0 +1,293 @@
+"""Whether the numbers of a result may be used, and why: the same sentences in terminal, report and documents."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.validity import VALIDITY
+from fenics_mech.effects import EFFECTS, Effect
+from fenics_mech.errors import percent
+from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.planning.effect_choice import CHOICE
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
+from fenics_mech.response.stability.floquet import STABILITY
+from fenics_mech.scene.base import SCENE
+from fenics_mech.views.reading import Reading
+from fenics_mech.views.words import UNSEEN, sentence, share, short
+
+Level = Literal["bad", "warn", "good", "note"]
+LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
+SERIOUS = 0.25  # of a strain, or of the Euler load: beyond it a result without the effect is of no use
+SOURCES = {  # of errors, in words
+    "time": "time steps",
+    "harmonics": "harmonics left out",
+    "modes": "modes left out",
+    "stations": "between stations",
+    "theory": "linear theory",
+    "effects": "effects left out",
+}
+REMEDIES = {  # what lowers an error
+    "mesh": "more elements",
+    "time": "more sub_intervals",
+    "harmonics": "more harmonics",
+    "modes": "more modes",
+    "stations": "more stations",
+    "theory": "effects = 'auto'",
+    "effects": "effects = 'auto'",
+}
+ADVICE = "Write effects = 'auto', which takes the effects that are needed."
+WORDS = {
+    "good": "The numbers can be used",
+    "note": "The numbers can be used",
+    "warn": "Use the numbers with care",
+    "bad": "Do not use these numbers",
+}
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One reason why numbers may be used, or not.
+
+    Parameters
+    ----------
+    level
+        "good", "note" (not examined), "warn" (use with care) or "bad" (do not use).
+    title
+        The reason in a few words, without a capital letter.
+    text
+        Sentences with numbers, and with what to change.
+    """
+
+    level: Level
+    title: str
+    text: str
+
+
+def judgements(result: Result) -> list[Judgement]:
+    """Judge a result by theory, stability and error, the worst first.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    found = [theory(result), stability(result), error(result)]
+    return sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level))
+
+
+def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
+    """Give the worst level of some judgements, and the sentence whether the numbers can be used.
+
+    Parameters
+    ----------
+    judged
+        The judgements, the worst first.
+    """
+    level = judged[0].level if judged else "note"
+    return level, f"{WORDS[level]}: {', '.join(j.title for j in judged if j.level in (level, 'good', 'note'))}."
+
+
+def headline(reading: Reading) -> tuple[str, str]:
+    """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    peak = reading.peaks[reading.ranked[0]]
+    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} MPa"
+    where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
+    when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
+    rest = "" if reading.still is None else f" ({short(reading.still)} MPa without vibration)"
+    return value, f"{where}{when}{rest}."
+
+
+def acting(result: Result) -> list[Effect]:
+    """Effects that act in a result, as far as the program knows them.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    decided = json.loads(result.data.attrs["effects"])
+    return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
+
+
+def theory(result: Result) -> Judgement:
+    """Judge whether deflections and axial forces are small enough for the theory that was used.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    members = [str(member) for member in result.data["member"].to_numpy()]
+    euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
+    worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
+    bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
+    if any(effect.nonlinear for effect in acting(result)):
+        turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
+        limit = f"the theory of large rotations holds to {VALIDITY.rotation} rad"
+        if turn.max() <= VALIDITY.rotation:
+            return Judgement("good", "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
+        return Judgement("bad", "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
+    if "theory" in result.data["source"]:
+        return _linear_theory(result, f"{sentence(worst)}; {bent}.")
+    carried = any(effect.stress_stiffening for effect in acting(result))
+    pressed = not carried and euler.max() > VALIDITY.euler_ratio
+    limits = f"{percent(VALIDITY.euler_ratio)} of a buckling load and {percent(VALIDITY.bow)} of a length"
+    if not pressed and bow.max() <= VALIDITY.bow:
+        return Judgement("good", "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
+    if bow.max() > VALIDITY.bow or euler.max() > SERIOUS:
+        text = f"{sentence(worst)}; {bent}. Linear theory holds to {limits}: the strains are wrong. {ADVICE}"
+        return Judgement("bad", "outside the linear theory", text)
+    off = f"Strains may be off by about {percent(euler.max())}, as the effects leave the axial forces out."
+    return Judgement("warn", "at the edge of the linear theory", f"{off} {sentence(worst)}. {ADVICE}")
+
+
+def _linear_theory(result: Result, why: str) -> Judgement:
+    """Judge linear theory by the estimate of what it leaves out."""
+    strain, bent = (
+        float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
+    )
+    if not np.isfinite(strain):
+        return Judgement(
+            "bad", "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
+        )
+    left = f"Linear theory leaves out {share(strain)} of the strain and {share(bent)} of the deflection."
+    if strain <= SCENE.neglected and bent <= CHOICE.deflection:
+        return Judgement("good", "inside the theory", f"{left} {why}")
+    if max(strain, bent) <= SERIOUS:
+        return Judgement("warn", f"linear theory leaves out {share(max(strain, bent))}", f"{left} {why} {ADVICE}")
+    return Judgement("bad", "outside the linear theory", f"{left} {why} {ADVICE}")
+
+
+def stability(result: Result) -> Judgement | None:
+    """Judge whether small disturbances of a periodic motion die out; None for other results.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data = result.data
+    if result.scene.analysis.method != "periodic":
+        return None
+    if "stability_limit" not in data.attrs:
+        text = "Whether small disturbances die out was not examined; analysis.stability = true examines it."
+        return Judgement("note", "stability not examined", text)
+    limit = f"{data.attrs['stability_limit']:.3g} Hz"
+    if "multiplier" not in data:
+        text = f"Every disturbance is faster than {limit}, too fast for the steps."
+        return Judgement("note", "stability not judged", text)
+    size = float(np.hypot(*data["multiplier"][0].to_numpy()))
+    rate, frequency, mode = (
+        float(data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
+    )
+    where = f"{frequency:.4g} Hz in the axes of link {data['multiplier_link'][0].item()}, mode {mode:.0f}"
+    text = (
+        f"Of a small disturbance {percent(size, 3)} is left after one cycle ({where}; rate {short(rate)} 1/s). "
+        f"Disturbances faster than {limit} are not judged."
+    )
+    if size < 1 - STABILITY.tolerance:
+        return Judgement("good", "stable", text)
+    if size < 1 + STABILITY.tolerance:
+        return Judgement("warn", "at the limit of stability", f"Nothing damps the motion. {text}")
+    return Judgement("bad", "unstable", f"A small disturbance grows. {text}")
+
+
+def error(result: Result) -> Judgement | None:
+    """Judge the estimated error of the strains; None where none was estimated.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data = result.data
+    if "error_estimate" not in data.attrs:
+        return None
+    total = float(data.attrs["error_estimate"])
+    sources = [str(source) for source in data["source"].to_numpy()]
+    by = dict(zip(sources, data["relative_error"].to_numpy()))
+    largest = max(by, key=by.__getitem__)
+    title = f"error {'' if total < UNSEEN else 'at most '}{share(total)}"
+    text = f"The program estimates the error of a member's largest strain as {share(total)} at most"
+    if total > SCENE.neglected:
+        text += f"; {share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}, which {REMEDIES[largest]} lowers"
+    level: Level = "good" if total <= ACCEPTED.of_strain else "warn"
+    parts = [f"{text}."]
+    if wrong := too_uncertain(result):
+        said = ", ".join(f"{name} {share(value)}" for name, value in wrong.items())
+        level, parts = "warn", [*parts, f"Too uncertain to be used: {said}."]
+    if (uncertain := doubtful_peaks(result)) is not None:
+        level, parts = "warn", [*parts, uncertain]
+    if "not_estimated" in data.attrs:
+        level, parts = "warn", [*parts, f"Not in this estimate: {data.attrs['not_estimated']}."]
+    if data.attrs["too_coarse"]:
+        return Judgement("bad", title, f"Too large: do not use these numbers. {' '.join(parts)}")
+    return Judgement(level, title, " ".join(parts))
+
+
+def quantities(result: Result) -> dict[str, str]:
+    """Give the quantities of a result that have an error, and their names.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data = result.data
+    names = {"strain": "strain", "deflection": "deflection"}
+    if data.sizes["joint"]:
+        names["joint_force"] = "joint force"
+    if moved := result.scene.moved_joints:
+        alone = effort_units(moved, result.scene.joints) == ["N m"]
+        names["torque"] = "input torque" if alone else "drive effort"
+    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
+
+
+def too_uncertain(result: Result) -> dict[str, float]:
+    """Give the quantities beside the strain whose numerical error is too large, and that error.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data, found = result.data, {}
+    numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
+    for what, name in quantities(result).items():
+        wrong = float(data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source=numerical).sum())
+        if what != "strain" and wrong > ACCEPTED.of_strain:
+            found[name] = wrong
+    return found
+
+
+def doubtful_peaks(result: Result) -> str | None:
+    """Say by how much peaks are uncertain where they lie between few positions; None where they are not.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    closer = between_positions(result)
+    by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
+    if max(by_strain, by_force) < PEAK.doubtful:
+        return None
+    return (
+        f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
+        f"strain and {by_force:.1%} of the largest joint force: without every second position they differ by that. "
+        f"Take {'a smaller tolerance' if 'chosen' in result.data.attrs else 'more sub_intervals'}."
+    )

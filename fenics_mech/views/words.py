@@ -1,0 +1,54 @@
+"""Numbers in words of people: three digits, a true minus, no exponent where a person would not write one."""
+
+from __future__ import annotations
+
+import math
+
+from fenics_mech.errors import percent
+
+DEGREE, MINUS = "\N{DEGREE SIGN}", "\N{MINUS SIGN}"
+LEAST, MOST = 1e-4, 1e6  # between them no exponent is written
+UNSEEN = 5e-4  # share below which a percentage has no digits
+
+
+def short(value: float, digits: int = 3) -> str:
+    """Round a number to significant digits.
+
+    Parameters
+    ----------
+    value
+        The number.
+    digits
+        How many digits are kept.
+    """
+    if not math.isfinite(value):
+        return "\N{EN DASH}"
+    if value == 0:
+        return "0"
+    value = float(f"{value:.{digits - 1}e}")  # so that 9.9999 counts as 10
+    if not LEAST <= abs(value) < MOST:
+        return f"{value:.{digits - 1}e}".replace("-", MINUS)
+    places = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+    return f"{value:.{places}f}".replace("-", MINUS)
+
+
+def share(value: float) -> str:
+    """Write a share in percent, as "less than 0.1 %" where it is small.
+
+    Parameters
+    ----------
+    value
+        The share, 1 being the whole.
+    """
+    return percent(value) if value >= UNSEEN or not math.isfinite(value) else "less than 0.1 %"
+
+
+def sentence(text: str) -> str:
+    """Begin a text with a capital letter, and leave the rest as it is.
+
+    Parameters
+    ----------
+    text
+        The text.
+    """
+    return text[:1].upper() + text[1:]
