@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import loading, make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
 from fenics_mech.errors import MechanismError
 
@@ -23,13 +23,23 @@ def run(
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
+    units: Annotated[
+        str | None,
+        typer.Option(help="Units of the printed numbers, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
     """Analyse a scene: write result.nc and plots, print a summary. Under mpirun the processes share the positions."""
+    if as_json and (quiet or units):
+        raise MechanismError("--json prints key figures in SI: leave --quiet and --units out")
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
         from fenics_mech.response.setup import CommonParts  # noqa: PLC0415
+        from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
         from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
+        from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
         from fenics_mech.views.plots import plot_all  # noqa: PLC0415
         from fenics_mech.views.report import summary  # noqa: PLC0415
 
@@ -37,6 +47,8 @@ def run(
         loaded = refined_scene(scene, refine, strict, tolerance)
         make_folder(folder)
         return loaded
+
+    named = None if units is None else AnswerUnits.of([name.strip() for name in units.split(",")], "--units")
 
     first = one_voice()
     loaded, common = shared(prepared), CommonParts()
@@ -53,7 +65,10 @@ def run(
             step("plots")
             rigid = rigid_body_strains(loaded, common=common) if loaded.analysis.method == "periodic" else {}
             written += plot_all(result, folder, rigid=rigid)
-    out.print(summary(result))
-    tell_written(written, folder)
+    if as_json:
+        print_json(key_figures(result) | {"files": [str(path) for path in written]})
+    elif not quiet:
+        out.print(summary(result, named))
+        tell_written(written, folder)
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES

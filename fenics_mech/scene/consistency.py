@@ -32,6 +32,7 @@ def check_references(scene: Scene) -> None:
     """
     if not scene.members():
         raise SceneError("no link has a member: there is nothing that bends", place="links")
+    _ = scene.answer_units  # which names the unit that is none
     if "ground" in scene.links:
         raise SceneError("'ground' is the fixed frame's name", place="links.ground", hint="Give the link another name")
     _check_members(scene)

@@ -12,6 +12,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.base import SCENE, Name, Part, check_texts
 from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, Point, PointMass
@@ -60,6 +61,8 @@ class Scene(Part):
     ----------
     name
         What the linkage is called in plots and reports.
+    units
+        Units of printed answers, such as ("in", "psi", "lbf"); by default mm, MPa, N and so on.
     materials, sections
         By name; members refer to them.
     ground
@@ -109,6 +112,7 @@ class Scene(Part):
     """
 
     name: Annotated[str, Field(max_length=SCENE.longest_name)] = "scene"
+    units: tuple[str, ...] = ()
     materials: dict[Name, Material]
     sections: dict[Name, AnySection]
     ground: Ground = Field(default_factory=lambda: Ground(points={}))
@@ -169,6 +173,11 @@ class Scene(Part):
         for path, value in dotted.items():
             _place_in(data, path, value)
         return self.read(data)
+
+    @property
+    def answer_units(self) -> AnswerUnits:
+        """Units in which answers are printed."""
+        return AnswerUnits.of(self.units)
 
     @property
     def named_effects(self) -> tuple[str, ...]:
@@ -277,12 +286,7 @@ class Scene(Part):
         Parameters
         ----------
         at
-            "body.point", or "member@0.3".
-
-        Returns
-        -------
-        tuple
-            The body's name, and the coordinates in the body's frame (m).
+            "body.point", or "member@0.3"; the answer is as that of `point`.
         """
         if "@" not in at:
             return self.point(at)

@@ -17,6 +17,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.scene import Scene
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
@@ -197,17 +198,19 @@ def table_of(title: str, first: str, *others: str) -> Table:
     return table
 
 
-def drive_of(scene: Scene) -> str:
-    """Say how the scene is driven."""
+def drive_of(scene: Scene, units: AnswerUnits | None = None) -> str:
+    """Say how the scene is driven, in its units of speed or in others."""
+    units = units or scene.answer_units
     said = [
-        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else _speed(drive.speed))
+        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else _speed(drive.speed, units))
         for drive in scene.drives
     ]
     return f"{', '.join(said)}; period {number(scene.period)} s" if said else "no drive"
 
 
-def _speed(speed: float) -> str:
-    return f"at {number(speed)} rad/s ({number(30 * speed / math.pi)} rpm)"
+def _speed(speed: float, units: AnswerUnits) -> str:
+    text = f"at {number(units.number(speed, 'speed'))} {units.label('speed')}"
+    return text if units.label("speed") == "rpm" else f"{text} ({number(30 * speed / math.pi)} rpm)"
 
 
 def number(value: float) -> str:
