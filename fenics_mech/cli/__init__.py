@@ -20,6 +20,7 @@ from fenics_mech.cli.effects_command import effects
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
+from fenics_mech.cli.refine_command import refine
 from fenics_mech.cli.run_command import run
 from fenics_mech.cli.scaling_command import scaling
 from fenics_mech.cli.schema_command import schema
@@ -45,7 +46,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
     return started
 
 
-for _command in (run, modes, check, effects, sweep, follow, compare, cost, scaling, animate, mesh, schema):
+for _command in (run, modes, check, effects, sweep, follow, compare, refine, cost, scaling, animate, mesh, schema):
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))
 
 
