@@ -92,7 +92,8 @@ def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lamb
         _counts(scene.analysis.sub_intervals, levels)  # before the first analysis
     progress("the scene as it is")
     common = CommonParts()
-    own = analyse(scene.changed(tolerance=None, analysis__allow_coarse=True), common=common)
+    lets = {"analysis.allow_coarse": True, "analysis.allow_ringing": True}  # the coarsest level too
+    own = analyse(scene.changed({"tolerance": None} | lets), common=common)
     stated, by_steps = own.scene, own.scene.analysis.method == "periodic"
     results: dict[str, list[tuple[int, Result]]] = {"elements": [(int(own.data.attrs["elements"]), own)]}
     for level in range(1, levels):
