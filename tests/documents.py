@@ -25,7 +25,7 @@ DOCS = ROOT / "docs"
 FENCE = re.compile(r"^( *)```([^\n`]*)\n(.*?)^ *```$", flags=re.DOTALL | re.MULTILINE)
 WIDTH = "90"
 # Commands that take long are parsed while a page runs. A slow test runs them, but those of `NOT_RUN`.
-LONG = ("cost", "scaling", "follow", "animate", "sweep", "compare", "refine")
+LONG = ("cost", "scaling", "follow", "animate", "sweep", "compare", "refine", "fatigue")
 LONG_OPTIONS = ("--compare", "--tol", "--refine-peaks")
 MINUTES = "takes minutes"
 INSTALLS = "installs what the tests run on"

@@ -35,7 +35,7 @@ PAGES: dict[
         "Ground, links, joints and masses",
         ["Ground", "Link", "Member", "RigidBody", "Revolute", "Slot", "Prismatic", "Weld", "PointMass"],
     ),
-    "sections": ("Materials and sections", ["Material", "Ply", "PolygonPart"]),
+    "sections": ("Materials and sections", ["Material", "StressLife", "Ply", "PolygonPart"]),
     "drives": (
         "Drives and motors",
         [

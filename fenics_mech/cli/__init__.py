@@ -17,6 +17,7 @@ from fenics_mech.cli.check_command import check
 from fenics_mech.cli.compare_command import compare
 from fenics_mech.cli.cost_command import cost
 from fenics_mech.cli.effects_command import effects
+from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
@@ -46,7 +47,11 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
     return started
 
 
-for _command in (run, modes, check, effects, sweep, follow, compare, refine, cost, scaling, animate, mesh, schema):
+_COMMANDS = (
+    *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
+    *(animate, mesh, schema),
+)
+for _command in _COMMANDS:
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))
 
 

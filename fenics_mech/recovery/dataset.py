@@ -25,6 +25,7 @@ from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.recovery.without_vibration import without_vibration
 from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, Solution
@@ -62,7 +63,9 @@ def collect(solution: Solution, fields: Fields, errors: Errors, choices: Sequenc
     )
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = data.get("strain_quasi_static")
-    if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
+    cycle = last_cycle(scene.analysis, scene.drives, data)
+    data = data.merge(stress_figures(scene, data, cycle))
+    if cycle is not None:
         data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
     units = effort_units(scene.moved_joints, scene.joints)
     return Result(with_units(data, units, scene.springs.values(), scene.dampers.values()))

@@ -36,6 +36,7 @@ from fenics_mech.scene.sections import (
     VariableSection,
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
+from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 
 __all__ = [
@@ -83,6 +84,7 @@ __all__ = [
     "Section",
     "Slot",
     "SpeedController",
+    "StressLife",
     "Table",
     "TaperSection",
     "TimeExpression",

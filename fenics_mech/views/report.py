@@ -90,7 +90,7 @@ def summary(result: Result, units: AnswerUnits | None = None) -> Summary:
     units = units or result.scene.answer_units
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
     closer = between_positions(result)
-    parts += [_members(closer, units), *_between_stations(result, units)]
+    parts += [_members(closer, units), *_between_stations(result, units), *_utilisation(result)]
     if result.data.sizes["joint"]:
         parts += [joints_table(closer, units), *drive_lines(result, units)]
     parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result, units)]
@@ -239,6 +239,16 @@ def _between_stations(result: Result, units: AnswerUnits) -> list[Text]:
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
     peaks = ", ".join(f"{member} {number(units.number(value, 'strain'))}" for member, value in pairs)
     return [Text(f"Larger strains between the stations ({units.label('strain')}): {peaks}")] if peaks else []
+
+
+def _utilisation(result: Result) -> list[Text]:
+    """Say how far the members use the strength of their materials, the most first."""
+    if "utilisation" not in result.data:
+        return []
+    used = result.data["utilisation"].dropna("member")
+    pairs = sorted(zip(used["member"].to_numpy(), used.to_numpy()), key=lambda pair: -pair[1])
+    shares = ", ".join(f"{member} {percent(float(value), 3)}" for member, value in pairs)
+    return [Text(f"Largest stress over the strength of the material: {shares}.")]
 
 
 def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
