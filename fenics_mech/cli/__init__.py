@@ -17,6 +17,7 @@ from fenics_mech.cli.check_command import check
 from fenics_mech.cli.compare_command import compare
 from fenics_mech.cli.cost_command import cost
 from fenics_mech.cli.effects_command import effects
+from fenics_mech.cli.export_command import export
 from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
@@ -49,7 +50,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 _COMMANDS = (
     *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
-    *(animate, mesh, schema),
+    *(animate, export, mesh, schema),
 )
 for _command in _COMMANDS:
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))

@@ -179,6 +179,55 @@ class Result(Saved):
             paths.append(path)
         return paths
 
+    def to_vtk(self, path: str | Path, every: int = 1) -> Path:
+        """Write a time series for ParaView: ``motion.pvd``, and beside it a folder with a file for each position.
+
+        Points are the stations of the members in the rigid linkage. They have the displacement, by which ParaView's
+        filter "Warp By Vector" bends them, strains and stresses of both sides, and the section forces, in SI.
+
+        Parameters
+        ----------
+        path
+            File to write, ending in ".pvd".
+        every
+            Of how many positions one is written.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultError
+            When the name has another ending, or a file cannot be written.
+        """
+        from fenics_mech.recovery.exports import to_vtk  # noqa: PLC0415  (it imports this module)
+
+        return to_vtk(self, Path(path), every)
+
+    def to_mat(self, path: str | Path) -> Path:
+        """Write all variables as a file for MATLAB and Octave, with `dimensions`, `units` and `attributes` by name.
+
+        Parameters
+        ----------
+        path
+            File to write, ending in ".mat".
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultError
+            When the name has another ending, or the file cannot be written.
+        """
+        from fenics_mech.recovery.exports import to_mat  # noqa: PLC0415  (it imports this module)
+
+        return to_mat(self.data, Path(path))
+
     def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> Array:
         """Strain over the drive angles at a place of a member, interpolated between stations.
 
