@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ResultError
-from fenics_mech.recovery.result import Result, write_whole
 
 MEMBER_FIELDS = ("axial_force", "shear_force", "moment", "strain_axial")
 FIBRE_FIELDS = ("strain", "stress")
@@ -19,13 +19,13 @@ LINE = 3  # VTK's number of a cell of two points
 LONGEST_NAME = 63  # of MATLAB
 
 
-def to_vtk(result: Result, path: Path, every: int = 1) -> Path:
+def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
     """Write a time series for ParaView; see `Result.to_vtk`.
 
     Parameters
     ----------
-    result
-        The result.
+    data
+        The dataset of a result.
     path
         File to write, ending in ".pvd".
     every
@@ -37,9 +37,9 @@ def to_vtk(result: Result, path: Path, every: int = 1) -> Path:
         raise ResultError(f"{path}: a time series for ParaView must end in .pvd")
     if every < 1:
         raise ResultError(f"every position that is written is one of {every}: it must be 1 or more")
-    if "position" not in result.data:
+    if "position" not in data:
         raise ResultError("the result has no position of its members, as of an older version: analyse its scene again")
-    data = result.data.isel(theta=slice(None, None, every))
+    data = data.isel(theta=slice(None, None, every))
     folder = path.with_suffix("")
     try:
         folder.mkdir(parents=True, exist_ok=True)

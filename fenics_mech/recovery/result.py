@@ -5,9 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
-import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,10 +15,11 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import read_bounded, reason_of
+from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError, shortened
+from fenics_mech.recovery.exports import to_mat, to_vtk
 from fenics_mech.scene import Scene
 from fenics_mech.scene.build import build
 
@@ -202,9 +200,7 @@ class Result(Saved):
         ResultError
             When the name has another ending, or a file cannot be written.
         """
-        from fenics_mech.recovery.exports import to_vtk  # noqa: PLC0415  (it imports this module)
-
-        return to_vtk(self, Path(path), every)
+        return to_vtk(self.data, Path(path), every)
 
     def to_mat(self, path: str | Path) -> Path:
         """Write all variables as a file for MATLAB and Octave, with `dimensions`, `units` and `attributes` by name.
@@ -224,8 +220,6 @@ class Result(Saved):
         ResultError
             When the name has another ending, or the file cannot be written.
         """
-        from fenics_mech.recovery.exports import to_mat  # noqa: PLC0415  (it imports this module)
-
         return to_mat(self.data, Path(path))
 
     def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> Array:
@@ -318,39 +312,6 @@ def seal_of(content: bytes) -> bytes:
         The content, before the seal.
     """
     return SEAL + hashlib.sha256(content).hexdigest().encode()
-
-
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file beside `path`, then put it in its place.
-
-    Parameters
-    ----------
-    path
-        The file.
-    write
-        Writes the content into the path that it is given.
-
-    Raises
-    ------
-    ResultError
-        When it cannot be written; nothing is left behind.
-    """
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written: {error.strerror}") from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        write(temporary)
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def stamp(scene: Scene) -> dict[str, str]:

@@ -81,12 +81,12 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
         table.add_row(escape(label), length, member.section, member.material, str(elements))
     counted = {"link": len(scene.links), "joint": len(scene.joints), "point mass": len(scene.masses)}
     counts = ", ".join(_count(number, name) for name, number in counted.items() if number or name != "point mass")
-    counts += f"; mobility {mobility(scene)}"
     low, high = (f"{np.degrees(limit):.6g}\N{DEGREE SIGN}" for limit in (reach.low, reach.high))
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
         turns = "Nothing drives it" + (", and it is free to move: " + "; ".join(reach.free) if reach.free else "") + "."
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
+    turns += f" Mobility {mobility(scene)} by Gruebler's count."
     lines += [_in_si(scene), *(Text(line) for line in _acting(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
