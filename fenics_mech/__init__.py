@@ -38,8 +38,18 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.views.animation import animate
-    from fenics_mech.views.plots import plot_all
+    from fenics_mech.views.page import report
+    from fenics_mech.views.plots import (
+        plot_deflection,
+        plot_drive,
+        plot_frequencies,
+        plot_joint_forces,
+        plot_spectrum,
+        plot_strain,
+        plot_strain_map,
+    )
     from fenics_mech.views.report import summary
+    from fenics_mech.views.result_figures import plot_all
 
 __all__ = [
     "AirDrag",
@@ -117,8 +127,16 @@ __all__ = [
     "manipulator",
     "modes",
     "plot_all",
+    "plot_deflection",
+    "plot_drive",
+    "plot_frequencies",
+    "plot_joint_forces",
+    "plot_spectrum",
+    "plot_strain",
+    "plot_strain_map",
     "quick_return",
     "refined",
+    "report",
     "slider_crank",
     "summary",
     "sweep",
@@ -134,7 +152,15 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
-    "plot_all": "views.plots",
+    "plot_all": "views.result_figures",
+    "plot_deflection": "views.plots",
+    "plot_drive": "views.plots",
+    "plot_frequencies": "views.plots",
+    "plot_joint_forces": "views.plots",
+    "plot_spectrum": "views.plots",
+    "plot_strain": "views.plots",
+    "plot_strain_map": "views.plots",
+    "report": "views.page",
     "summary": "views.report",
     "sweep": "studies.sweep",
 }

@@ -41,8 +41,7 @@ def place(tmp_path_factory):
         patch.setenv("COLUMNS", documents.WIDTH)
         patch.setattr(out, "width", int(documents.WIDTH))  # which tests before these may have fixed
         patch.setattr("fenics_mech.analysis.analyse", remembered)
-        patch.setattr("fenics_mech.views.plots.plot_all", lambda *args, **named: [])
-        patch.setattr("fenics_mech.studies.rigid_body.rigid_body_strains", lambda scene, common: {})
+        patch.setattr("fenics_mech.views.result_figures.plot_all", lambda *args, **named: [])
         yield folder
 
 

@@ -22,7 +22,9 @@ from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
+from fenics_mech.cli.plot_command import plot
 from fenics_mech.cli.refine_command import refine
+from fenics_mech.cli.report_command import report
 from fenics_mech.cli.run_command import run
 from fenics_mech.cli.scaling_command import scaling
 from fenics_mech.cli.schema_command import schema
@@ -50,7 +52,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 _COMMANDS = (
     *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
-    *(animate, export, mesh, schema),
+    *(animate, plot, report, export, mesh, schema),
 )
 for _command in _COMMANDS:
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))

@@ -12,8 +12,9 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0,
     """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table."""
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
+    from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
     from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
-    from fenics_mech.views.plots import plot_frequencies  # noqa: PLC0415
+    from fenics_mech.views.plots import draw_frequencies  # noqa: PLC0415
 
     loaded = refined(loaded_scene(scene, strict), refine)
     make_folder(folder)
@@ -23,7 +24,8 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0,
         supported = dict(zip(found.data["member"].to_numpy(), found.data["supported"].to_numpy()))
         frequency, theta = found.data["frequency"].to_numpy(), found.data["theta"].to_numpy()
         table = write_frequencies(theta, frequency, folder / "frequencies.csv")
-        plot = plot_frequencies(frequency, theta, folder / "frequencies.png", supported)
+        drawn = draw_frequencies(frequency, theta, supported, new_axes(height=4.8))
+        plot = save(figure_in(drawn), folder / "frequencies.png")
     assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
     out.print(frequency_table(frequency, assurance, error, supported))
     for freedom in found.free:

@@ -36,12 +36,10 @@ def run(
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        from fenics_mech.response.setup import CommonParts  # noqa: PLC0415
         from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
-        from fenics_mech.studies.rigid_body import rigid_body_strains  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
-        from fenics_mech.views.plots import plot_all  # noqa: PLC0415
         from fenics_mech.views.report import summary  # noqa: PLC0415
+        from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
@@ -51,9 +49,9 @@ def run(
     named = None if units is None else AnswerUnits.of([name.strip() for name in units.split(",")], "--units")
 
     first = one_voice()
-    loaded, common = shared(prepared), CommonParts()
+    loaded = shared(prepared)
     with progress_bar(len(STEPS) + 1 + plots + csv) as step:
-        result = shared(lambda: analyse(loaded, step, common))
+        result = shared(lambda: analyse(loaded, step))
         if not first:
             return
         step("writing result.nc")
@@ -63,8 +61,7 @@ def run(
             written += result.to_csv(folder)
         if plots:
             step("plots")
-            rigid = rigid_body_strains(loaded, common=common) if loaded.analysis.method == "periodic" else {}
-            written += plot_all(result, folder, rigid=rigid)
+            written += plot_all(result, folder)
     if as_json:
         print_json(key_figures(result) | {"files": [str(path) for path in written]})
     elif not quiet:

@@ -323,6 +323,7 @@ class _SweepRun:
         data = tabulated(data, records, KEPT, first, dict(zip(paths, shape)))
         data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
+        data.attrs["stated_rate"] = abs(build(self.scene).cycle_rate)  # of the scene as it is without the sweep
         return data
 
 

@@ -17,7 +17,7 @@ from fenics_mech.errors import ViewError, percent
 from fenics_mech.recovery.result import write_whole
 from fenics_mech.studies.compare import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
-from fenics_mech.views.plots import MEASURED
+from fenics_mech.views.plot_marks import MEASURED
 from fenics_mech.views.tables import number, table_of
 
 SCALES = {"strain": (MICRO, "\N{MICRO SIGN}m/m"), "deflection": (MILLI, "mm")}  # others in their own unit

@@ -54,25 +54,48 @@ LEGEND_COLUMNS = 5
 STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
-def empty_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, list[Axes]]:
-    """Make a figure with axes below one another, on a canvas that needs no display."""
+def empty_figure(
+    rows: int = 1, height: float = SIZE[1], columns: int = 1, grid: dict[str, Any] | None = None
+) -> tuple[Figure, Any]:
+    """Make a figure with axes below one another, on a canvas that needs no display.
+
+    The axes are a list, or where there are more columns a list of each row.
+    """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
-        panels = list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
-        for axes in panels:
+        panels = figure.subplots(rows, columns, sharex="col", squeeze=False, gridspec_kw=grid)
+        for axes in panels.flat:
             axes.spines["left"].set_in_layout(False)  # it would ask for all ticks again, and labels reach farther
-        panels[-1].spines["bottom"].set_in_layout(False)
-        return figure, panels
+        for axes in panels[-1]:
+            axes.spines["bottom"].set_in_layout(False)
+        return figure, panels.tolist() if columns > 1 else list(panels[:, 0])
 
 
 def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
     """Make a figure with axes over the drive angle."""
     figure, axes = empty_figure(rows, height)
-    axes[-1].set_xlabel("drive angle (deg)")
-    axes[-1].set_xlim(0, 360)
-    axes[-1].set_xticks(range(0, 361, 45))
+    angle_axis(axes[-1])
     return figure, axes
+
+
+def angle_axis(axes: Axes) -> None:
+    """Name the axis of the drive angle, from 0 to 360 degrees."""
+    axes.set_xlabel("drive angle (deg)")
+    axes.set_xlim(0, 360)
+    axes.set_xticks(range(0, 361, 45))
+
+
+def figure_in(axes: Axes) -> Figure:
+    """Give the figure of axes."""
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def new_axes(height: float = SIZE[1]) -> Axes:
+    """Make axes in a figure of their own, which is ``axes.figure``."""
+    return empty_figure(height=height)[1][0]
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import MICRO
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
-from fenics_mech.views.geometry import at_angles, member_ends
+from fenics_mech.views.geometry import at_angles, ends_of, member_ends
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
@@ -89,7 +89,7 @@ def default_magnification(result: Result) -> float:
     largest = float(np.linalg.norm(result.data["deflection"].transpose(..., "component"), axis=-1).max())
     if largest == 0:
         return 1.0
-    points = member_ends(result.scene, cycle(result, 60)).reshape(-1, 2)
+    points = ends_of(result).reshape(-1, 2)
     wanted = DEFLECTED * float(np.linalg.norm(np.ptp(points, axis=0))) / largest
     decade = 10.0 ** np.floor(np.log10(wanted))
     return float(decade * ROUND[np.abs(np.log(ROUND * decade / wanted)).argmin()])

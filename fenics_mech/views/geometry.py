@@ -6,8 +6,44 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.errors import ResultError
+from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
+
+
+def ends_of(result: Result) -> Array:
+    """Give the members' two ends in the rigid linkage (m), ``(angles, members, 2, 2)``, as the result holds them.
+
+    Parameters
+    ----------
+    result
+        The result.
+
+    Raises
+    ------
+    ResultError
+        When it does not hold them.
+    """
+    if "position" not in result.data:
+        raise ResultError("the result has no positions: an older version wrote it. Analyse its scene again")
+    return result.data["position"].transpose("theta", "member", "end", "component").to_numpy()
+
+
+def motion_of(result: Result) -> Motion:
+    """Give the rigid positions of a result's links, at rest.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data = result.data
+    position = data["link_position"].transpose("theta", "link", "component").to_numpy()
+    angle = data["link_angle"].transpose("theta", "link").to_numpy()
+    still, links = np.zeros_like(position), tuple(str(name) for name in data["link"].to_numpy())
+    theta, time = data["theta"].to_numpy(), data["time"].to_numpy()
+    return Motion(theta, time, links, position, still, still, angle, still[..., 0], still[..., 0])
 
 
 def member_ends(scene: Scene, theta: Array) -> Array:

@@ -80,8 +80,13 @@ def ground_points(scene: Scene) -> Array:
 
 
 def ground_guides(scene: Scene, theta: Array) -> Array:
+    """Guides on the ground (m) at drive angles (rad), as `guides_of`."""
+    return guides_of(scene, solve_motion(scene, theta))
+
+
+def guides_of(scene: Scene, motion: Motion) -> Array:
     """Guides on the ground (m), from one end of their slider's travel to the other, ``(guides, 2, 2)``."""
-    motion, guides = solve_motion(scene, theta), []
+    guides = []
     for joint in scene.joints.values():
         if isinstance(joint, Slot | Prismatic) and joint.connect[0].startswith("ground."):
             along = np.array([np.cos(joint.angle), np.sin(joint.angle)])

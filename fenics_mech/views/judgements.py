@@ -224,7 +224,8 @@ def error(result: Result) -> Judgement | None:
     title = f"error {'' if total < UNSEEN else 'at most '}{share(total)}"
     text = f"The program estimates the error of a member's largest strain as {share(total)} at most"
     if total > SCENE.neglected:
-        text += f"; {share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}, which {REMEDIES[largest]} lowers"
+        text += f"; {share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}"
+        text += f", which {REMEDIES[largest]} lowers" if largest in REMEDIES else ""
     level: Level = "good" if total <= ACCEPTED.of_strain else "warn"
     parts = [f"{text}."]
     if wrong := too_uncertain(result):

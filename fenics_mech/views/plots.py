@@ -1,58 +1,49 @@
-"""Plots of a result over one turn of the drive (as figures 7.2 to 7.10)."""
+"""Plots of a result over one turn of the drive, or over time: functions that take and give axes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.eigenmodes import simply_supported_frequencies
-from fenics_mech.errors import ResultError, ViewError
+from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
-from fenics_mech.recovery.result import at_place
-from fenics_mech.recovery.signal import MID_SPAN
-from fenics_mech.views.figures import COLOURS, DEFLECTION, SIZE, STRAIN, curve, empty_figure, finish, new_figure, save
-from fenics_mech.views.geometry import member_ends, member_normals
-from fenics_mech.views.measured import read_measurement
-
-Curve = tuple[Array, Array, str]
-"""Drive angle (rad), strain, and the label of the curve."""
+from fenics_mech.recovery.signal import PEAK as AT_PEAK
+from fenics_mech.views.figures import COLOURS, DEFLECTION, STRAIN, angle_axis, curve, figure_in, finish, new_axes
+from fenics_mech.views.plot_marks import (
+    abscissa,
+    deflection_across,
+    draw_measured,
+    mark,
+    mark_modes,
+    mark_peak,
+    method_of,
+    number_of,
+    over,
+    still_at,
+    strains_at,
+)
+from fenics_mech.views.reading import Peak, Reading
+from fenics_mech.views.words import MINUS, short
 
 LABEL_HEIGHT = 0.05  # of the axes
-MEASURED: dict[str, Any] = {
-    "linestyle": "none",
-    "marker": "o",
-    "markersize": 4,
-    "markerfacecolor": "white",
-    "color": COLOURS[1],
-}
-
-
-@dataclass(frozen=True)
-class SpectrumLimits:
-    """What the plot of harmonics shows."""
-
-    most_members: int = 3  # more panels do not fit a page
-    least_bar: float = 0.01  # of the largest harmonic: smaller bars cannot be seen
-    fewest_bars: int = 12  # so that the natural frequencies beside them are shown too
-
-
-SPECTRUM = SpectrumLimits()
+STILL: dict[str, Any] = {"color": "#777777", "linestyle": "--", "linewidth": 1.2, "label": "without vibration"}
+BAR = 0.7  # of the distance of two bars, that a bar is wide
+LEAST_BAR = 0.01  # of the largest harmonic: smaller bars cannot be seen
+FEWEST_BARS = 12  # so that the natural frequencies beside them are shown too
 
 
 def plot_strain(
-    result: Result, member: str, path: str | Path, *, rigid: Curve | None = None, s: float = 0.5, fibre: str = "+"
-) -> Path:
-    """Plot the strain at one place of a member: finite elements, rigid bodies, and what was measured there.
+    result: Result, member: str, axes: Axes | None = None, *, s: float | None = None, fibre: str = "+"
+) -> Axes:
+    """Plot the strain of a member where it is largest, with its value and the curve without vibration.
 
     Parameters
     ----------
@@ -60,136 +51,305 @@ def plot_strain(
         The result.
     member
         Label of the member.
-    path
-        File to write, ending in one of `ENDINGS`.
-    rigid
-        Drive angle (rad), strain, label of a quasi-static curve of rigid links at the same place.
+    axes
+        Where to draw; without them a figure is made.
     s
-        Place along the member, 0..1.
+        Another place along the member, 0..1. Points that were measured there are drawn too.
     fibre
-        "+" or "-".
+        Side at that place, "+" or "-".
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
 
     Raises
     ------
     SceneError
         When a file of measurements cannot be read.
     ViewError
-        When there is no such member or fibre, or the file's ending is not known.
+        When there is no such member, fibre or place.
     ResultError
-        When the file cannot be written.
+        When the result lacks what is drawn.
+
+    Examples
+    --------
+    >>> axes = fm.plot_strain(fm.Result.load("out/result.nc"), "follower")
+    >>> axes.get_title("left")
+    'Strain of follower, 135 mm from C, + side'
     """
-    return save(strain_figure(result, member, rigid=rigid, s=s, fibre=fibre), path)
+    axes, reading = axes or new_axes(), Reading(result)
+    peak = reading.peak(reading.strain, number_of(reading, member))
+    if s is None:
+        values, where = reading.strain[:, peak.i, peak.j, peak.f], f"{reading.place(peak)}, {reading.side(peak)}"
+        without = still_at(reading, peak)
+    else:
+        values, without = strains_at(result, member, s, fibre)
+        where = f"{'mid-span' if s == 0.5 else f's = {s:g}'}, {fibre.replace('-', MINUS)} side"
+    if without is not None:
+        axes.plot(*over(reading, without), **STILL)
+    axes.plot(*over(reading, values), color=COLOURS[0], linestyle="-", label=method_of(result))
+    if s is None:
+        mark_peak(axes, reading, peak.k, float(values[peak.k]))
+    else:
+        draw_measured(axes, result, member, (s, fibre))
+    abscissa(axes, reading)
+    finish(axes, f"Strain of {member}, {where}", STRAIN)
+    return axes
 
 
-def plot_frequencies(
-    modes_frequency: Array, theta: Array, path: str | Path, supported: Mapping[str, float] | None = None
-) -> Path:
-    """Plot the tracked natural frequencies over the drive angle, the members' supported ones beside them.
+def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Axes:
+    """Plot the strain of a member by place and drive angle, on the side of its peak, which has a ring.
 
-    Parameters
-    ----------
-    modes_frequency
-        Frequencies of the tracked modes (Hz), ``(angles, modes)``.
-    theta
-        Drive angles (rad), ``(angles,)``.
-    path
-        File to write, ending in one of `ENDINGS`.
-    supported
-        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
-
-    Raises
-    ------
-    ViewError
-        When the file's ending is not known.
-    ResultError
-        When the file cannot be written.
-    """
-    return save(frequency_figure(modes_frequency, theta, supported or {}), path)
-
-
-def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | None = None) -> list[Path]:
-    """Make all plots of a result as PNG files in `folder`, which is made when it is not there.
+    The colours end at the largest strain of all members.
 
     Parameters
     ----------
     result
         The result.
-    folder
-        Where to write.
-    rigid
-        Rigid-body curves of the strain at mid-member, "+" fibre: member -> (drive angle (rad), strain, label).
+    member
+        Label of the member.
+    axes
+        Where to draw; without them a figure is made.
 
     Returns
     -------
-    list of Path
-        The files, none where there is only one position: a strain plot per member at mid-span and per other measured
-        place, deflections, and joint forces. A periodic motion has the spectrum of the strains, and modes have their
-        frequencies.
+    matplotlib.axes.Axes
+        The axes; the coloured picture is ``axes.images[0]``.
 
     Raises
     ------
-    SceneError
-        When a file of measurements cannot be read.
-    ViewError, ResultError
-        When the folder cannot be made or a file cannot be written.
+    ViewError
+        When there is no such member.
+    ResultError
+        When the result lacks what is drawn.
 
     Examples
     --------
-    >>> result = fm.Result.load("out/result.nc")
-    >>> [path.name for path in fm.plot_all(result, "out")][:2]
-    ['strain_crank.png', 'strain_coupler.png']
+    >>> axes = fm.plot_strain_map(fm.Result.load("out/result.nc"), "crank")
+    >>> axes.images[0].get_clim()[1] == -axes.images[0].get_clim()[0]
+    True
     """
-    folder, scene, rigid = Path(folder), result.scene, rigid or {}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
-    if result.data.sizes["theta"] == 1:
-        return []
-    paths = [plot_strain(result, m, folder / f"strain_{m}.png", rigid=rigid.get(m)) for m in scene.members()]
-    elsewhere = {(m.member, m.s, m.fibre) for m in scene.measurements} - {(m, 0.5, "+") for m in scene.members()}
-    for member, s, fibre in sorted(elsewhere):
-        name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}.png"
-        paths.append(plot_strain(result, member, folder / name, s=s, fibre=fibre))
-    paths.append(save(deflection_figure(result), folder / "deflection.png"))
-    paths.append(save(joint_force_figure(result), folder / "joint_forces.png"))
-    if "strain_amplitude" in result.data:
-        paths.append(save(spectrum_figure(result), folder / "spectrum.png"))
-    if "frequency" in result.data:
-        supported = {member: float(found[0]) for member, found in simply_supported_frequencies(scene).items()}
-        frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
-        paths.append(plot_frequencies(frequency, theta, folder / "frequencies.png", supported))
-    return paths
+    axes, reading = axes or new_axes(), Reading(result)
+    peak = reading.peak(reading.strain, number_of(reading, member))
+    x, values = over(reading, reading.strain[:, peak.i, :, peak.f])
+    limit, length = float(np.abs(reading.strain).max()) or 1.0, MILLI * reading.lengths[peak.i]
+    step = (x[-1] - x[0]) / max(len(x) - 1, 1) / 2
+    extent = (x[0] - step, x[-1] + step, -length / (len(reading.s) - 1) / 2, length * (1 + 0.5 / (len(reading.s) - 1)))
+    look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit, "aspect": "auto", "origin": "lower"}
+    axes.imshow(values.T, extent=extent, interpolation="bilinear", **look)
+    value = reading.strain[peak.k, peak.i, peak.j, peak.f]
+    height = MILLI * reading.s[peak.j] * reading.lengths[peak.i]
+    mark(axes, reading, peak.k, height, f"{short(value)} \N{MICRO SIGN}m/m")
+    first, second = reading.ends[peak.i]
+    axes.grid(visible=False)
+    axes.set_ylim(0, length)
+    axes.set_yticks([0, length], [f"{first}  0", f"{second}  {length:.0f} mm"])
+    abscissa(axes, reading)
+    finish(axes, f"{member}, {reading.side(peak)}", "")
+    return axes
 
 
-def strain_figure(
-    result: Result, member: str, *, rigid: Curve | None = None, s: float = 0.5, fibre: str = "+"
-) -> Figure:
-    """Build the figure of `plot_strain`."""
-    try:
-        strain = MICRO * result.strain_at(member, s, fibre)
-    except ResultError as error:
-        raise ViewError(str(error)) from error
-    scene, in_time = result.scene, _in_time(result)
-    figure, (axes,) = figure_of(result)
-    if rigid is not None and not in_time:
-        axes.plot(*curve(rigid[0], MICRO * rigid[1]), label=rigid[2], color="#777777", linestyle="--", linewidth=1.3)
-    still = scene.analysis.method in ("quasi-static", "static")
-    method = "with deflection, quasi-static" if still else "with vibration"
-    axes.plot(*_curve(result, strain), label=method, color=COLOURS[0], linestyle="-")
-    for measurement in scene.measurements if not in_time else ():
-        if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
-            angle, strain = read_measurement(measurement.file)
-            axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
-    place = "mid-span" if s == 0.5 else f"s = {s:g}"
-    sign = fibre.replace("-", "\N{MINUS SIGN}")
-    finish(axes, f"Strain of {member} at {place}, {sign} side", STRAIN)
-    return figure
+def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
+    """Plot the deflection across each member, relative to the rigid linkage, at the place where it is largest.
+
+    Parameters
+    ----------
+    result
+        The result.
+    axes
+        Where to draw; without them a figure is made.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Examples
+    --------
+    >>> axes = fm.plot_deflection(fm.Result.load("out/result.nc"))
+    >>> len(axes.get_lines())
+    3
+    """
+    axes, reading = axes or new_axes(), Reading(result)
+    across = deflection_across(result)
+    for i, member in enumerate(reading.members):
+        j = int(np.abs(across[:, i]).max(axis=0).argmax())
+        label = f"{member}, {reading.place(Peak(0, i, j))}"
+        axes.plot(*over(reading, MILLI * smoothed(result, across[:, i, j])[1]), label=label)
+    abscissa(axes, reading)
+    title = "Deflection across the members, relative to the rigid linkage, where it is largest"
+    finish(axes, title, DEFLECTION, columns=3)
+    return axes
 
 
-def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, float]) -> Figure:
-    """Build the figure of `plot_frequencies`: a log axis that holds the modes' range."""
-    figure, (axes,) = new_figure(height=4.8)
+def plot_joint_forces(result: Result, axes: Axes | None = None) -> Axes:
+    """Plot the magnitude of each joint's force, and mark the largest.
+
+    Parameters
+    ----------
+    result
+        The result.
+    axes
+        Where to draw; without them a figure is made.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Examples
+    --------
+    >>> axes = fm.plot_joint_forces(fm.Result.load("out/result.nc"))
+    >>> axes.get_ylabel()
+    'force (N)'
+    """
+    axes, reading = axes or new_axes(), Reading(result)
+    for n, joint in enumerate(reading.joints):
+        axes.plot(*over(reading, reading.force[:, n]), label=f"joint {joint}")
+    if reading.joints:
+        k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
+        mark_peak(axes, reading, k, float(reading.force[k, n]))
+    abscissa(axes, reading)
+    finish(axes, "Magnitude of the joint forces", "force (N)")
+    axes.set_ylim(bottom=0)
+    return axes
+
+
+def plot_drive(result: Result, axes: Axes | None = None) -> Axes:
+    """Plot the torque of the first drive, or its force where it slides, and mark the largest.
+
+    Parameters
+    ----------
+    result
+        The result.
+    axes
+        Where to draw; without them a figure is made.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    ViewError
+        When nothing is driven.
+
+    Examples
+    --------
+    >>> fm.plot_drive(fm.Result.load("out/result.nc")).get_ylabel()
+    'torque (N m)'
+    """
+    axes, reading = axes or new_axes(), Reading(result)
+    if reading.effort is None:
+        raise ViewError("the result has no torque or force of a drive")
+    axes.plot(*over(reading, reading.effort))
+    axes.axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
+    k = int(np.abs(reading.effort).argmax())
+    mark_peak(axes, reading, k, float(reading.effort[k]))
+    abscissa(axes, reading)
+    slides = reading.effort_name[1] == "N"
+    finish(axes, *(("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")))
+    return axes
+
+
+def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes:
+    """Plot the harmonics of a member's strain where it is largest, and the range of every natural frequency.
+
+    Parameters
+    ----------
+    result
+        The result of a periodic motion.
+    member
+        Label of the member.
+    axes
+        Where to draw; without them a figure is made.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    ViewError
+        When there is no such member, or the result has no harmonics.
+
+    Examples
+    --------
+    >>> axes = fm.plot_spectrum(fm.Result.load("out/result.nc"), "coupler")
+    >>> axes.get_title("left").startswith("Harmonics of the strain of coupler")
+    True
+    """
+    axes, reading = axes or new_axes(), Reading(result)
+    i = number_of(reading, member)
+    if "strain_amplitude" not in result.data:
+        raise ViewError("the result has no harmonics: its motion is not periodic")
+    gauge = result.data["strain_amplitude"].sel(gauge=AT_PEAK)
+    amplitude = MICRO * gauge.transpose("member", "harmonic").to_numpy()
+    heard = np.flatnonzero(amplitude[i] > LEAST_BAR * amplitude[i, 1:].max(initial=0.0))
+    last = min(max(int(heard.max(initial=0)) + 1, FEWEST_BARS), amplitude.shape[1] - 1)
+    width = BAR * axes.bbox.width / last * 72 / figure_in(axes).dpi  # points
+    axes.vlines(np.arange(1, last + 1), 0, amplitude[i, 1 : last + 1], color=COLOURS[0], linewidth=width, zorder=2)
+    j = int(np.abs(reading.s - float(gauge["gauge_s"][i])).argmin())
+    side = str(gauge["gauge_fibre"].to_numpy()[i]).replace("-", MINUS)
+    axes.set_xlim(0.4, last + 0.6)
+    axes.set_ylim(0, 1.2 * max(amplitude[i, 1 : last + 1].max(initial=0.0), np.finfo(float).tiny))
+    mark_modes(axes, result, last + 0.6)
+    bands = "; bands: natural frequencies over the cycle" if "frequency" in result.data else ""
+    axes.set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz){bands}")
+    finish(axes, f"Harmonics of the strain of {member}, {reading.place(Peak(0, i, j))}, {side} side", STRAIN)
+    return axes
+
+
+def plot_frequencies(result: Result, axes: Axes | None = None) -> Axes:
+    """Plot the natural frequencies over the drive angle, and beside them each member's own on two pins.
+
+    Parameters
+    ----------
+    result
+        The result.
+    axes
+        Where to draw; without them a figure is made.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    ViewError
+        When the result has no natural frequencies.
+
+    Examples
+    --------
+    >>> axes = fm.plot_frequencies(fm.Result.load("out/result.nc"))
+    >>> axes.get_ylabel()
+    'frequency (Hz)'
+    """
+    if "frequency" not in result.data:
+        raise ViewError("the result has no natural frequencies: only periodic motions have")
+    supported = {member: float(found[0]) for member, found in simply_supported_frequencies(result.scene).items()}
+    frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
+    return draw_frequencies(frequency, theta, supported, axes or new_axes())
+
+
+def draw_frequencies(frequency: Array, theta: Array, supported: Mapping[str, float], axes: Axes) -> Axes:
+    """Draw tracked natural frequencies on a log axis that holds their range, the members' supported ones dashed.
+
+    Parameters
+    ----------
+    frequency
+        Frequencies of the tracked modes (Hz), ``(angles, modes)``.
+    theta
+        Drive angles (rad), ``(angles,)``.
+    supported
+        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
+    axes
+        Where to draw.
+    """
     bends = frequency.max(axis=0) > 0  # others are of a rigid body
     for mode in np.flatnonzero(bends):
         axes.plot(*curve(theta, frequency[:, mode]), label=f"mode {mode + 1}")
@@ -201,95 +361,9 @@ def frequency_figure(frequency: Array, theta: Array, supported: Mapping[str, flo
     axes.yaxis.set_major_formatter(ScalarFormatter())
     axes.yaxis.set_minor_formatter(NullFormatter())
     _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
+    angle_axis(axes)
     finish(axes, "Natural frequencies. Dashed: each member simply supported", "frequency (Hz)")
-    return figure
-
-
-def joint_force_figure(result: Result) -> Figure:
-    """Draw the magnitude of each joint's force, and below it the input torque where there is a drive."""
-    driven = "input_torque" in result.data
-    figure, panels = figure_of(result, rows=1 + driven, height=5.8 if driven else SIZE[1])
-    forces = result.data["joint_force"].transpose("joint", "theta", "component")
-    for joint, force in zip(forces["joint"].to_numpy(), forces.to_numpy()):
-        panels[0].plot(*_curve(result, np.linalg.norm(force, axis=-1)), label=f"joint {joint}")
-    finish(panels[0], "Magnitude of the joint forces", "force (N)")
-    panels[0].set_ylim(bottom=0)
-    if driven:
-        panels[1].plot(*_curve(result, result.data["input_torque"].to_numpy()))
-        panels[1].axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
-        slides = result.data["input_torque"].attrs["units"] == "N"
-        finish(panels[1], *(("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")))
-    return figure
-
-
-def deflection_figure(result: Result) -> Figure:
-    """Draw the mid-member transverse deflection of each member."""
-    figure, (axes,) = figure_of(result)
-    for member, values in zip(result.scene.members(), transverse_deflection(result).T):
-        axes.plot(*_curve(result, MILLI * values), label=member)
-    finish(axes, "Transverse deflection at mid-span, relative to the rigid linkage", DEFLECTION)
-    return figure
-
-
-def spectrum_figure(result: Result) -> Figure:
-    """Draw harmonics of the mid-span strain of the members that bend most, and the range of every natural frequency."""
-    amplitude = MICRO * result.data["strain_amplitude"].sel(gauge=MID_SPAN).transpose("member", "harmonic").to_numpy()
-    largest = amplitude[:, 1:].max(axis=1, initial=0.0)
-    shown = np.sort(np.argsort(-largest, kind="stable")[: SPECTRUM.most_members])
-    heard = np.flatnonzero((amplitude[shown] > SPECTRUM.least_bar * largest.max()).any(axis=0))
-    last = min(max(int(heard.max(initial=0)) + 1, SPECTRUM.fewest_bars), amplitude.shape[1] - 1)
-    figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))
-    for axes, i in zip(panels, shown):
-        axes.bar(np.arange(1, last + 1), amplitude[i, 1 : last + 1], width=0.7, color=COLOURS[0], zorder=2)
-        member = result.data["member"].to_numpy()[i]
-        finish(axes, f"Harmonics of the strain at mid-span, + side: {member}", STRAIN)
-        axes.set_ylim(0, 1.2 * max(amplitude[i, 1 : last + 1].max(initial=0.0), np.finfo(float).tiny))
-        _mark_modes(axes, result, last + 0.6)
-    panels[-1].set_xlim(0.4, last + 0.6)
-    bands = "; bands: natural frequencies over the cycle" if "frequency" in result.data else ""
-    panels[-1].set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz){bands}")
-    return figure
-
-
-def _mark_modes(axes: Axes, result: Result, limit: float) -> None:
-    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top."""
-    if "frequency" not in result.data:
-        return
-    frequency = result.data["frequency"].transpose("theta", "mode").to_numpy() * result.scene.period
-    for mode, (low, high) in enumerate(zip(frequency.min(axis=0), frequency.max(axis=0))):
-        if low < limit:
-            axes.axvspan(low, high, color=COLOURS[1 + mode % 6], alpha=0.3, zorder=1, linewidth=1)
-            at: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "top", "fontsize": 8}
-            axes.text((low + min(high, limit)) / 2, 0.98 - 0.08 * (mode % 2), str(mode + 1), **at)
-
-
-def transverse_deflection(result: Result) -> Array:
-    """Deflection along each member's normal (m) from its rigid position at mid-span, ``(angles, members)``."""
-    normal = member_normals(member_ends(result.scene, result.data["theta"].to_numpy()))
-    deflection = result.data["deflection"].transpose("theta", "member", "component", "s").to_numpy()
-    return np.sum(at_place(deflection, result.data["s"].to_numpy(), 0.5) * normal, axis=-1)
-
-
-def figure_of(result: Result, rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
-    """Make a figure with axes over the drive angle, or over time for a motion in time."""
-    if not _in_time(result):
-        return new_figure(rows, height)
-    figure, axes = empty_figure(rows, height)
-    time = result.data["time"].to_numpy()
-    axes[-1].set_xlabel("time (s)")
-    axes[-1].set_xlim(time[0], time[-1])
-    return figure, axes
-
-
-def _in_time(result: Result) -> bool:
-    return result.scene.analysis.method == "transient"
-
-
-def _curve(result: Result, values: Array) -> tuple[Array, Array]:
-    """Abscissae and ordinates of a curve in a figure of `figure_of`, smooth between few positions."""
-    if _in_time(result):
-        return result.data["time"].to_numpy(), values
-    return curve(*smoothed(result, values))
+    return axes
 
 
 def _draw_supported(axes: Axes, supported: Mapping[str, float]) -> None:

@@ -17,6 +17,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.views.words import DEGREE, MINUS, short
 
+ROUNDING = 1e-9  # of the largest joint force, below which an effort is nothing
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
 
 
@@ -106,8 +107,11 @@ class Reading:
 
     @cached_property
     def effort(self) -> Array | None:
-        """Torque (N m) or force (N) of the first drive, ``(angles,)``; None where nothing is driven."""
-        return self.of("input_torque") if "input_torque" in self.data else None
+        """Torque (N m) or force (N) of the first drive, ``(angles,)``; None where there is none but rounding."""
+        if "input_torque" not in self.data:
+            return None
+        effort, least = self.of("input_torque"), ROUNDING * self.force.max(initial=0.0)
+        return effort if float(np.abs(effort).max()) > least * min(1.0, float(self.lengths.max())) else None
 
     @cached_property
     def effort_name(self) -> tuple[str, str]:

@@ -88,7 +88,10 @@ def summary(result: Result, units: AnswerUnits | None = None) -> Summary:
     seed four-bar...
     """
     units = units or result.scene.answer_units
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
+    grid = Table.grid(padding=(0, 2))
+    for name, value in decisions(result, units).items():
+        grid.add_row(name, escape(value))
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     closer = between_positions(result)
     parts += [_members(closer, units), *_between_stations(result, units), *_utilisation(result)]
     if result.data.sizes["joint"]:
@@ -100,7 +103,7 @@ def summary(result: Result, units: AnswerUnits | None = None) -> Summary:
         if any(effect.nonlinear for effect in acting(result)):
             parts.append(Text("These frequencies leave out the axial forces in the links."))
     if "mean_power" in result.data:
-        parts.append(_energy(result))
+        parts.append(Text(energy(result)))
     parts += [_said(judged) for judged in (stability(result), theory(result)) if judged is not None]
     parts += [*(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
     return Summary(*parts)
@@ -111,8 +114,14 @@ def _said(judged: Judgement) -> Text:
     return Text(f"{sentence(judged.title)}: {judged.text}", style=STYLES.get(judged.level, ""))
 
 
-def _energy(result: Result) -> Text:
-    """Tell the mean power of drives, loads and damping, and how far they are from a balance."""
+def energy(result: Result) -> str:
+    """Tell the mean power of drives, loads and damping, and how far they are from a balance.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
     data = result.data
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
@@ -121,15 +130,23 @@ def _energy(result: Result) -> Text:
     residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(factor * residual)} {unit}"
     if not any(effect.couples for effect in acting(result)):
-        return Text(f"{text}, as the equation leaves out the coupling, without which energy does not balance.")
+        return f"{text}, as the equation leaves out the coupling, without which energy does not balance."
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
-    return Text(f"{text}.")
+    return f"{text}."
 
 
-def _decisions(result: Result, units: AnswerUnits) -> Table:
-    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh."""
+def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
+    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers, instead of those of the scene.
+    """
     scene, analysis = result.scene, result.scene.analysis
     rows = {"drive": drive_of(scene, units), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
@@ -152,10 +169,7 @@ def _decisions(result: Result, units: AnswerUnits) -> Table:
         rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
-    table = Table.grid(padding=(0, 2))
-    for name, value in rows.items():
-        table.add_row(name, escape(value))
-    return table
+    return rows
 
 
 def _errors(result: Result) -> str:

@@ -51,7 +51,7 @@ def test_run_writes_result_plots_and_summary(call, tmp_path):
     code, out, _ = call("run", DEMO, "-o", tmp_path / "out", "--csv")
     assert code == 0
     files = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"result.nc", "strain_coupler.png", "strain_crank.png", "strain_follower.png", "frequencies.png"} <= files
+    assert {"result.nc", "strain.png", "strain_map.png", "frequencies.png"} <= files
     assert {"strain.csv", "joint_force.csv"} <= files
     assert not [name for name in files if name.startswith(".")]
     result = Result.load(tmp_path / "out" / "result.nc")

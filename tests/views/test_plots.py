@@ -7,16 +7,20 @@ from matplotlib.image import imread
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import SceneError, ViewError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.views.figures import figure_in, new_axes, save
 from fenics_mech.views.measured import read_measurement
 from fenics_mech.views.plots import (
-    deflection_figure,
-    frequency_figure,
-    joint_force_figure,
-    plot_all,
+    draw_frequencies,
+    plot_deflection,
+    plot_drive,
+    plot_frequencies,
+    plot_joint_forces,
+    plot_spectrum,
     plot_strain,
-    spectrum_figure,
-    strain_figure,
+    plot_strain_map,
 )
+from fenics_mech.views.result_figures import force_figure, map_figure, plot_all, spectrum_figure, strain_figure
 
 MICRO = 1e6
 
@@ -38,30 +42,80 @@ def measured(result, file, **place):
 
 
 def test_strain_curve_is_the_result_in_microstrain_over_degrees(result):
-    theta = np.linspace(0, 2 * np.pi, 50)
-    figure = strain_figure(result, "coupler", s=0.25, fibre="-", rigid=(theta, np.sin(theta), "by hand"))
-    found = curves(figure.axes[0])
+    axes = plot_strain(result, "coupler", s=0.25, fibre="-")
+    found = curves(axes)
     angle, strain = found["with vibration"]
     assert angle[::30] == pytest.approx(np.arange(24) * 15.0)  # smooth between 24 positions
     assert strain[::30] == pytest.approx(MICRO * result.strain_at("coupler", 0.25, "-"), rel=1e-12)
-    assert found["by hand"][1].max() == pytest.approx(MICRO, rel=1e-2)
-    assert "coupler" in figure.axes[0].get_title("left")
+    still = result.data["strain_quasi_static"].sel(member="coupler", fibre="-").interp(s=0.25)
+    assert found["without vibration"][1][::30] == pytest.approx(MICRO * still.to_numpy(), rel=1e-12)
+    assert axes.get_title("left") == "Strain of coupler, s = 0.25, \N{MINUS SIGN} side"
+
+
+def test_strain_is_drawn_where_it_is_largest_with_a_ring(result):
+    """Of the crank that is at the drive: at mid-span there is half of it."""
+    axes = plot_strain(result, "crank")
+    closer = between_positions(result).data["strain"].sel(member="crank")
+    at = closer.to_numpy()[np.unravel_index(np.abs(closer.to_numpy()).argmax(), closer.shape)]
+    ring = next(line for line in axes.get_lines() if line.get_marker() == "o")
+    assert ring.get_ydata() == pytest.approx([MICRO * at])
+    assert np.abs(curves(axes)["with vibration"][1]).max() == pytest.approx(MICRO * abs(at))
+    assert float(axes.texts[0].get_text().split()[0]) == pytest.approx(MICRO * at, rel=5e-3)
+    assert axes.get_title("left").startswith("Strain of crank, at O, ")
+    assert MICRO * abs(at) > 1.8 * np.abs(curves(plot_strain(result, "crank", s=0.5))["with vibration"][1]).max()
+
+
+def test_members_stand_below_one_another_the_most_strained_on_top(result):
+    figure = strain_figure(result)
+    titles = [axes.get_title("left").split(",")[0] for axes in figure.axes if axes.get_title("left")]
+    size = np.abs(result.data["strain"]).max(("theta", "s", "fibre"))
+    expected = sorted(("crank", "coupler", "follower"), key=lambda member: -float(size.sel(member=member)))
+    assert titles == [f"Strain of {member}" for member in expected]
+    shares = [axes.texts[-1].get_text() for axes in figure.axes[1::2]]
+    assert shares[0] == "100% of the largest"
+
+
+def test_map_has_the_strain_of_every_place_and_one_scale_up_to_the_peak(result):
+    figure = map_figure(result)
+    closer = between_positions(result).data["strain"]
+    largest = MICRO * float(np.abs(closer).max())
+    images = [axes.images[0] for axes in figure.axes[:3]]
+    assert np.array([image.get_clim() for image in images]) == pytest.approx(np.array([[-largest, largest]] * 3))
+    crank = images[0].get_array()
+    assert crank.shape == (21, 722)  # the turn, and a position before and after it
+    assert np.abs(crank).max() == pytest.approx(largest)
+    lengths = [axes.get_ylim()[1] for axes in figure.axes[:3]]
+    assert lengths == pytest.approx([107.95, 279.4, 270.51])
+    with pytest.raises(ViewError, match="no member 'rocker'"):
+        plot_strain_map(result, "rocker")
+
+
+def test_axes_that_are_given_are_drawn_into(result):
+    for plot in (plot_deflection, plot_joint_forces, plot_drive, plot_frequencies):
+        axes = new_axes()
+        assert plot(result, axes) is axes
+        assert axes.get_lines()
+    axes = new_axes()
+    assert plot_strain(result, "crank", axes) is plot_strain_map(result, "crank", axes) is axes
 
 
 def test_spectrum_has_a_bar_for_every_harmonic_and_a_band_for_every_mode(result):
     figure = spectrum_figure(result)
-    amplitude = result.data["strain_amplitude"].sel(gauge="mid-span")
-    assert [axes.get_title("left").split()[-1] for axes in figure.axes] == ["crank", "coupler", "follower"]
-    heights = [bar.get_height() for bar in figure.axes[1].containers[0]]
+    amplitude = result.data["strain_amplitude"].sel(gauge="peak")
+    titles = [axes.get_title("left") for axes in figure.axes]
+    assert [title.split(",")[0].split()[-1] for title in titles] == ["crank", "coupler", "follower"]
+    heights = [bar[1, 1] for bar in figure.axes[1].collections[0].get_segments()]
     assert heights == pytest.approx(MICRO * amplitude.sel(member="coupler").to_numpy()[1:])
     marked = [text.get_text() for text in figure.axes[0].texts]
     assert marked == ["1", "2"]
     first = float(result.data["frequency"].sel(mode=1).mean()) * result.scene.period
     assert figure.axes[0].texts[0].get_position()[0] == pytest.approx(first, abs=0.5)
+    with pytest.raises(ViewError, match="no harmonics"):
+        plot_spectrum(Result(result.data.drop_vars("strain_amplitude")), "crank")
 
 
 def test_curves_close_at_a_full_turn(result):
-    line = strain_figure(result, "crank").axes[0].get_lines()[0]
+    line = plot_strain(result, "crank", s=0.5).get_lines()[-1]
     x, y = line.get_xdata(), line.get_ydata()
     assert x.max() == pytest.approx(360)
     assert y[x.argmax()] == y[np.abs(x).argmin()]
@@ -69,7 +123,7 @@ def test_curves_close_at_a_full_turn(result):
 
 def test_a_drive_that_turns_back_is_drawn_from_0_to_360_degrees(result):
     backward = Result(result.data.assign_coords(theta=-result.data["theta"]))
-    angle, strain = curves(strain_figure(backward, "coupler").axes[0])["with vibration"]
+    angle, strain = curves(plot_strain(backward, "coupler", s=0.5))["with vibration"]
     assert (np.diff(angle) > 0).all()
     assert strain[30::30] == pytest.approx(MICRO * result.strain_at("coupler")[:0:-1])  # smooth between 24 positions
 
@@ -78,11 +132,11 @@ def test_measured_points_are_drawn_where_they_were_measured_and_only_there(resul
     file = tmp_path / "gauge.csv"
     file.write_text("angle,strain\n10,1e-4\n-90, -2e-4\n\n")
     with_points = measured(result, file, s=0.25, fibre="-")
-    angle, strain = curves(strain_figure(with_points, "coupler", s=0.25, fibre="-").axes[0])["measured"]
+    angle, strain = curves(plot_strain(with_points, "coupler", s=0.25, fibre="-"))["measured"]
     assert angle == pytest.approx([10, 270])
     assert strain == pytest.approx([100, -200])
     for member, s, fibre in (("coupler", 0.5, "-"), ("coupler", 0.25, "+"), ("crank", 0.25, "-")):
-        assert "measured" not in curves(strain_figure(with_points, member, s=s, fibre=fibre).axes[0])
+        assert "measured" not in curves(plot_strain(with_points, member, s=s, fibre=fibre))
     names = {path.name for path in plot_all(with_points, tmp_path / "plots")}
     assert "strain_coupler_s0.25_minus.png" in names
 
@@ -110,17 +164,17 @@ def test_bad_measurements_are_refused_with_file_and_line(tmp_path, text, line, s
 def test_measurements_that_cannot_be_read_leave_no_plot(result, tmp_path):
     lost = measured(result, tmp_path / "lost.csv")
     with pytest.raises(SceneError, match=r"lost\.csv.*No such file"):
-        plot_strain(lost, "coupler", tmp_path / "strain.png")
+        plot_all(lost, tmp_path / "lost")
     (tmp_path / "binary.csv").write_bytes(b"a,b\n\xff\xfe,1\n")
     with pytest.raises(SceneError, match=r"binary\.csv"):
         read_measurement(tmp_path / "binary.csv")
-    assert not (tmp_path / "strain.png").exists()
+    assert not list((tmp_path / "lost").glob("strain_coupler*"))
 
 
 def test_frequencies_and_the_members_supported_ones(result):
     supported = {member: float(found[0]) for member, found in simply_supported_frequencies(result.scene).items()}
     frequency = result.data["frequency"].to_numpy()
-    axes = frequency_figure(frequency, result.data["theta"].to_numpy(), supported).axes[0]
+    axes = plot_frequencies(result)
     found = curves(axes)
     for mode in (1, 2):
         assert found[f"mode {mode}"][1] == pytest.approx(frequency[:, mode - 1])
@@ -133,7 +187,8 @@ def test_frequencies_and_the_members_supported_ones(result):
 
 def test_labels_of_close_frequencies_do_not_lie_upon_another(result):
     supported = {"c": 47.7, "a": 47.5, "b": 47.6, "far": 50.0}
-    axes = frequency_figure(result.data["frequency"].to_numpy(), result.data["theta"].to_numpy(), supported).axes[0]
+    theta = result.data["theta"].to_numpy()
+    axes = draw_frequencies(result.data["frequency"].to_numpy(), theta, supported, new_axes())
     height = {text.get_text().split()[0]: text.get_position()[1] for text in axes.texts}
     assert list(height) == ["a", "b", "c", "far"]
     assert np.diff(list(height.values())).min() > 0.049  # of the axes
@@ -141,27 +196,35 @@ def test_labels_of_close_frequencies_do_not_lie_upon_another(result):
 
 
 def test_joint_forces_and_torque(result):
-    upper, lower = joint_force_figure(result).axes
+    upper, lower = force_figure(result).axes
     found = curves(upper)
     force = result.data["joint_force"].sel(joint="B")
     assert found["joint B"][1][::30] == pytest.approx(np.hypot(force.sel(component="x"), force.sel(component="y")))
-    assert set(found) == {"joint O", "joint A", "joint B", "joint C"}
+    assert {"joint O", "joint A", "joint B", "joint C"} <= set(found)
     assert lower.get_lines()[0].get_ydata()[1:-1][::30] == pytest.approx(result.data["input_torque"].to_numpy())
 
 
-def test_deflection_of_the_crank_is_along_its_normal(result):
-    found = curves(deflection_figure(result).axes[0])
+def test_deflection_of_the_crank_is_along_its_normal_where_it_is_largest(result):
+    found = curves(plot_deflection(result))
     theta = result.data["theta"].to_numpy()  # the crank's own angle
-    x, y = result.data["deflection"].sel(member="crank", s=0.5).to_numpy().T
-    assert found["crank"][1][::30] == pytest.approx(1e3 * (-np.sin(theta) * x + np.cos(theta) * y))
-    assert np.abs(found["crank"][1]).max() > 0.05
+    x, y = np.moveaxis(
+        result.data["deflection"].sel(member="crank").transpose("theta", "s", "component").to_numpy(), 2, 0
+    )
+    across = 1e3 * (-np.sin(theta)[:, None] * x + np.cos(theta)[:, None] * y)
+    assert found["crank, at A"][1][::30] == pytest.approx(across[:, -1])
+    assert np.abs(across[:, -1]).max() == np.abs(across).max()
 
 
 def test_all_plots_are_written_and_none_is_blank(result, tmp_path):
     paths = plot_all(result, tmp_path / "new" / "folder")
     assert [path.stem for path in paths] == [
-        "strain_crank", "strain_coupler", "strain_follower", "deflection", "joint_forces", "spectrum", "frequencies",
-    ]  # fmt: skip
+        "strain",
+        "strain_map",
+        "deflection",
+        "joint_forces",
+        "spectrum",
+        "frequencies",
+    ]
     for path in paths:
         picture = imread(path)
         assert picture.shape[1] == 1152
@@ -171,17 +234,22 @@ def test_all_plots_are_written_and_none_is_blank(result, tmp_path):
 
 @pytest.mark.parametrize("ending", [".pdf", ".svg"])
 def test_vector_formats(result, tmp_path, ending):
-    path = plot_strain(result, "crank", tmp_path / f"strain{ending}")
+    (path,) = plot_all(result, tmp_path, ["strain"], ending)
+    assert path.name == f"strain{ending}"
     assert path.stat().st_size > 5000
 
 
 def test_bad_requests_are_refused(result, tmp_path):
     with pytest.raises(ViewError, match=r"\.png, \.pdf, \.svg"):
-        plot_strain(result, "crank", tmp_path / "strain.bmp")
+        save(figure_in(new_axes()), tmp_path / "strain.bmp")
+    with pytest.raises(ViewError, match=r"\.png, \.pdf, \.svg, not in '\.bmp'"):
+        plot_all(result, tmp_path, ending=".bmp")
+    with pytest.raises(ViewError, match="no plot 'strains'; there are strain, strain_map, "):
+        plot_all(result, tmp_path, ["strains"])
     with pytest.raises(ViewError, match="no member 'rocker'; it has crank, coupler, follower"):
-        plot_strain(result, "rocker", tmp_path / "strain.png")
+        plot_strain(result, "rocker")
     with pytest.raises(ViewError, match="no fibre 'top'"):
-        plot_strain(result, "crank", tmp_path / "strain.png", fibre="top")
+        plot_strain(result, "crank", s=0.5, fibre="top")
     (tmp_path / "file").touch()
     with pytest.raises(ViewError, match="cannot make the folder"):
         plot_all(result, tmp_path / "file" / "folder")

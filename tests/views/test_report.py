@@ -19,8 +19,8 @@ from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import Finding
 from fenics_mech.views.animation import animate
 from fenics_mech.views.frequency_table import frequency_table, write_frequencies
-from fenics_mech.views.plots import plot_all
 from fenics_mech.views.report import summary
+from fenics_mech.views.result_figures import plot_all
 from fenics_mech.views.tables import check_table, scene_overview
 from tests.common import DEMOS
 from tests.demos.machines import crane

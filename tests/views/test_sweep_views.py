@@ -11,6 +11,7 @@ from rich.console import Console
 from fenics_mech.studies.sweep import Sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.sweep_points import TEXTS
+from fenics_mech.views.resonances import distances, gains, raised, resonances
 from fenics_mech.views.sweep_maps import strain_map
 from fenics_mech.views.sweep_plots import campbell_figure, response_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
@@ -143,3 +144,46 @@ def test_a_campbell_diagram_of_one_point_that_did_not_fail_has_its_rate_there(ma
     sweep.data["drive_rate"][np.arange(11) != 4] = np.nan
     lines = [line for line in campbell_figure(sweep).axes[0].get_lines() if line.get_linestyle() == "--"]
     assert lines[2].get_ydata()[4] == pytest.approx(3 * 300 / 60)
+
+
+def test_a_resonance_is_found_where_a_multiple_of_the_drive_meets_a_mode():
+    """A strain that grows with the square of the speed, and is raised as an oscillator of 2 % damping at 50 Hz."""
+    rate = np.linspace(4, 9, 101)  # Hz
+    low, high = np.full((101, 2), [49.0, 120.0]), np.full((101, 2), [51.0, 130.0])
+    orders = np.arange(12)
+    share = orders * rate[:, None] / 50
+    amplitude = 1e-6 * (rate[:, None] ** 2 / np.hypot(1 - share**2, 0.04 * share))[:, None]
+    peak = amplitude.max(axis=2)
+    found = {one.order: one for one in resonances(rate, (low, high), amplitude, peak)}
+    assert sorted(found) == [6, 7, 8, 9, 10, 11]  # 5 times the drive does not come to 50 Hz
+    for order, one in found.items():
+        assert one.mode == 0
+        assert rate[one.point] == pytest.approx(50 / order, rel=0.01)
+    distance = distances(rate, low, high, 12)
+    shown = raised(gains(rate, amplitude), amplitude, distance)
+    assert shown[found[8].point, 8] == pytest.approx(found[8].strain)
+    assert not shown[:, :5].any()  # nothing near a mode
+    smooth = 1e-6 * np.ones((101, 1, 12)) * rate[:, None, None] ** 2
+    assert resonances(rate, (low, high), smooth, smooth.max(axis=2)) == []
+
+
+def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
+    sweep = made("drive.speed=240 rpm:540 rpm:61")
+    rate = sweep.data["drive.speed"].to_numpy() / (2 * np.pi)
+    share = np.arange(9) * rate[:, None] / 50
+    sweep.data["frequency_lowest"][:] = sweep.data["frequency_highest"][:] = 50.0
+    amplitude = 1e-6 * rate[:, None] ** 2 / np.hypot(1 - share**2, 0.04 * share)
+    data = sweep.data.drop_vars("strain_harmonic").drop_dims("harmonic")
+    data["strain_harmonic"] = (("drive.speed", "member", "harmonic"), amplitude[:, None])
+    data["peak_strain"] = (("drive.speed", "member"), amplitude.max(axis=1, keepdims=True))
+    data.attrs["stated_rate"] = 2 * np.pi * 5
+    upper, lower = campbell_figure(Sweep(data)).axes
+    named = [text.get_text() for text in upper.texts if "meets" in text.get_text()]
+    assert [text.split()[0] for text in named] == [
+        "8\N{MULTIPLICATION SIGN}",
+        "7\N{MULTIPLICATION SIGN}",
+        "6\N{MULTIPLICATION SIGN}",
+    ]
+    assert [float(text.split()[-2]) for text in named] == pytest.approx([375, 429, 500], abs=3)
+    assert "scene: 300 rpm" in [text.get_text() for text in lower.texts]
+    assert len(upper.collections[-1].get_offsets()) > 10

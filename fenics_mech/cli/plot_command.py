@@ -1,0 +1,32 @@
+"""`fenics-mech plot`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, tell_written
+from fenics_mech.cli.common import OutFolder
+
+
+def plot(
+    result: Annotated[Path, typer.Argument(help="Result file (result.nc).", show_default=False)],
+    folder: OutFolder = Path("plots"),
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="Plot to make: strain, strain_map, deflection, joint_forces, spectrum or frequencies."),
+    ] = None,
+    ending: Annotated[str, typer.Option("--as", help="Kind of the files: png, pdf or svg.")] = "png",
+) -> None:
+    """Draw a saved result: strains where they are largest, maps, deflections, forces, spectrum, frequencies."""
+    from fenics_mech.errors import ViewError  # noqa: PLC0415
+    from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
+
+    loaded = Result.load(result)
+    make_folder(folder)
+    if not (written := plot_all(loaded, folder, only or (), f".{ending.lower().lstrip('.')}")):
+        raise ViewError("there is nothing to plot over one position: `fenics-mech report` shows it")
+    tell_written(written, folder)

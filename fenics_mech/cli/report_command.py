@@ -1,0 +1,24 @@
+"""`fenics-mech report`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, tell
+
+
+def report(
+    result: Annotated[Path, typer.Argument(help="Result file (result.nc).", show_default=False)],
+    file: Annotated[Path, typer.Option("-o", "--out", help="File to write, ending in .html.")] = Path("report.html"),
+) -> None:
+    """Write a result as one page for a browser: verdict, mechanism in motion, curves, tables. It needs no network."""
+    from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.views.page import report as write  # noqa: PLC0415
+
+    loaded = Result.load(result)
+    make_folder(file.parent)
+    write(loaded, file)
+    tell(f"Wrote {file}")

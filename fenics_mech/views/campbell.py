@@ -1,0 +1,157 @@
+"""Campbell diagram of a sweep over the drive's rate, with the strains in it and named resonances."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO
+from fenics_mech.views.figures import COLOURS, STRAIN, empty_figure
+from fenics_mech.views.resonances import Resonance, distances, gains, raised, resonances
+from fenics_mech.views.sweep_axes import along, dot_beyond, look_of, settle
+from fenics_mech.views.sweep_data import written_unit
+from fenics_mech.views.words import short
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.sweep import Sweep
+
+MOST_ORDERS = 20  # lines of a Campbell diagram
+MOST_NAMED = 5  # resonances
+LABEL = 0.028  # of the picture, that the name of an order takes
+LARGEST_DOT = 150  # points squared
+FEWEST = 5  # points of a sweep in which resonances are sought
+BOX: dict[str, Any] = {"facecolor": "white", "edgecolor": "#dddddd", "pad": 2.5}
+
+
+def campbell_figure(sweep: Sweep) -> Figure:
+    """Draw each mode's range of frequencies, multiples of the drive's rate as lines, and below it the peak strain.
+
+    Dots, as large as the strain, show where a mode raises a harmonic. The largest maxima are named with multiple, mode
+    and speed. The diagram ends not far above the lines, and shows the first mode.
+
+    Parameters
+    ----------
+    sweep
+        A sweep over one field, with frequencies and the drive's rate.
+    """
+    figure, (axes, lower) = empty_figure(rows=2, height=7.4, grid={"height_ratios": [1.9, 1]})
+    x, data = along(sweep), sweep.data
+    low, high = (data[f"frequency_{end}"].transpose(..., "mode").to_numpy() for end in ("lowest", "highest"))
+    own = np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi)  # Hz
+    places, rate = _rates(x, own)
+    lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
+    top = min(1.08 * float(np.nanmax(high)), 1.3 * max(float(lines.max()), float(np.nanmax(high[:, 0]))))
+    _draw_modes(axes, x, (low, high), top)
+    lines = lines[lines.min(axis=1) < top]
+    axes.plot(places, lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
+    axes.set_ylim(0, top)
+    _name_orders(axes, places, lines, top)
+    for i, member in enumerate(data["member"].to_numpy()):
+        lower.plot(x, MICRO * data["peak_strain"].sel(member=member), label=str(member), **look_of(i, len(x)))
+    dot_beyond(lower, sweep)
+    found = _draw_strains(axes, sweep, own, (low, high))
+    _name_resonances((axes, lower), sweep, [one for one in found if one.order * own[one.point] < top], own)
+    title = f"Natural frequencies, multiples of the drive (dashed){', raised strains (dots)' if found else ''}"
+    settle(axes, sweep, title, "frequency (Hz)")
+    settle(lower, sweep, "Largest strain in a cycle", STRAIN, last=True)
+    _mark_scene((axes, lower), x, own, data)
+    return figure
+
+
+def _draw_modes(axes: Axes, x: Array, modes: tuple[Array, Array], top: float) -> None:
+    """Shade the range of each mode that begins below the upper edge."""
+    for mode, (least, most) in enumerate(zip(modes[0].T, modes[1].T)):
+        if np.nanmin(least) > top:
+            continue
+        colour = COLOURS[mode % len(COLOURS)]
+        axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
+        axes.plot(x, least, color=colour, linewidth=1, linestyle="-")
+        axes.plot(x, most, color=colour, linewidth=1, linestyle="-")
+
+
+def _draw_strains(axes: Axes, sweep: Sweep, rate: Array, modes: tuple[Array, Array]) -> list[Resonance]:
+    """Draw dots where modes raise harmonics of the strain, and give the resonances, the largest first."""
+    data, whole = sweep.data, np.isfinite(rate) & np.isfinite(modes[0]).all(axis=1)
+    if "strain_harmonic" not in data or whole.sum() < FEWEST or np.ptp(rate[whole]) < 1e-9 * rate[whole].max():
+        return []
+    points = np.flatnonzero(whole)
+    amplitude = data["strain_harmonic"].transpose(..., "member", "harmonic").to_numpy()[points]
+    peak = data["peak_strain"].transpose(..., "member").to_numpy()[points]
+    low, high, rate = modes[0][points], modes[1][points], rate[points]
+    shown = raised(gains(rate, amplitude), amplitude, distances(rate, low, high, amplitude.shape[2]))
+    size = LARGEST_DOT * shown / (shown.max() or 1.0)
+    k, order = np.nonzero(size)
+    axes.scatter(
+        along(sweep)[points][k], order * rate[k], s=size[k, order], color=COLOURS[0], alpha=0.6, zorder=3, linewidth=0
+    )
+    found = resonances(rate, (low, high), amplitude, peak)
+    return [Resonance(int(points[one.point]), one.order, one.mode, one.strain) for one in found]
+
+
+def _name_resonances(panels: tuple[Axes, Axes], sweep: Sweep, found: list[Resonance], rate: Array) -> None:
+    """Put a ring about the largest resonances, and write multiple, mode and speed below the upper edge."""
+    upper, lower = panels
+    x, unit = along(sweep), written_unit(sweep.data, sweep.paths[0])
+    chosen = sorted(found[:MOST_NAMED], key=lambda one: one.point)
+    for place, one in enumerate(chosen):
+        at = (x[one.point], one.order * rate[one.point])
+        upper.plot(
+            *at, "o", markersize=13, markerfacecolor="none", markeredgecolor="black", markeredgewidth=1.4, zorder=4
+        )
+        value = f"{short(x[one.point])} {unit}".strip()
+        turns = "" if unit == "rpm" else f"\n{short(60 * rate[one.point])} rpm"
+        text = f"{one.order}\N{MULTIPLICATION SIGN} meets\nmode {one.mode + 1}\n{value}{turns}"
+        share = 0.5 if len(chosen) == 1 else place / (len(chosen) - 1)
+        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "weight": "bold", "bbox": BOX, "zorder": 5}
+        arrow = {"arrowstyle": "-", "color": "black", "linewidth": 0.8, "shrinkB": 7}
+        where: dict[str, Any] = {"xytext": (0.1 + 0.8 * share, 0.98), "textcoords": "axes fraction"}
+        upper.annotate(text, at, arrowprops=arrow, **where, **look)
+        lower.axvline(x[one.point], color="black", linewidth=0.8, linestyle=(0, (2, 3)))
+
+
+def _mark_scene(panels: tuple[Axes, Axes], x: Array, rate: Array, data: xr.Dataset) -> None:
+    """Draw the scene's own speed as a line, where the sweep goes over it."""
+    if "stated_rate" not in data.attrs:
+        return
+    own = float(data.attrs["stated_rate"]) / (2 * math.pi)  # Hz
+    known = np.isfinite(rate)
+    order = np.argsort(rate[known])
+    if not rate[known].min() <= own <= rate[known].max():
+        return
+    place = float(np.interp(own, rate[known][order], x[known][order]))
+    for axes in panels:
+        axes.axvline(place, color="black", linewidth=1.2, zorder=1.8)
+    patch = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+    look: dict[str, Any] = {"textcoords": "offset points", "va": "top", "fontsize": 9, "weight": "bold", "bbox": patch}
+    top = panels[1].get_ylim()[1]
+    panels[1].annotate(f"scene: {short(60 * own)} rpm", (place, top), (4, -3), **look)
+
+
+def _rates(x: Array, rate: Array) -> tuple[Array, Array]:
+    """Give where rates are known, and these: everywhere, where those of the points that did not fail are on a line."""
+    known = np.isfinite(rate)
+    line = np.polynomial.Polynomial.fit(x[known], rate[known], min(1, known.sum() - 1), domain=x[[0, -1]])(x)
+    return (x, line) if np.allclose(line[known], rate[known], rtol=1e-9, atol=0) else (x[known], rate[known])
+
+
+def _name_orders(axes: Axes, x: Array, lines: Array, top: float) -> None:
+    """Write the orders at the ends of their lines, right of the picture or below its upper edge, none upon another."""
+    look: dict[str, Any] = {"fontsize": 7, "color": "#555555", "textcoords": "offset points"}
+    above, beside = -math.inf, -math.inf
+    for order, line in enumerate(lines, 1):
+        name = f"{order}\N{MULTIPLICATION SIGN}"
+        if line[-1] <= top and line[-1] - beside > LABEL * top:
+            beside = line[-1]
+            axes.annotate(name, (x[-1], beside), (4, 0), va="center", **look)
+        elif line[-1] > top > line[0] and (np.diff(line) > 0).all():
+            leaves = float(np.interp(top, line, x))
+            if abs(leaves - above) > 1.2 * LABEL * np.ptp(x):
+                above = leaves
+                patch = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+                axes.annotate(name, (leaves, top), (0, -2), ha="center", va="top", bbox=patch, **look)

@@ -1,0 +1,85 @@
+// Axes and curves as SVG, which stays sharp on paper.
+const SVG = "http://www.w3.org/2000/svg";
+let views = []; // what is moved when the place changes
+
+function draw(name, attributes, parent, text) {
+  const made = document.createElementNS(SVG, name);
+  for (const key in attributes) made.setAttribute(key, attributes[key]);
+  if (text !== undefined) made.textContent = text;
+  parent?.append(made);
+  return made;
+}
+function ticks(low, high, count) {
+  const raw = (high - low) / count || 1, decade = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 2.5, 5, 10].find(factor => factor * decade >= raw * (1 - 1e-9)) * decade, found = [];
+  for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + 1e-9 * step; v += step) found.push(Math.abs(v) < step / 1e6 ? 0 : v);
+  return found;
+}
+const plain = v => String(+v.toPrecision(6)).replace("-", "\u2212");
+const path = points => points.map(([x, y], i) => `${i ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
+
+function axes(host, { x, y, xName, yName, xTicks, height = 190, left = 52, right = 12 }) {
+  host.textContent = "";
+  const width = host.clientWidth || 500, box = { left, right: width - right, top: 20, bottom: height - 36 };
+  const svg = draw("svg", { viewBox: `0 0 ${width} ${height}`, height, role: "img" }, host);
+  const X = v => box.left + (v - x[0]) / (x[1] - x[0] || 1) * (box.right - box.left);
+  const Y = v => box.bottom - (v - y[0]) / (y[1] - y[0] || 1) * (box.bottom - box.top);
+  for (const v of ticks(...y, 4)) {
+    draw("line", { x1: box.left, x2: box.right, y1: Y(v), y2: Y(v), class: v ? "grid" : "axis" }, svg);
+    draw("text", { x: box.left - 7, y: Y(v) + 4, "text-anchor": "end" }, svg, plain(v));
+  }
+  for (const v of xTicks ?? ticks(...x, width < 450 ? 4 : 6)) {
+    draw("line", { x1: X(v), x2: X(v), y1: box.bottom, y2: box.bottom + 4, class: "axis" }, svg);
+    draw("text", { x: X(v), y: box.bottom + 17, "text-anchor": "middle" }, svg, plain(v));
+  }
+  draw("line", { x1: box.left, x2: box.right, y1: box.bottom, y2: box.bottom, class: "axis" }, svg);
+  draw("text", { x: (box.left + box.right) / 2, y: height - 3, "text-anchor": "middle" }, svg, xName);
+  draw("text", { x: 0, y: 11 }, svg, yName);
+  return { svg, X, Y, box, width };
+}
+function ring(plot, x, y, text) {
+  draw("circle", { cx: plot.X(x), cy: plot.Y(y), r: 6, class: "ring" }, plot.svg);
+  if (!text) return;
+  const before = plot.X(x) > plot.width * .66;
+  draw("text", { x: plot.X(x) + (before ? -11 : 11), y: plot.Y(y) + 4, class: "value", "text-anchor": before ? "end" : "start" }, plot.svg, text);
+}
+
+// Axes over the drive angle or time, on which the place is shown and dragged.
+function overMotion(host, options) {
+  const degrees = host.clientWidth < 440 ? [0, 90, 180, 270, 360] : [0, 45, 90, 135, 180, 225, 270, 315, 360];
+  const plot = axes(host, { x: [FROM, TO], xName: TURNS ? "drive angle (°)" : "time (s)", xTicks: TURNS ? degrees : undefined, ...options });
+  const { svg, box, width } = plot;
+  const line = draw("line", { y1: box.top, y2: box.bottom, class: "now" }, svg);
+  views.push(place => { for (const end of ["x1", "x2"]) line.setAttribute(end, plot.X(along(place))); });
+  const drag = event => {
+    const frame = svg.getBoundingClientRect(), x = (event.clientX - frame.left) * width / frame.width;
+    go(placeOf(Math.max(FROM, Math.min(TO, FROM + (x - box.left) / (box.right - box.left) * (TO - FROM)))));
+  };
+  svg.classList.add("drag");
+  svg.addEventListener("pointerdown", event => { stop(); drag(event); svg.setPointerCapture(event.pointerId); svg.onpointermove = drag; });
+  svg.addEventListener("pointerup", () => { svg.onpointermove = null; });
+  svg.addEventListener("pointercancel", () => { svg.onpointermove = null; });
+  return plot;
+}
+// A curve over the motion, with a point at the place that is shown.
+function curve(plot, values, { still = false, colour = 0, point = !still, tell } = {}) {
+  const points = values.map((v, k) => [plot.X(D.axis[k]), plot.Y(v)]);
+  if (TURNS) points.unshift([plot.X(D.axis[N - 1] - 360), plot.Y(values[N - 1])]), points.push([plot.X(360 + D.axis[0]), plot.Y(values[0])]);
+  const inside = points.filter(([x]) => x >= plot.box.left - .01 && x <= plot.box.right + .01);
+  draw("path", { d: path(inside), class: still ? "still" : `curve s${colour % 6}` }, plot.svg);
+  if (!point) return;
+  const dot = draw("circle", { r: 4.5, class: "point" }, plot.svg);
+  const text = tell && draw("text", { class: "value", y: 11, "text-anchor": "end", x: plot.box.right }, plot.svg);
+  views.push(place => {
+    const k = Math.floor(place), share = place - k, v = values[k % N] * (1 - share) + values[(k + 1) % N] * share;
+    dot.setAttribute("cx", plot.X(along(place)));
+    dot.setAttribute("cy", plot.Y(v));
+    if (text) text.textContent = `${number(v)} ${tell} at ${told(place)}`;
+  });
+}
+function range(curves, withZero = true) {
+  let low = withZero ? 0 : Infinity, high = withZero ? 0 : -Infinity;
+  for (const values of curves) for (const v of values) { if (v < low) low = v; if (v > high) high = v; }
+  const room = (high - low || 1) * .08;
+  return [low < 0 || !withZero ? low - room : low, high > 0 || !withZero ? high + room : high];
+}

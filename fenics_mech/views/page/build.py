@@ -1,0 +1,116 @@
+"""The page itself: its parts put into one file that loads nothing from anywhere."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from fenics_mech.errors import ViewError
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.views.page import parts, tables
+from fenics_mech.views.page.curves import payload
+from fenics_mech.views.page.html import Html, json_in_page, tag
+from fenics_mech.views.reading import Reading
+
+SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
+ENDINGS = (".html", ".htm")
+
+
+def report(result: Result, path: str | Path) -> Path:
+    """Write a report of a result as one HTML file, which needs no network and no other file.
+
+    It begins with the verdict and its reasons. Then come key figures, the mechanism in motion, curves, maps, joint
+    forces, decisions, error estimates, and the scene. Tables are readable without a script.
+
+    Parameters
+    ----------
+    result
+        The result.
+    path
+        File to write, ending in .html.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ViewError
+        When the file's ending is not .html.
+    ResultError
+        When the result lacks what is shown, or the file cannot be written.
+
+    Examples
+    --------
+    >>> result = fm.Result.load("out/result.nc")
+    >>> fm.report(result, "out/report.html").name
+    'report.html'
+    """
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
+    text = page(result)
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    return path
+
+
+def page(result: Result) -> str:
+    """Give the text of the page.
+
+    Parameters
+    ----------
+    result
+        The result.
+
+    Raises
+    ------
+    ResultError
+        When the result lacks what is shown.
+    """
+    reading = Reading(result)
+    script = "(async () => {\n'use strict';\n" + "".join(_source(name) for name in SCRIPTS) + "})();\n"
+    moving = parts.moving(reading)
+    pieces = {
+        "policy": _policy(script),
+        "title": tag("title", f"{reading.scene.name}: report of fenics_mech"),
+        "style": _source("page.css"),
+        "heading": parts.heading(reading),
+        "verdict": parts.verdict_of(reading),
+        "figures": parts.figures(reading),
+        "moving": moving,
+        "members": tables.members(reading),
+        "joints": tables.joints(reading),
+        "vibration": parts.vibration(reading),
+        "effects": tables.effects(result),
+        "errors": tables.errors(reading),
+        "method": tables.method(reading),
+        "scene": tag("pre", json.dumps(json.loads(result.data.attrs["scene"]), indent=1, ensure_ascii=False)),
+        "data": json_in_page(payload(reading)),
+        "script": script,
+    }
+    return Template(_source("page.html")).substitute(pieces)
+
+
+def _source(name: str) -> str:
+    """Read a file that stands beside this module."""
+    return (files(__package__) / name).read_text(encoding="utf-8")
+
+
+def _policy(script: str) -> Html:
+    """Let the browser run this script and no other, load nothing, and send nothing."""
+    hashed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    rules = (
+        "default-src 'none'",
+        f"script-src 'sha256-{hashed}'",
+        "style-src 'unsafe-inline'",
+        "img-src data:",
+        "base-uri 'none'",
+        "form-action 'none'",
+    )
+    return tag("meta", http_equiv="Content-Security-Policy", content="; ".join(rules))

@@ -1,0 +1,115 @@
+// What the reader moves: position, member, unit, magnification, theme.
+const TURN_SECONDS = 6, FACTORS = [0, 1, 2, 2.5, 5, 10, 15, 20, 25, 30, 40, 50, 75, 100];
+const sliders = ["position", "dock-position"].map($).filter(Boolean), plays = ["play", "dock-play"].map($).filter(Boolean);
+const steps = [...new Set([0, 1, ...FACTORS.map(factor => factor * D.magnify / 10)])].sort((a, b) => a - b);
+
+function show() {
+  views.forEach(view => view(shown.place));
+  for (const slider of sliders) slider.value = shown.place;
+  for (const name of ["told", "dock-told"]) if ($(name)) $(name).textContent = told(shown.place);
+}
+function go(place) {
+  shown.place = TURNS ? (place % N + N) % N : Math.max(0, Math.min(N - 1, place));
+  show();
+}
+function plots() {
+  views = [];
+  memberPlots();
+  polar();
+  effort();
+  frequencies();
+  spectrum();
+  stability();
+  document.querySelectorAll("tr[data-member]").forEach(row => row.classList.toggle("chosen", +row.dataset.member === shown.member));
+  views.push(mechanism);
+  show();
+}
+function paint() {
+  mixColours();
+  fit();
+  plots();
+}
+function choose(member) {
+  shown.member = $("member").value = member;
+  plots();
+}
+function magnify(step) {
+  shown.magnify = steps[step];
+  $("times").textContent = `${+shown.magnify.toPrecision(3)} times`;
+}
+
+let last = 0;
+function stop() {
+  shown.playing = false;
+  for (const button of plays) button.textContent = "▶";
+}
+function tick(now) {
+  if (!shown.playing) return;
+  const place = shown.place + D.direction * Math.min(now - last, 50) / 1000 * LAST / TURN_SECONDS;
+  go(!TURNS && place >= N - 1 ? 0 : place);
+  last = now;
+  requestAnimationFrame(tick);
+}
+function play() {
+  if (shown.playing) return stop();
+  shown.playing = true;
+  last = performance.now();
+  for (const button of plays) button.textContent = "❚❚";
+  requestAnimationFrame(tick);
+}
+// The shown curve as a table; a text that a spreadsheet would take for a formula is made none.
+function csv() {
+  const m = shown.member, [, j, f] = D.peaks[m], quoted = text => `"${text.replace(/^[=+\-@\t\r]/, "'$&").replaceAll('"', '""')}"`;
+  const head = [TURNS ? "drive angle (deg)" : "time (s)", `${D.members[m]}, ${stationOf(m, j)}, ${D.fibres[f]} side (${unitName()})`];
+  const rows = D.axis.map((v, k) => `${v},${+value(k, m, j, f).toPrecision(6)}`);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([`${head.map(quoted).join()}\n${rows.join("\n")}\n`], { type: "text/csv" }));
+  link.download = `${D.title}_${D.members[m]}_${shown.unit}.csv`.replace(/[^\w.-]+/g, "_");
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+for (const slider of sliders) {
+  slider.max = TURNS ? N - 1e-6 : N - 1;
+  slider.oninput = event => { stop(); go(+event.target.value); };
+}
+for (const button of plays) button.onclick = play;
+if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(D.peaks[shown.member][0]); };
+if ($("csv")) $("csv").onclick = csv;
+$("magnify").max = steps.length - 1;
+$("magnify").value = steps.indexOf(D.magnify);
+$("magnify").oninput = event => { magnify(+event.target.value); fit(); show(); };
+magnify(steps.indexOf(D.magnify));
+$("arrows").onchange = show;
+$("member").value = shown.member;
+$("member").onchange = event => choose(+event.target.value);
+$("unit").onchange = event => { shown.unit = event.target.value; plots(); };
+document.querySelectorAll("tr[data-member]").forEach(row => { row.onclick = () => choose(+row.dataset.member); });
+canvas.onclick = event => {
+  const box = canvas.getBoundingClientRect(), member = nearestMember(event.clientX - box.left, event.clientY - box.top);
+  if (member >= 0) choose(member);
+};
+
+const dark = matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
+$("theme").onclick = () => {
+  root.dataset.theme = (root.dataset.theme ?? (dark.matches ? "dark" : "light")) === "dark" ? "light" : "dark";
+  paint();
+};
+dark.onchange = paint;
+$("print").onclick = () => print();
+for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) addEventListener(event, () => {
+  stop();
+  document.body.classList.toggle("printing", printing); // as wide as paper, so that letters keep their size
+  paint();
+});
+let width = innerWidth;
+addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; paint(); } });
+
+$("least").textContent = `\u2212${number(LIMIT)} MPa`;
+$("most").textContent = `+${number(LIMIT)} MPa`;
+const slow = number(TURN_SECONDS / D.seconds, 2);
+$("hint").textContent = `${MOVES ? `Played ${slow} times slower than the machine. Drag in any plot to move it; click` : "Click"} a member to choose it.`;
+document.body.dataset.ready = "";
+if (MOVES) document.body.dataset.moves = "";
+paint();
+document.body.dataset.ready = performance.now().toFixed(0);

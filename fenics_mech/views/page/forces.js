@@ -1,0 +1,83 @@
+// Joint forces, torque, frequencies, spectrum and stability: what belongs to the whole machine.
+const forceOf = (place, n) => [at(A.force, place, 2 * n), at(A.force, place, 2 * n + 1)];
+const largestForces = D.joints.map((_, n) => {
+  const sizes = history(place => Math.hypot(...forceOf(place, n))), size = Math.max(...sizes);
+  return [size, sizes.indexOf(size)];
+});
+
+// The path of a force's tip: its direction matters to a bearing.
+function polar() {
+  const host = $("forces");
+  if (!host) return;
+  host.textContent = "";
+  D.joints.forEach((name, n) => {
+    const figure = document.createElement("figure"), caption = document.createElement("figcaption"), R = 100;
+    host.append(figure);
+    const svg = draw("svg", { viewBox: "-116 -116 232 232", role: "img" }, figure), [most, k] = largestForces[n];
+    const tip = place => { const [x, y] = forceOf(place, n); return [R * x / (most || 1), -R * y / (most || 1)]; };
+    for (const share of [1, .5]) draw("circle", { r: R * share, class: "grid" }, svg);
+    for (const turn of [0, 90]) draw("line", { x1: -R, x2: R, transform: `rotate(${turn})`, class: "grid" }, svg);
+    draw("path", { class: "curve s0", d: path(Array.from({ length: TURNS ? N + 1 : N }, (_, i) => tip(i % N))) }, svg);
+    const arrow = draw("line", { class: "arrow" }, svg), dot = draw("circle", { r: 5, class: "point" }, svg);
+    draw("circle", { cx: tip(k)[0], cy: tip(k)[1], r: 7, class: "ring" }, svg);
+    figure.append(caption);
+    const now = document.createElement("span"), strong = document.createElement("b"), rest = document.createElement("b");
+    strong.textContent = name;
+    rest.textContent = `${number(most)} N`;
+    caption.append(strong, now, document.createElement("br"), "largest ", rest, ` at ${told(k)}`);
+    views.push(place => {
+      const [x, y] = tip(place);
+      for (const [key, v] of [["x2", x], ["y2", y]]) arrow.setAttribute(key, v);
+      for (const [key, v] of [["cx", x], ["cy", y]]) dot.setAttribute(key, v);
+      now.textContent = ` ${number(Math.hypot(...forceOf(place, n)))} N now`;
+    });
+  });
+}
+function effort() {
+  if (!$("effort")) return;
+  const values = history(place => at(A.effort, place, 0)), k = values.reduce((best, v, i) => Math.abs(v) > Math.abs(values[best]) ? i : best, 0);
+  const plot = overMotion($("effort"), { y: range([values]), yName: D.effort[1] });
+  curve(plot, values, { tell: D.effort[1] });
+  ring(plot, D.axis[k], values[k], `${number(values[k])} at ${told(k)}`);
+}
+function frequencies() {
+  if (!$("frequency")) return;
+  const modes = Array.from({ length: A.frequency.row }, (_, n) => history(place => at(A.frequency, place, n)));
+  const plot = overMotion($("frequency"), { y: [0, range(modes)[1]], yName: "Hz", right: 64 });
+  modes.forEach((values, n) => curve(plot, values, { colour: n }));
+  const places = modes.map((values, n) => ({ n, y: plot.Y(values[N - 1]) + 4 })).sort((a, b) => b.y - a.y);
+  places.reduce((below, text) => { text.y = Math.min(text.y, below - 14); return text.y; }, Infinity);
+  for (const { n, y } of places) draw("text", { x: plot.box.right + 6, y, class: `named f${n % 6}` }, plot.svg, `mode ${n + 1}`);
+}
+function spectrum() {
+  if (!$("spectrum")) return;
+  const heights = D.harmonics[shown.member], big = Math.max(...heights.slice(1)) || 1, drive = 1 / D.seconds;
+  let last = heights.length - 1;
+  while (last > 12 && heights[last] < .01 * big) last--;
+  $("spectrum-where").textContent = `of the strain of ${D.members[shown.member]} where it is largest; drive ${number(drive)} Hz${A.frequency ? "; shaded: natural frequencies by mode" : ""}`;
+  const whole = ticks(0, last, 8).filter(v => v && Number.isInteger(v));
+  const plot = axes($("spectrum"), { x: [.4, last + .6], y: [0, big * 1.18], yName: "µm/m", xName: "multiple of the drive’s frequency", xTicks: whole });
+  const { box, svg, X, Y } = plot;
+  for (let n = 0; A.frequency && n < A.frequency.row; n++) {
+    const orders = history(place => at(A.frequency, place, n) / drive), from = Math.max(.4, Math.min(...orders)), to = Math.min(last + .6, Math.max(...orders));
+    if (from >= last + .6 || to <= .4) continue;
+    draw("rect", { x: X(from), width: Math.max(2, X(to) - X(from)), y: box.top, height: box.bottom - box.top, class: `mode f${(n + 1) % 6}` }, svg);
+    draw("text", { x: (X(from) + X(to)) / 2, y: box.top + 12 + 13 * (n % 2), "text-anchor": "middle" }, svg, String(n + 1));
+  }
+  for (let n = 1; n <= last; n++) {
+    const width = Math.max(2, .7 * (X(2) - X(1)));
+    const bar = draw("rect", { x: X(n) - width / 2, width, y: Y(heights[n]), height: box.bottom - Y(heights[n]), class: "f0" }, svg);
+    draw("title", {}, bar, `${n} times the drive, ${number(n * drive)} Hz: ${number(heights[n])} µm/m`);
+  }
+}
+function stability() {
+  const host = $("stability");
+  if (!host) return;
+  host.textContent = "";
+  const svg = draw("svg", { viewBox: "-130 -116 260 232", height: 220, role: "img" }, host);
+  const most = Math.max(1, ...D.multipliers.map(([x, y]) => Math.hypot(x, y))), R = 100 / most;
+  draw("circle", { r: R, class: "inside" }, svg);
+  for (const turn of [0, 90]) draw("line", { x1: -108, x2: 108, transform: `rotate(${turn})`, class: "grid" }, svg);
+  for (const [x, y] of D.multipliers) draw("circle", { cx: R * x, cy: -R * y, r: 5, class: Math.hypot(x, y) > 1 + 1e-6 ? "outside" : "f0" }, svg);
+  draw("text", { x: .76 * R, y: -.8 * R }, svg, "1");
+}

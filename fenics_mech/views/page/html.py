@@ -1,0 +1,103 @@
+"""Pieces of HTML whose texts are escaped by construction: names in a result may come from strangers."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable, Sequence
+
+
+class Html(str):
+    """A piece of a page, in which every text is escaped."""
+
+    __slots__ = ()
+
+
+EMPTY = Html()
+VOID = ("meta", "input", "br")
+
+
+def tag(name: str, *content: str, **attributes: str | float | bool | None) -> Html:
+    """Make an element.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    content
+        What stands in it: pieces of the page as they are, texts escaped.
+    attributes
+        Its attributes, "_" for "-", and "class_" for "class". True gives the name alone; None and False leave it out.
+    """
+    written = "".join(
+        _attribute(key, value) for key, value in attributes.items() if value is not None and value is not False
+    )
+    if name in VOID:
+        return Html(f"<{name}{written}>")
+    return Html(f"<{name}{written}>{join(content)}</{name}>")
+
+
+def _attribute(key: str, value: str | float | bool | None) -> str:
+    key = key.rstrip("_").replace("_", "-")
+    return f" {key}" if value is True else f' {key}="{html.escape(str(value))}"'
+
+
+def join(parts: Iterable[str]) -> Html:
+    """Put pieces behind one another; what is no piece of a page is a text, which is escaped.
+
+    Parameters
+    ----------
+    parts
+        The pieces and texts.
+    """
+    return Html("".join(part if isinstance(part, Html) else html.escape(part) for part in parts))
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str) -> Html:
+    """Make a table that scrolls by itself where it is wide; the first cell of a row is its head.
+
+    Parameters
+    ----------
+    head
+        Heads of the columns; one that ends in "<" stands to the left.
+    rows
+        Cells by row; rows may also be pieces of the page.
+    attributes
+        Attributes of the table.
+    """
+    left = [not i or text.endswith("<") for i, text in enumerate(head)]
+    heads = [
+        tag("th", text.removesuffix("<"), scope="col", class_="t" if left[i] else None) for i, text in enumerate(head)
+    ]
+    body = [row if isinstance(row, Html) else line(row, left) for row in rows]
+    whole = tag("table", tag("thead", tag("tr", *heads)) if any(head[1:]) else EMPTY, tag("tbody", *body), **attributes)
+    return tag("div", whole, class_="scroll")
+
+
+def line(cells: Sequence[str], left: Sequence[bool], **attributes: str | float) -> Html:
+    """Make a row of a table.
+
+    Parameters
+    ----------
+    cells
+        Its cells, the first of which is its head.
+    left
+        Which of them stand to the left.
+    attributes
+        Attributes of the row.
+    """
+    first, *rest = cells
+    others = [tag("td", cell, class_="t" if left[i] else None) for i, cell in enumerate(rest, 1)]
+    return tag("tr", tag("th", first, scope="row", class_="t"), *others, **attributes)
+
+
+def json_in_page(data: object) -> Html:
+    """Write data as JSON in which nothing can end the element that it stands in.
+
+    Parameters
+    ----------
+    data
+        What `json` can write.
+    """
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    return Html(text.translate({ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}))

@@ -1,0 +1,207 @@
+"""Tables of the page: members, joints, frequencies, effects, errors, and how the result was computed."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+
+from fenics_mech._constants import TINY
+from fenics_mech.effects import EFFECTS
+from fenics_mech.errors import percent
+from fenics_mech.recovery import Result
+from fenics_mech.views.judgements import SOURCES
+from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
+from fenics_mech.views.reading import Reading
+from fenics_mech.views.report import decisions, energy
+from fenics_mech.views.words import share, short
+
+DECADES = 4  # of the bars of effects, up to 100 %
+ROUNDING = 1e-9  # of a force, below which its other component is nothing
+LEAST_TOP = 0.05  # of the bars of errors
+SHOWN = ("drive", "effects")  # elsewhere on the page
+MICRONS = "\N{MICRO SIGN}m/m"
+
+
+def members(reading: Reading) -> Html:
+    """Tabulate peak stress, strain and deflection of each member, the most stressed first.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    head = [
+        "member",
+        "peak stress, MPa",
+        f"strain, {MICRONS}",
+        "where<",
+        "at",
+        "deflection, mm",
+        "where<",
+        "error of strain",
+    ]
+    left = [not i or text.endswith("<") for i, text in enumerate(head)]
+    top, rows = max(float(np.abs(reading.stress).max()), TINY), []
+    for i in reading.ranked:
+        peak, bent = reading.peaks[i], reading.peak(reading.bent, i)
+        value = reading.stress[peak.k, i, peak.j, peak.f]
+        cells = [
+            reading.members[i],
+            join([short(value), _bar(abs(value) / top)]),
+            short(reading.strain[peak.k, i, peak.j, peak.f]),
+            f"{reading.place(peak)}, {reading.side(peak)}",
+            reading.at(peak.k),
+            short(reading.bent[bent.k, i, bent.j, 0]),
+            reading.place(bent),
+            _error_of(reading, i),
+        ]
+        rows.append(line(cells, left, data_member=i))
+    return table(head, rows, id="members")
+
+
+def _bar(size: float, class_: str = "bar") -> Html:
+    """Draw a bar of a share of the whole, as a picture in words that need no style."""
+    return tag("span", tag("i", style=f"width:{100 * size:.1f}%"), class_=class_, aria_hidden="true")
+
+
+def _error_of(reading: Reading, i: int) -> str:
+    """Write the relative error of a member's strain."""
+    data = reading.result.data
+    if "strain_error" not in data:
+        return "\N{EN DASH}"
+    member = data.sel(member=reading.members[i])
+    return share(float(member["strain_error"].sum()) / max(float(member["largest_strain"]), TINY))
+
+
+def joints(reading: Reading) -> Html:
+    """Tabulate the joints' largest forces, beside the frame of their paths; nothing where there are no joints.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    if not reading.joints:
+        return EMPTY
+    largest = [int(k) for k in reading.force.argmax(axis=0)]
+    head, rows = ["joint", "largest force, N", "at", "in x, N", "in y, N"], []
+    force = reading.of("joint_force", "joint", "component")
+    for n in np.argsort(-reading.force.max(axis=0), kind="stable"):
+        k = largest[n]
+        parts = np.where(np.abs(force[k, n]) > ROUNDING * reading.force[k, n], force[k, n], 0.0)
+        rows.append([reading.joints[n], short(reading.force[k, n]), reading.at(k), *map(short, parts)])
+    lead = (
+        "The force of each joint's first body on its second, as the path of its arrow's tip: fixed frame, x to the "
+        "right, y up. Each has its own scale, and the ring is its largest."
+    )
+    live = (tag("p", lead, class_="lead"), tag("div", id="forces", class_="polar"))
+    shown = tag("div", *live, class_="live") if len(reading.theta) > 1 else EMPTY
+    return tag("section", tag("h2", "Joint forces"), shown, table(head, rows), class_="card")
+
+
+def frequencies(reading: Reading) -> Html:
+    """Tabulate the range of each natural frequency.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    data = reading.result.data
+    frequency, wrong = data["frequency"].transpose("theta", "mode").to_numpy(), data["frequency_error"].to_numpy()
+    rows = [
+        [str(mode), short(low), short(high), share(float(error))]
+        for mode, low, high, error in zip(data["mode"].to_numpy(), frequency.min(axis=0), frequency.max(axis=0), wrong)
+    ]
+    return table(["mode", "lowest, Hz", "highest, Hz", "error by the mesh"], rows)
+
+
+def effects(result: Result) -> Html:
+    """Tabulate the effects that act or were estimated: their size on a logarithmic scale, and what was done.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    listed = json.loads(result.data.attrs["effects"])
+    least = result.scene.neglected / 2
+    estimated = any(e["size"] is not None for e in listed)
+    held = {EFFECTS[e["name"]].replaces for e in listed if e["acts"] and e["name"] in EFFECTS}
+    rows = []
+    for e in sorted(listed, key=lambda e: (not e["acts"], -(e["size"] or 0))):
+        if not e["acts"] and e["size"] is None:
+            continue
+        done = "on" if e["acts"] else "contained in another" if e["name"] in held else "left out"
+        meaning = EFFECTS[e["name"]].meaning if e["name"] in EFFECTS else ""
+        lacking = f"; lacks {e['lacking']}" if e["lacking"] else ""
+        name = join([e["name"], tag("small", f"{meaning}{lacking}")])
+        rows.append([name, *_size(e["size"], least, estimated), done])
+    said = (
+        f"The program estimated by how much each effect changes the strains, and took those above {percent(least)} "
+        "(the line). The scale is logarithmic, from 0.01 % to 100 %."
+        if estimated
+        else "The scene lists its effects, so none was estimated. With effects = 'auto' the program estimates them."
+    )
+    head = ["effect", "changes the strains by<", "", "done<"] if estimated else ["effect", "done<"]
+    return join([tag("p", said, class_="lead"), table(head, rows, class_="effects")])
+
+
+def _size(size: float | None, least: float, estimated: bool) -> list[str]:
+    """Cells of the size of an effect: a bar, and words."""
+    if not estimated:
+        return []
+    if size is None:
+        return ["", "\N{EN DASH}"]
+    on_scale = (min(max((math.log10(max(value, TINY)) + DECADES) / DECADES, 0.0), 1.0) for value in (size, least))
+    filled, mark = on_scale
+    bars = (tag("i", style=f"width:{100 * filled:.1f}%"), tag("u", style=f"left:{100 * mark:.1f}%"))
+    words = "nothing" if size == 0 else "decisive" if size >= 1 else share(size)
+    return [tag("span", *bars, class_="size", aria_hidden="true"), words]
+
+
+def errors(reading: Reading) -> Html:
+    """Show the estimated errors of the members' strains by source, as bars and numbers.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    data = reading.result.data
+    if "strain_error" not in data:
+        return tag("p", "No error was estimated.", class_="lead")
+    sources = [SOURCES.get(str(source), str(source)) for source in data["source"].to_numpy()]
+    wrong = data["strain_error"].transpose("member", "source").to_numpy()
+    shares = np.nan_to_num(wrong / np.maximum(data["largest_strain"].to_numpy(), TINY)[:, None], posinf=1.0)
+    top = max(LEAST_TOP, float(shares.sum(axis=1).max()))
+    rows = []
+    for name, parts in zip(reading.members, shares):
+        bars = [
+            tag("i", class_=f"c{n % 6}", style=f"width:{100 * part / top:.2f}%", title=f"{source}: {share(part)}")
+            for n, (source, part) in enumerate(zip(sources, parts))
+        ]
+        rows.append([name, tag("span", *bars, class_="stack"), share(float(parts.sum()))])
+    key = [tag("li", source, class_=f"c{n % 6}") for n, source in enumerate(sources)]
+    lead = "Estimated error of the strains by its sources, as a share of each member's largest strain."
+    return join([tag("p", lead, class_="lead"), tag("ul", *key, class_="key"), table(["member", "<", "in all"], rows)])
+
+
+def method(reading: Reading) -> Html:
+    """Tabulate how the result was computed, and its balance of power.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    result = reading.result
+    known = {key: text for key, text in decisions(result).items() if key not in SHOWN}
+    rows = {**known, "version": f"fenics_mech {result.data.attrs['fenics_mech']}"}
+    if "mean_power" in result.data:
+        rows["power"] = energy(result)
+    if "frequency" in result.data and "assurance" in result.data:
+        rows["modes followed"] = f"lowest MAC between positions {short(float(result.data['assurance'].min()))}"
+    return table(["", ""], list(rows.items()), class_="plain")

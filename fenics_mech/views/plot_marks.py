@@ -1,0 +1,175 @@
+"""What plots of a result have in common: abscissae, rings at peaks, curves without vibration, measured points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fenics_mech._arrays import Array
+from fenics_mech._constants import MICRO
+from fenics_mech.errors import ResultError, ViewError
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import smoothed
+from fenics_mech.views.figures import COLOURS, angle_axis, curve
+from fenics_mech.views.geometry import ends_of, member_normals
+from fenics_mech.views.measured import read_measurement
+from fenics_mech.views.reading import Peak, Reading
+from fenics_mech.views.words import short
+
+LEFT = 0.66  # of the axes: beyond it a peak's value stands before its ring
+RING: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 9,
+    "markerfacecolor": "none",
+    "clip_on": False,
+    "zorder": 5,
+}
+PATCH = {"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.85}
+MEASURED: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 4,
+    "markerfacecolor": "white",
+    "color": COLOURS[1],
+}
+
+
+def over(reading: Reading, values: Array) -> tuple[Array, Array]:
+    """Abscissae and ordinates of a curve: drive angle (degrees) over the whole turn, or time (s).
+
+    Parameters
+    ----------
+    reading
+        The result.
+    values
+        At its positions, ``(angles, ...)``.
+    """
+    return (reading.data["time"].to_numpy(), values) if reading.in_time else curve(reading.theta, values)
+
+
+def abscissa(axes: Axes, reading: Reading) -> None:
+    """Name and limit the axis of the drive angle, or of time.
+
+    Parameters
+    ----------
+    axes
+        The axes.
+    reading
+        The result.
+    """
+    if not reading.in_time:
+        angle_axis(axes)
+        return
+    time = reading.data["time"].to_numpy()
+    axes.set_xlabel("time (s)")
+    axes.set_xlim(time[0], time[-1])
+
+
+def mark(axes: Axes, reading: Reading, k: int, height: float, text: str) -> None:
+    """Draw the ring of a peak, and its value beside it.
+
+    Parameters
+    ----------
+    axes
+        The axes.
+    reading
+        The result.
+    k
+        Number of the position.
+    height
+        Ordinate of the peak.
+    text
+        What is written.
+    """
+    (x,) = [reading.data["time"].to_numpy()[k]] if reading.in_time else [np.degrees(reading.theta[k]) % 360]
+    start, end = (reading.data["time"].to_numpy()[[0, -1]]) if reading.in_time else (0, 360)
+    right = (x - start) / (end - start) < LEFT
+    axes.plot(x, height, color="black", **RING)
+    look: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if right else "right", "va": "center"}
+    axes.annotate(text, (x, height), (9 if right else -9, 0), fontsize=9, weight="bold", bbox=PATCH, zorder=6, **look)
+
+
+def mark_peak(axes: Axes, reading: Reading, k: int, value: float) -> None:
+    """Mark a peak with its value and where it occurs; see `mark`."""
+    mark(axes, reading, k, value, f"{short(value)} at {reading.at(k)}")
+
+
+def number_of(reading: Reading, member: str) -> int:
+    """Give the number of a member.
+
+    Raises
+    ------
+    ViewError
+        When there is no such member.
+    """
+    if member not in reading.members:
+        raise ViewError(f"the result has no member {member!r}; it has {', '.join(reading.members)}")
+    return reading.members.index(member)
+
+
+def method_of(result: Result) -> str:
+    """Say what a curve of a result holds."""
+    still = result.scene.analysis.method in ("quasi-static", "static")
+    return "with deflection, quasi-static" if still else "with vibration"
+
+
+def still_at(reading: Reading, peak: Peak) -> Array | None:
+    """Give the strain without vibration at the place of a peak (micrometres per metre), where the result has it."""
+    if "strain_quasi_static" not in reading.result.data:
+        return None
+    curves = reading.result.data["strain_quasi_static"].transpose("theta", "member", "s", "fibre").to_numpy()
+    return MICRO * smoothed(reading.result, curves[:, peak.i, peak.j, peak.f])[1]
+
+
+def strains_at(result: Result, member: str, s: float, fibre: str) -> tuple[Array, Array | None]:
+    """Strain at a place of a member, and that without vibration where the result has it (micrometres per metre).
+
+    Raises
+    ------
+    ViewError
+        When there is no such fibre or place.
+    """
+    still = "strain_quasi_static"
+    sources = [result.data] + ([result.data.assign(strain=result.data[still])] if still in result.data else [])
+    try:
+        curves = [MICRO * smoothed(result, Result(data).strain_at(member, s, fibre))[1] for data in sources]
+    except ResultError as error:
+        raise ViewError(str(error)) from error
+    return curves[0], (curves[1] if len(curves) > 1 else None)
+
+
+def deflection_across(result: Result) -> Array:
+    """Deflection along each member's normal (m) from its rigid position, ``(angles, members, stations)``."""
+    normal = member_normals(ends_of(result))
+    deflection = result.data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+    return np.einsum("tmsc,tmc->tms", deflection, normal)
+
+
+def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, str]) -> None:
+    """Draw the points that were measured at a place and side of a member.
+
+    Raises
+    ------
+    SceneError
+        When a file cannot be read.
+    """
+    s, fibre = place
+    for measurement in result.scene.measurements if result.scene.analysis.method != "transient" else ():
+        if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
+            angle, strain = read_measurement(measurement.file)
+            axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
+
+
+def mark_modes(axes: Axes, result: Result, limit: float) -> None:
+    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top."""
+    if "frequency" not in result.data:
+        return
+    frequency = result.data["frequency"].transpose("theta", "mode").to_numpy() * result.scene.period
+    for mode, (low, high) in enumerate(zip(frequency.min(axis=0), frequency.max(axis=0))):
+        if low < limit:
+            axes.axvspan(low, high, color=COLOURS[1 + mode % 6], alpha=0.3, zorder=1, linewidth=1)
+            at: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "top", "fontsize": 8}
+            axes.text((low + min(high, limit)) / 2, 0.98 - 0.08 * (mode % 2), str(mode + 1), **at)

@@ -1,0 +1,127 @@
+"""Resonances of a sweep over the drive's rate: which multiple of the drive raises a strain as it meets a mode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+
+
+@dataclass(frozen=True)
+class ResonanceLimits:
+    """When a strain counts as raised by a mode."""
+
+    raised: float = 1.4  # times its growth with the square of the speed, from which it is shown
+    near: float = 0.1  # of a mode's frequency, up to which a raised strain is the mode's
+    named: float = 1.6  # times that growth, at a maximum that is named
+    close: float = 0.05  # of a mode's frequency, and of the speed, within which two are one
+    least: float = 0.02  # of the peak strain, below which nothing is named
+
+
+RESONANCE = ResonanceLimits()
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A maximum of a harmonic of the strain, near a mode.
+
+    Parameters
+    ----------
+    point
+        Number of the point in the sweep.
+    order
+        Multiple of the drive's rate.
+    mode
+        Number of the mode, from 0.
+    strain
+        Amplitude of the harmonic (1).
+    """
+
+    point: int
+    order: int
+    mode: int
+    strain: float
+
+
+def gains(rate: Array, amplitude: Array) -> Array:
+    """Give harmonics over their growth with the square of the rate, relative to the median over the sweep.
+
+    Without vibration strains grow with the square of the speed. What stands out of that growth is resonance.
+
+    Parameters
+    ----------
+    rate
+        Of the drive (Hz), ``(points,)``.
+    amplitude
+        Of the strain's harmonics, ``(points, members, harmonics)``.
+    """
+    grown = amplitude / rate[:, None, None] ** 2
+    middle = np.nanmedian(grown, axis=0)
+    return np.divide(grown, middle, out=np.zeros_like(grown), where=middle > 0)
+
+
+def distances(rate: Array, low: Array, high: Array, orders: int) -> Array:
+    """Give the relative distance of each multiple of the rate from each mode's range, ``(points, orders, modes)``.
+
+    Parameters
+    ----------
+    rate
+        Of the drive (Hz), ``(points,)``.
+    low, high
+        Range of each mode's frequency (Hz), ``(points, modes)``.
+    orders
+        Number of multiples, from 0; that of 0 is far from all.
+    """
+    multiple = np.maximum(np.arange(orders) * rate[:, None], 1e-9)[..., None]
+    return np.maximum(np.maximum(low[:, None] / multiple - 1, multiple / high[:, None] - 1), 0.0)
+
+
+def raised(gain: Array, amplitude: Array, distance: Array) -> Array:
+    """Give the largest strain of all members, where a mode nearby raises it, ``(points, harmonics)``; elsewhere 0.
+
+    Parameters
+    ----------
+    gain
+        As of `gains`.
+    amplitude
+        Of the strain's harmonics, ``(points, members, harmonics)``.
+    distance
+        As of `distances`.
+    """
+    found = np.where(gain > RESONANCE.raised, np.nan_to_num(amplitude), 0.0).max(axis=1)
+    return np.where(distance.min(axis=2) < RESONANCE.near, found, 0.0)
+
+
+def resonances(rate: Array, modes: tuple[Array, Array], amplitude: Array, peak: Array) -> list[Resonance]:
+    """Give the resonances of a sweep, the largest first: of one multiple those apart by more than a few percent.
+
+    Parameters
+    ----------
+    rate
+        Of the drive (Hz), ``(points,)``, in one direction.
+    modes
+        Lowest and highest frequency of each mode (Hz), ``(points, modes)`` each.
+    amplitude
+        Of the strain's harmonics, ``(points, members, harmonics)``.
+    peak
+        Largest strain of each member, ``(points, members)``.
+    """
+    gain, distance = gains(rate, amplitude), distances(rate, *modes, amplitude.shape[2])
+    inner, before, after = gain[1:-1], gain[:-2], gain[2:]
+    highest = (inner >= before) & (inner > after) & (inner > RESONANCE.named)
+    highest &= amplitude[1:-1] > RESONANCE.least * np.nanmax(peak, axis=1)[1:-1, None, None]
+    found = []
+    for i, member, order in np.argwhere(highest):
+        mode = int(distance[i + 1, order].argmin())
+        if order and distance[i + 1, order, mode] < RESONANCE.close:
+            found.append(Resonance(int(i + 1), int(order), mode, float(amplitude[i + 1, member, order])))
+    kept: list[Resonance] = []
+    for one in sorted(found, key=lambda one: -one.strain):
+        same = (other for other in kept if other.order == one.order)
+        if not any(
+            other.mode == one.mode or abs(rate[other.point] / rate[one.point] - 1) < RESONANCE.close for other in same
+        ):
+            kept.append(one)
+    return kept

@@ -1,0 +1,208 @@
+"""Figures of a result, one a question, and their files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fenics_mech.errors import ViewError
+from fenics_mech.recovery import Result
+from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STRAIN, STYLE, empty_figure, figure_in, new_axes, save
+from fenics_mech.views.plots import (
+    plot_deflection,
+    plot_drive,
+    plot_frequencies,
+    plot_joint_forces,
+    plot_spectrum,
+    plot_strain,
+    plot_strain_map,
+)
+from fenics_mech.views.reading import Peak, Reading
+
+MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
+MOST_SPECTRA = 3
+LEAST_ROW = 0.35  # of the longest member, as tall as the row of a short one is drawn
+
+
+def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), ending: str = ".png") -> list[Path]:
+    """Write all plots of a result into `folder`, which is made when it is not there.
+
+    Parameters
+    ----------
+    result
+        The result.
+    folder
+        Where to write.
+    only
+        Names in `FIGURES` of the plots that are made; without them all that the result has.
+    ending
+        Kind of the files: ".png", ".pdf" or ".svg".
+
+    Returns
+    -------
+    list of Path
+        The files, none where there is only one position: strains where they are largest, strains by angle and place,
+        deflections, joint forces. A periodic motion has the spectrum of the strains, and modes have their frequencies.
+        Each place that was measured has a plot of its own.
+
+    Raises
+    ------
+    SceneError
+        When a file of measurements cannot be read.
+    ViewError, ResultError
+        When a name or an ending is not known, the folder cannot be made or a file cannot be written.
+
+    Examples
+    --------
+    >>> result = fm.Result.load("out/result.nc")
+    >>> [path.name for path in fm.plot_all(result, "out")][:2]
+    ['strain.png', 'strain_map.png']
+    """
+    folder = Path(folder)
+    if unknown := sorted(set(only) - set(FIGURES)):
+        raise ViewError(f"there is no plot {unknown[0]!r}; there are {', '.join(FIGURES)}")
+    if ending not in ENDINGS:
+        raise ViewError(f"a plot's file must end in one of {', '.join(ENDINGS)}, not in {ending!r}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
+    if result.data.sizes["theta"] == 1:
+        return []
+    chosen = {name: build for name, (has, build) in FIGURES.items() if has(result) and (not only or name in only)}
+    paths = [save(build(result), folder / f"{name}{ending}") for name, build in chosen.items()]
+    for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
+        name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
+        paths.append(save(figure_in(plot_strain(result, member, s=s, fibre=fibre)), folder / f"{name}{ending}"))
+    return paths
+
+
+def strain_figure(result: Result) -> Figure:
+    """Draw the strain of each member where it is largest, the most strained on top, and where on the member that is.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    reading = Reading(result)
+    size = np.abs(reading.strain).max(axis=(0, 2, 3))
+    ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_MEMBERS]
+    with mpl.rc_context(STYLE):
+        widths = {"width_ratios": [9, 2.1]}
+        figure, rows = empty_figure(len(ranked), 0.9 + 1.75 * len(ranked), columns=2, grid=widths)
+    for (left, right), i in zip(rows, ranked):
+        plot_strain(result, reading.members[i], left)
+        if left is not rows[-1][0]:
+            left.set_xlabel("")
+        if left is not rows[0][0] and (legend := left.get_legend()):
+            legend.remove()
+            left.set_title(left.get_title("left"), loc="left", pad=8)
+        left.margins(y=0.14)
+        _draw_place(right, reading, reading.peak(reading.strain, i), float(size[i] / (size.max() or 1.0)))
+    _tell_left_out(figure, reading)
+    return figure
+
+
+def _tell_left_out(figure: Figure, reading: Reading) -> None:
+    """Say how many members are not drawn."""
+    if (more := len(reading.members) - MOST_MEMBERS) > 0:
+        text = f"The {MOST_MEMBERS} members with the largest values; {more} more have smaller ones."
+        figure.text(0.01, 0.002, text, fontsize=8, color="#555555")
+
+
+def _draw_place(axes: Axes, reading: Reading, peak: Peak, share: float) -> None:
+    """Draw a member with its ends' names, and the place and side of its peak."""
+    axes.set_axis_off()
+    axes.set_xlim(-0.14, 1.14)
+    axes.set_ylim(-1, 1)
+    axes.fill_between([0, 1], -0.13, 0.13, color="#e4e8ec", edgecolor="#777777", linewidth=1)
+    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markeredgecolor": "black"}
+    axes.plot([0, 1], [0, 0], markersize=6, markerfacecolor="white", **look)
+    for at, name in zip((0, 1), reading.ends[peak.i]):
+        axes.text(at, -0.4, name, ha="center", va="top", weight="bold", fontsize=9)
+    side = 0.13 if reading.fibres[peak.f] == "+" else -0.13
+    ring: dict[str, Any] = {"markersize": 10, "markerfacecolor": "none", "markeredgewidth": 2}
+    axes.plot(reading.s[peak.j], side, **look | ring | {"markeredgecolor": COLOURS[1]})
+    axes.text(0.5, 0.4, f"{share:.0%} of the largest", ha="center", fontsize=8, color="#555555")
+
+
+def map_figure(result: Result) -> Figure:
+    """Draw the strain by drive angle and place, a row for each member, as tall as it is long, on one scale.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    reading = Reading(result)
+    shown = sorted(reading.ranked[:MOST_MEMBERS])
+    tall = np.maximum(reading.lengths, LEAST_ROW * reading.lengths.max())[shown]
+    height = 1.0 + 0.35 * len(shown) + 1.5 * float(tall.sum() / tall.max())
+    figure, panels = empty_figure(len(shown), height, grid={"height_ratios": tall})
+    for axes, i in zip(panels, shown):
+        plot_strain_map(result, reading.members[i], axes)
+        if axes is not panels[-1]:
+            axes.set_xlabel("")
+    label = f"{STRAIN}: blue compression, red tension"
+    bar = figure.colorbar(panels[0].images[0], ax=panels, label=label, shrink=0.9, aspect=34, pad=0.02)
+    bar.outline.set_visible(False)
+    _tell_left_out(figure, reading)
+    return figure
+
+
+def force_figure(result: Result) -> Figure:
+    """Draw the joint forces, and below them the torque or force of the first drive where there is one.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    driven = Reading(result).effort is not None
+    figure, panels = empty_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
+    plot_joint_forces(result, panels[0])
+    if driven:
+        plot_drive(result, panels[1])
+        panels[0].set_xlabel("")
+    return figure
+
+
+def spectrum_figure(result: Result) -> Figure:
+    """Draw the harmonics of the members that are strained most.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    reading = Reading(result)
+    size = np.abs(reading.strain).max(axis=(0, 2, 3))
+    shown = sorted(int(i) for i in np.argsort(-size, kind="stable")[:MOST_SPECTRA])
+    figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))
+    limits = np.zeros(len(shown))
+    for n, (axes, i) in enumerate(zip(panels, shown)):
+        limits[n] = plot_spectrum(result, reading.members[i], axes).get_xlim()[1]
+        if axes is not panels[-1]:
+            axes.set_xlabel("")
+    panels[0].set_xlim(0.4, limits.max())  # shared by all
+    return figure
+
+
+FIGURES: dict[str, tuple[Callable[[Result], bool], Callable[[Result], Figure]]] = {
+    "strain": (lambda result: True, strain_figure),
+    "strain_map": (lambda result: True, map_figure),
+    "deflection": (lambda result: True, lambda result: figure_in(plot_deflection(result))),
+    "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
+    "spectrum": (lambda result: "strain_amplitude" in result.data, spectrum_figure),
+    "frequencies": (
+        lambda result: "frequency" in result.data,
+        lambda result: figure_in(plot_frequencies(result, new_axes(height=4.8))),
+    ),
+}

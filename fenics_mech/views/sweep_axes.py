@@ -1,0 +1,52 @@
+"""What plots over one swept field have in common: their axis, marks of failed points, and where theory ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fenics_mech._arrays import Array
+from fenics_mech.views.figures import COLOURS, finish
+from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.sweep import Sweep
+
+
+def settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = False) -> None:
+    """Set titles, labels and limits, and mark on the lower edge the points that failed."""
+    x = along(sweep)
+    failed = x[sweep.data["error"].to_numpy() != ""]
+    if axes.get_ylim()[0] < 0:
+        axes.set_ylim(bottom=0)
+    if len(failed):
+        look: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5, "color": "#777777"}
+        floor = axes.get_xaxis_transform()
+        axes.plot(failed, 0 * failed, transform=floor, clip_on=False, label="failed", **look)
+    axes.set_xlim(x.min(), x.max())
+    if last:
+        axes.set_xlabel(named(sweep.data, sweep.paths[0]))
+    finish(axes, title, ylabel)
+
+
+def dot_beyond(axes: Axes, sweep: Sweep) -> None:
+    """Dot the background about points outside the theory, as far as to the middle between them and the next."""
+    x, beyond = along(sweep), beyond_theory(sweep.data).to_numpy()
+    around = edges(x)
+    runs = np.flatnonzero(np.diff(beyond, prepend=False, append=False)).reshape(-1, 2)
+    look: dict[str, Any] = {"facecolor": "none", "edgecolor": "#aaaaaa", "hatch": "..", "linewidth": 0, "zorder": 0.5}
+    for k, (first, end) in enumerate(runs):
+        axes.axvspan(around[first], around[end], label="" if k else BEYOND, **look)
+
+
+def look_of(index: int, points: int) -> dict[str, Any]:
+    """Colour and marks of a curve; single points are marked where there are few."""
+    marks = {"marker": "o", "markersize": 3, "clip_on": False} if points <= 60 else {}
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": ("-", ":", "-.")[index // len(COLOURS) % 3], **marks}
+
+
+def along(sweep: Sweep) -> Array:
+    """Values of the swept field as written."""
+    return written(sweep.data, sweep.paths[0])

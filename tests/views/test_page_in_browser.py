@@ -1,0 +1,193 @@
+"""The report in a browser: clicks and drags are followed, and it is readable narrow, printed, and without script."""
+
+import pytest
+
+from fenics_mech.views.page import report
+from tests.views.browser import DESKTOP, PHONE, browser
+from tests.views.test_page import free_result, hostile
+
+pytestmark = pytest.mark.slow
+PROFILE = "return document.querySelector('#along .curve').getAttribute('d')"
+SIDEWAYS = "return document.documentElement.scrollWidth - document.documentElement.clientWidth"
+
+
+@pytest.fixture(scope="module")
+def window():
+    with browser() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def file(result, tmp_path_factory):
+    return report(result, tmp_path_factory.mktemp("pages") / "report.html")
+
+
+def seen(window, selector):
+    return window.run("return document.querySelector(arguments[0]).getClientRects().length > 0", selector)
+
+
+def picture(window, name="mechanism"):
+    """The picture on a canvas, as a text."""
+    return window.run(f"return document.getElementById('{name}').toDataURL()")
+
+
+def test_it_opens_in_two_seconds_at_the_peak(window, file):
+    window.open(file)
+    assert float(window.run("return document.body.dataset.ready")) < 2000
+    assert window.text("#told") == "15°"
+    assert window.text("#curve-title") == "Stress at the peak\N{RIGHT SINGLE QUOTATION MARK}s place"
+    assert window.text("#curve-where").startswith("crank, at O, ")
+    assert window.run("return document.querySelectorAll('#forces figure').length") == 4
+    assert window.ask("se/log", type="browser") == []
+
+
+def test_all_follow_the_slider_and_the_arrow_keys(window, file):
+    window.open(file)
+    before = (
+        picture(window),
+        window.text("#forces figcaption"),
+        window.run(PROFILE),
+    )
+    window.choose("#position", 360)
+    assert window.text("#told") == "180°"
+    assert window.run("return document.getElementById('dock-position').value") == "360"
+    after = (
+        picture(window),
+        window.text("#forces figcaption"),
+        window.run(PROFILE),
+    )
+    assert not set(before) & set(after)
+    assert "at 180°" in window.text("#curve")
+    window.click("#to-peak")
+    assert window.text("#told") == "15°"
+    assert picture(window) == before[0]
+
+
+def test_a_plot_is_dragged(window, file):
+    window.open(file)
+    script = (
+        "const e = document.querySelector('#curve svg'), r = e.getBoundingClientRect(); "
+        "const x = r.left + arguments[0] * r.width; "
+        "for (const type of ['pointerdown', 'pointerup']) "
+        "e.dispatchEvent(new PointerEvent(type, { clientX: x, clientY: r.top + 50, pointerId: 1, bubbles: true }))"
+    )
+    window.run("Element.prototype.setPointerCapture = () => {}")
+    window.run(script, 0.6)
+    assert 180 < float(window.text("#told").rstrip("°")) < 250
+
+
+def test_members_and_units_are_chosen(window, file):
+    window.open(file)
+    window.click("tr[data-member='2']")
+    assert window.run("return document.getElementById('member').value") == "2"
+    assert window.text("#curve-where").startswith("follower")
+    assert window.run("return document.querySelector('tr.chosen').dataset.member") == "2"
+    window.choose("#unit", "strain")
+    assert window.text("#curve-title").startswith("Strain")
+    assert "µm/m" in window.text("#curve")
+    window.choose("#member", 1)
+    assert window.text("#along-where").startswith("coupler")
+
+
+def test_deflection_is_magnified_and_forces_are_drawn(window, file):
+    window.open(file)
+    plain = picture(window)
+    window.choose("#magnify", 0)
+    assert window.text("#times") == "0 times"
+    assert picture(window) != plain
+    window.open(file)
+    window.click("#arrows")
+    assert picture(window) != plain
+
+
+def test_play_moves_it_and_stops(window, file):
+    window.open(file)
+    window.click("#play")
+    first = window.run("return +document.getElementById('position').value")
+    window.run("window.ticks = 0; (function tick() { window.ticks++; requestAnimationFrame(tick); })()")
+    for _ in range(200):
+        if window.run("return window.ticks") > 10:
+            break
+    assert window.run("return +document.getElementById('position').value") != first
+    window.click("#play")
+    assert window.text("#play") == "▶"
+
+
+def test_the_curve_is_saved_as_a_table(window, file):
+    window.open(file)
+    window.run(
+        "const made = URL.createObjectURL; URL.createObjectURL = blob => { window.saved = blob; return made(blob); }"
+    )
+    window.run("HTMLAnchorElement.prototype.click = function () { window.named = this.download; }")
+    window.click("#csv")
+    text = window.ask("execute/async", script="window.saved.text().then(arguments[0])", args=[])
+    head, first, *rest = text.splitlines()
+    assert head.startswith('"drive angle (deg)","crank, at O, ')
+    assert len(rest) + 1 == 720
+    assert first.startswith("0,")
+    assert window.run("return window.named") == "seed_four-bar_crank_stress.csv"
+
+
+def test_dark_and_light(window, file):
+    ground = "return getComputedStyle(document.body).backgroundColor"
+    window.open(file, color_scheme="dark")
+    dark, drawn = window.run(ground), picture(window)
+    assert dark == "rgb(15, 19, 24)"
+    window.click("#theme")
+    assert window.run(ground) == "rgb(244, 245, 247)"
+    assert picture(window) != drawn
+    window.open(file, color_scheme="light")
+    assert window.run(ground) == "rgb(244, 245, 247)"
+
+
+def test_a_phone_scrolls_downwards_only_and_has_its_controls_at_the_edge(window, file):
+    window.open(file, PHONE)
+    assert window.run(SIDEWAYS) == 0
+    assert window.run("return getComputedStyle(document.querySelector('.dock')).display") == "flex"
+    window.choose("#dock-position", 180)
+    assert window.text("#told") == window.text("#dock-told") == "90°"
+    window.open(file, DESKTOP)
+    assert not seen(window, ".dock")
+
+
+def test_without_script_the_tables_are_there(window, file):
+    window.open(file, script=False)
+    source = window.protocol("DOM.getDocument", depth=1)["root"]["nodeId"]
+
+    def box(selector):
+        node = window.protocol("DOM.querySelector", nodeId=source, selector=selector)["nodeId"]
+        style = window.protocol("CSS.getComputedStyleForNode", nodeId=node)["computedStyle"]
+        return {one["name"]: one["value"] for one in style}["display"]
+
+    window.protocol("DOM.enable")
+    window.protocol("CSS.enable")
+    source = window.protocol("DOM.getDocument", depth=1)["root"]["nodeId"]
+    assert box("#members") == "table"
+    assert box(".stage") == "none"
+    assert box(".tools") == "none"
+    assert box("noscript") != "none"
+
+
+def test_on_paper_there_are_no_controls(window, file):
+    window.open(file)
+    window.protocol("Emulation.setEmulatedMedia", media="print")
+    assert not any(seen(window, selector) for selector in (".controls", ".tools", ".pick", "details.scene"))
+    assert seen(window, "#members")
+    window.protocol("Emulation.setEmulatedMedia", media="")
+
+
+def test_hostile_names_run_nothing(window, result, tmp_path):
+    window.open(report(hostile(result), tmp_path / "hostile.html"))
+    assert "taken" not in window.run("return document.title").split(": report")[1]
+    assert window.run("return document.images.length") == 0
+    assert "onerror" in window.text("#forces figcaption")
+    assert window.ask("se/log", type="browser") == []
+
+
+def test_a_motion_in_time_has_a_time_axis(window, tmp_path):
+    window.open(report(free_result(), tmp_path / "free.html"))
+    window.choose("#position", 10)
+    assert window.text("#told") == "0.0100 s"
+    assert "time (s)" in window.text("#curve")
+    window.choose("#position", 20)
+    assert window.text("#told") == "0.0200 s"
