@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.views.animation import animate
-    from fenics_mech.views.page import report
+    from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
         plot_drive,
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
         plot_strain,
         plot_strain_map,
     )
-    from fenics_mech.views.report import summary
     from fenics_mech.views.result_figures import plot_all
+    from fenics_mech.views.summary import summary
 
 __all__ = [
     "AirDrag",
@@ -160,8 +160,8 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
-    "report": "views.page",
-    "summary": "views.report",
+    "report": "views.page.report",
+    "summary": "views.summary",
     "sweep": "studies.sweep",
 }
 

@@ -16,7 +16,7 @@ def report(
 ) -> None:
     """Write a result as one page for a browser: verdict, mechanism in motion, curves, tables. It needs no network."""
     from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
-    from fenics_mech.views.page import report as write  # noqa: PLC0415
+    from fenics_mech.views.page.report import report as write  # noqa: PLC0415
 
     loaded = Result.load(result)
     make_folder(file.parent)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
 from fenics_mech.errors import MechanismError
 
@@ -19,10 +19,12 @@ def run(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
     plots: Annotated[bool, typer.Option(help="Write plots.")] = True,
+    report: Annotated[bool, typer.Option(help="Write report.html, a page for a browser.")] = True,
     csv: Annotated[bool, typer.Option(help="Also write every variable as a CSV table.")] = False,
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
+    details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Annotated[
         str | None,
         typer.Option(help="Units of the printed numbers, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
@@ -30,16 +32,20 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
-    """Analyse a scene: write result.nc and plots, print a summary. Under mpirun the processes share the positions."""
-    if as_json and (quiet or units):
-        raise MechanismError("--json prints key figures in SI: leave --quiet and --units out")
+    """Analyse a scene: write result.nc, report.html and plots, print a summary.
+
+    Under mpirun the processes share the positions.
+    """
+    if as_json and (quiet or units or details):
+        raise MechanismError("--json prints key figures in SI: leave --quiet, --units and --details out")
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
         from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
-        from fenics_mech.views.report import summary  # noqa: PLC0415
+        from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
+        from fenics_mech.views.summary import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
@@ -50,22 +56,33 @@ def run(
 
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + plots + csv) as step:
+    with progress_bar(len(STEPS) + 1 + report + plots + csv) as step:
         result = shared(lambda: analyse(loaded, step))
         if not first:
             return
         step("writing result.nc")
-        written = [result.save(folder / "result.nc")]
+        written: dict[str, list[Path]] = {"": [result.save(folder / "result.nc")]}
         if csv:
             step("writing tables")
-            written += result.to_csv(folder)
+            written["tables"] = result.to_csv(folder)
+        if report:
+            step("report")
+            written[""].append(write_report(result, folder / "report.html"))
         if plots:
             step("plots")
-            written += plot_all(result, folder)
+            written["plots"] = plot_all(result, folder)
     if as_json:
-        print_json(key_figures(result) | {"files": [str(path) for path in written]})
+        files = [str(path) for paths in written.values() for path in paths]
+        print_json(key_figures(result) | {"files": files})
     elif not quiet:
-        out.print(summary(result, named))
-        tell_written(written, folder)
+        out.print(summary(result, details, named))
+        tell(_told(written, folder))
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")
+
+
+def _told(written: dict[str, list[Path]], folder: Path) -> str:
+    """Say what was written: names of single files, and how many tables and plots."""
+    parts = [path.name for path in written.pop("")]
+    parts += [f"{len(paths)} {kind}" for kind, paths in written.items() if paths]
+    return f"Wrote {', '.join(parts[:-1])}{' and ' if len(parts) > 1 else ''}{parts[-1]} to {folder}"

@@ -73,6 +73,16 @@ class AnswerUnits:
         """
         return self.known[kind][0]
 
+    def size(self, kind: str) -> float:
+        """Size of the unit of a kind in SI.
+
+        Parameters
+        ----------
+        kind
+            The kind, one of `KINDS`.
+        """
+        return self.known[kind][1]
+
     def number(self, value: float, kind: str) -> float:
         """Give a value in SI as a number in the unit of its kind.
 

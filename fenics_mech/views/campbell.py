@@ -14,7 +14,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import MICRO
 from fenics_mech.views.figures import COLOURS, STRAIN, empty_figure
 from fenics_mech.views.resonances import Resonance, distances, gains, raised, resonances
-from fenics_mech.views.sweep_axes import along, dot_beyond, look_of, settle
+from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
 from fenics_mech.views.sweep_data import written_unit
 from fenics_mech.views.words import short
 

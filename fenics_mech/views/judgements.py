@@ -40,10 +40,9 @@ REMEDIES = {  # what lowers an error
     "harmonics": "more harmonics",
     "modes": "more modes",
     "stations": "more stations",
-    "theory": "effects = 'auto'",
     "effects": "effects = 'auto'",
 }
-ADVICE = "Write effects = 'auto', which takes the effects that are needed."
+ADVICE = "Write effects = 'auto' to take what is needed."
 WORDS = {
     "good": "The numbers can be used",
     "note": "The numbers can be used",
@@ -64,11 +63,14 @@ class Judgement:
         The reason in a few words, without a capital letter.
     text
         Sentences with numbers, and with what to change.
+    about
+        What is judged: "theory", "stability" or "error".
     """
 
     level: Level
     title: str
     text: str
+    about: str = "theory"
 
 
 def judgements(result: Result) -> list[Judgement]:
@@ -104,10 +106,11 @@ def headline(reading: Reading) -> tuple[str, str]:
         The result.
     """
     peak = reading.peaks[reading.ranked[0]]
-    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} MPa"
+    unit = reading.units.label("stress")
+    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} {unit}"
     where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
-    rest = "" if reading.still is None else f" ({short(reading.still)} MPa without vibration)"
+    rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
     return value, f"{where}{when}{rest}."
 
 
@@ -184,12 +187,12 @@ def stability(result: Result) -> Judgement | None:
     if result.scene.analysis.method != "periodic":
         return None
     if "stability_limit" not in data.attrs:
-        text = "Whether small disturbances die out was not examined; analysis.stability = true examines it."
-        return Judgement("note", "stability not examined", text)
+        text = "It was not examined; analysis.stability = true examines it."
+        return Judgement("note", "stability not examined", text, "stability")
     limit = f"{data.attrs['stability_limit']:.3g} Hz"
     if "multiplier" not in data:
         text = f"Every disturbance is faster than {limit}, too fast for the steps."
-        return Judgement("note", "stability not judged", text)
+        return Judgement("note", "stability not judged", text, "stability")
     size = float(np.hypot(*data["multiplier"][0].to_numpy()))
     rate, frequency, mode = (
         float(data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
@@ -200,10 +203,10 @@ def stability(result: Result) -> Judgement | None:
         f"Disturbances faster than {limit} are not judged."
     )
     if size < 1 - STABILITY.tolerance:
-        return Judgement("good", "stable", text)
+        return Judgement("good", "stable", text, "stability")
     if size < 1 + STABILITY.tolerance:
-        return Judgement("warn", "at the limit of stability", f"Nothing damps the motion. {text}")
-    return Judgement("bad", "unstable", f"A small disturbance grows. {text}")
+        return Judgement("warn", "at the limit of stability", f"Nothing damps the motion. {text}", "stability")
+    return Judgement("bad", "unstable", f"A small disturbance grows. {text}", "stability")
 
 
 def error(result: Result) -> Judgement | None:
@@ -221,11 +224,11 @@ def error(result: Result) -> Judgement | None:
     sources = [str(source) for source in data["source"].to_numpy()]
     by = dict(zip(sources, data["relative_error"].to_numpy()))
     largest = max(by, key=by.__getitem__)
-    title = f"error {'' if total < UNSEEN else 'at most '}{share(total)}"
-    text = f"The program estimates the error of a member's largest strain as {share(total)} at most"
+    most = share(total) if total < UNSEEN else f"at most {share(total)}"
+    title, text = f"error {most}", f"{sentence(most)} of a member's largest strain, by estimate"
     if total > SCENE.neglected:
         text += f"; {share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}"
-        text += f", which {REMEDIES[largest]} lowers" if largest in REMEDIES else ""
+        text += f", which {REMEDIES[largest]} lowers" if largest in REMEDIES else ""  # of theory `theory` says it
     level: Level = "good" if total <= ACCEPTED.of_strain else "warn"
     parts = [f"{text}."]
     if wrong := too_uncertain(result):
@@ -236,8 +239,8 @@ def error(result: Result) -> Judgement | None:
     if "not_estimated" in data.attrs:
         level, parts = "warn", [*parts, f"Not in this estimate: {data.attrs['not_estimated']}."]
     if data.attrs["too_coarse"]:
-        return Judgement("bad", title, f"Too large: do not use these numbers. {' '.join(parts)}")
-    return Judgement(level, title, " ".join(parts))
+        return Judgement("bad", title, f"Too large: do not use these numbers. {' '.join(parts)}", "error")
+    return Judgement(level, title, " ".join(parts), "error")
 
 
 def quantities(result: Result) -> dict[str, str]:

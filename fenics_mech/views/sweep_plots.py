@@ -15,7 +15,7 @@ from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
 from fenics_mech.views.figures import COLOURS, DEFLECTION, SIZE, STRAIN, empty_figure, save
-from fenics_mech.views.sweep_axes import along, dot_beyond, look_of, settle
+from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from fenics_mech.scene import schema, stated_tolerance
 from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
-from fenics_mech.views.report import _errors
+from fenics_mech.views.details import _errors
 from tests.common import DEMOS
 from tests.demos.machines import scene
 

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,14 +52,49 @@ def test_run_writes_result_plots_and_summary(call, tmp_path):
     code, out, _ = call("run", DEMO, "-o", tmp_path / "out", "--csv")
     assert code == 0
     files = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"result.nc", "strain.png", "strain_map.png", "frequencies.png"} <= files
+    assert {"result.nc", "report.html", "strain.png", "strain_map.png", "frequencies.png"} <= files
     assert {"strain.csv", "joint_force.csv"} <= files
     assert not [name for name in files if name.startswith(".")]
     result = Result.load(tmp_path / "out" / "result.nc")
     peak = float(np.abs(result.data["strain"].sel(member="coupler")).max()) * 1e6
     assert peak == pytest.approx(271.8, rel=0.01)  # 268.3 of exact beams, with other damping
-    assert "coupler" in out
-    assert f"{peak:.4g}" in out
+    assert f"coupler     19.3     {peak:.0f}" in out
+    assert len(out.splitlines()) <= 32
+    assert re.search(r"Wrote result\.nc, report\.html, \d+ tables and 6 plots to ", out)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert out.splitlines()[2] in page  # the verdict
+
+
+def test_a_saved_result_is_drawn_and_reported(call, tmp_path):
+    result = analyse(seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24}))
+    file, page = result.save(tmp_path / "result.nc"), tmp_path / "new" / "page.html"
+    code, out, _ = call("report", file, "-o", page)
+    assert (code, out) == (0, f"Wrote {page}\n")
+    assert page.read_text().startswith("<!doctype html>")
+    code, out, _ = call(
+        "plot", file, "-o", tmp_path / "plots", "--only", "strain", "--only", "deflection", "--as", "svg"
+    )
+    assert code == 0
+    assert {path.name for path in (tmp_path / "plots").iterdir()} == {"strain.svg", "deflection.svg"}
+    for arguments, said in (
+        (("plot", file, "--only", "strains"), "there is no plot 'strains'"),
+        (("plot", file, "--as", "bmp"), r"must end in one of .png, .pdf, .svg"),
+        (("report", file, "-o", tmp_path / "page.pdf"), "must end in .html"),
+        (("report", tmp_path / "none.nc"), "No such file"),
+    ):
+        code, _, err = call(*arguments)
+        assert code == 1
+        assert said in " ".join(err.split())
+
+
+def test_details_and_no_report(call, tmp_path):
+    scene = tmp_path / "scene.toml"
+    text = Path(DEMO).read_text().replace('effects = "auto"', "effects = []")
+    scene.write_text(text.replace('"periodic"', '"quasi-static"').replace("sub_intervals = 360", "sub_intervals = 12"))
+    code, out, _ = call("run", scene, "-o", tmp_path, "--details", "--no-plots", "--no-report")
+    assert code == 0
+    assert "Peaks of the joint forces" in out
+    assert {path.name for path in tmp_path.iterdir()} == {"scene.toml", "result.nc"}
 
 
 def test_modes_prints_and_writes_frequencies(call, tmp_path):

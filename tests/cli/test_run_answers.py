@@ -1,6 +1,7 @@
 """What `fenics-mech run` prints: units that are asked for, JSON, and nothing at all."""
 
 import json
+import re
 import sys
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from fenics_mech import Result, SceneError, cli, load
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.views.report import summary
+from fenics_mech.views.summary import summary
 from tests.common import DEMOS, analysed
 
 PSI, POUND, INCH = 6894.757293168361, 4.4482216152605, 0.0254
@@ -42,9 +43,9 @@ def row(text, name):
 
 
 def test_units_that_are_asked_for_are_those_of_all_numbers(call, tmp_path):
-    code, usual, _ = call()
+    code, usual, _ = call("--details")
     assert code == 0
-    code, found, _ = call("--units", "in, psi, lbf, lbf in, rpm")
+    code, found, _ = call("--details", "--units", "in, psi, lbf, lbf in, rpm")
     assert code == 0
     for column, factor in ((2, 1e6 / PSI), (6, 1e-3 / INCH)):
         one, other = (float(row(text, "coupler")[column]) for text in (usual, found))
@@ -52,9 +53,15 @@ def test_units_that_are_asked_for_are_those_of_all_numbers(call, tmp_path):
     assert float(row(found, "A")[1]) == pytest.approx(float(row(usual, "A")[1]) / POUND, rel=2e-3)
     assert row(found, "A")[2] == "lbf"
     assert "at 308.4 rpm;" in found
+    short = call("--units", "in, psi, lbf, lbf in, rpm")[1]
+    assert "drive O at 308 rpm, one turn" in short
+    assert "force, lbf" in short
+    peak = float(re.search(r"Peak stress (\S+) psi", short)[1])
     shaking = next(line for line in found.splitlines() if "shaking moment" in line)
     data = Result.load(tmp_path / "out" / "result.nc").data
     assert "lbf in" in shaking
+    assert peak == pytest.approx(float(np.abs(data["stress"]).max()) / PSI, rel=0.02)  # the same
+    assert re.search(r"on the frame \S+ lbf at \S+, \S+ lbf in at", " ".join(short.split()))
     largest = np.abs(data["shaking_moment"]).max() / (POUND * INCH)
     assert abs(float(shaking.split()[2])) == pytest.approx(float(largest), rel=0.02)  # between positions it is larger
 
@@ -62,9 +69,8 @@ def test_units_that_are_asked_for_are_those_of_all_numbers(call, tmp_path):
 def test_units_of_the_scene_hold_unless_others_are_asked_for():
     result = analysed(seed_four_bar(units=("in", "%"), analysis={"method": "quasi-static", "sub_intervals": 24}))
     text = str(summary(result))
-    assert "(in)" in text
-    assert "(%)" in text
-    assert "(mm)" in str(summary(result, AnswerUnits()))
+    assert re.search(r"MPa +% .* in ", text)
+    assert re.search(r"MPa +\N{MICRO SIGN}m/m .* mm ", str(summary(result, units=AnswerUnits())))
 
 
 @pytest.mark.parametrize("name", ["kg", "5 mm", "", "x" * 500, "parsec*"])
@@ -79,7 +85,7 @@ def test_json_is_what_the_result_holds(call, tmp_path):
     code, text, _ = call("--json")
     assert code == 0
     found, data = json.loads(text), Result.load(tmp_path / "out" / "result.nc").data
-    assert found["files"] == [str(tmp_path / "out" / "result.nc")]
+    assert found["files"] == [str(tmp_path / "out" / name) for name in ("result.nc", "report.html")]
     strain = data["strain"].sel(member="coupler").to_numpy()
     peak = found["members"]["coupler"]["strain"]
     assert abs(peak["value"]) == pytest.approx(np.abs(strain).max(), rel=0.02)  # between positions it is larger
@@ -95,4 +101,4 @@ def test_quiet_run_prints_nothing(call, tmp_path):
     assert load(DEMOS / "four_bar.toml").name == Result.load(tmp_path / "out" / "result.nc").scene.name
     code, out, err = call("--json", "--quiet")
     assert (code, out) == (1, "")
-    assert "leave --quiet and --units out" in err
+    assert "leave --quiet, --units and --details out" in err

@@ -6,9 +6,10 @@ from typer.testing import CliRunner
 
 from fenics_mech import MechanismError, ResultError, StressLife, fatigue
 from fenics_mech.cli import app
+from fenics_mech.errors import percent
 from fenics_mech.recovery.stress_figures import stress_cycles
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.views.report import summary
+from fenics_mech.views.summary import summary
 from tests.common import analysed, response_of
 from tests.recovery.test_momentum import arm
 
@@ -47,7 +48,8 @@ def test_summary_tells_the_utilisation_of_what_has_a_strength():
     largest = np.abs(result.data["stress"]).max(("theta", "s", "fibre")) / 80e6
     assert result.data["utilisation"].to_numpy() == pytest.approx(largest.to_numpy())
     first = str(largest["member"][int(largest.to_numpy().argmax())].item())
-    assert f"strength of the material: {first}" in str(summary(result)).replace("\n", " ")
+    assert f"strength of the material: {first}" in str(summary(result, details=True)).replace("\n", " ")
+    assert f"strength used  {first} {percent(float(largest.max()))}" in str(summary(result))
 
 
 def test_rainflow_of_the_standards_example():

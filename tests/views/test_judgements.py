@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech.recovery import Result
 from fenics_mech.views.judgements import error, judgements, stability, theory, verdict
-from fenics_mech.views.report import summary
+from fenics_mech.views.summary import summary
 from fenics_mech.views.words import sentence, share, short
 
 
@@ -82,9 +82,9 @@ def test_stability_that_was_not_examined_is_a_note(result):
 @pytest.mark.parametrize(
     ("total", "coarse", "level", "said"),
     [
-        (0.0002, 0, "good", "less than 0.1 %"),
+        (0.0002, 0, "good", "Less than 0.1 % of a member"),
         (0.022, 0, "good", "2 % by the mesh, which more elements lowers"),
-        (0.08, 0, "warn", "8 % at most"),
+        (0.08, 0, "warn", "At most 8 %"),
         (0.08, 1, "bad", "Too large: do not use these numbers."),
     ],
 )
@@ -105,9 +105,10 @@ def test_the_worst_reason_is_told_first_and_the_summary_says_the_same(result):
     judged = judgements(result)
     levels = ["bad", "warn", "good", "note"]
     assert [levels.index(j.level) for j in judged] == sorted(levels.index(j.level) for j in judged)
-    text = " ".join(str(summary(result)).split())
-    assert theory(result).text in text
-    assert stability(result).text in text
+    for details in (False, True):
+        text = " ".join(str(summary(result, details)).split())
+        assert theory(result).text in text
+        assert stability(result).text in text
 
 
 @pytest.mark.parametrize(

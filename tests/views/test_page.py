@@ -17,10 +17,9 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.judgements import headline, judgements, verdict
-from fenics_mech.views.page import report
-from fenics_mech.views.page.build import page
 from fenics_mech.views.page.curves import MOST, packed, payload
 from fenics_mech.views.page.html import Html, json_in_page, table, tag
+from fenics_mech.views.page.report import page, report
 from fenics_mech.views.reading import Reading
 from tests.common import ROOT, analysed
 
@@ -204,7 +203,7 @@ def test_static_and_quasi_static_results_have_shorter_pages():
     ids = {attributes.get("id") for _, attributes in held.elements}
     assert "mechanism" in ids
     assert not {"position", "curve", "map", "forces", "frequency", "spectrum"} & ids
-    assert "held by the drive at joint O" in held.said
+    assert "held by drive O at 0\N{DEGREE SIGN}" in held.said
     slow = Page(page(analyse(scene.changed(analysis__method="quasi-static", analysis__sub_intervals=24))))
     ids = {attributes.get("id") for _, attributes in slow.elements}
     assert {"position", "curve", "map", "forces"} <= ids

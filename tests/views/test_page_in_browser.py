@@ -2,7 +2,7 @@
 
 import pytest
 
-from fenics_mech.views.page import report
+from fenics_mech.views.page.report import report
 from tests.views.browser import DESKTOP, PHONE, browser
 from tests.views.test_page import free_result, hostile
 

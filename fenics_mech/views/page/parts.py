@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.page.html import EMPTY, Html, join, tag
-from fenics_mech.views.page.tables import frequencies
+from fenics_mech.views.page.page_tables import frequencies
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.words import sentence, short
 
@@ -23,33 +23,8 @@ def heading(reading: Reading) -> Html:
         tag("button", "Print", id="print", type="button"),
         tag("button", "\N{CIRCLE WITH RIGHT HALF BLACK}", id="theme", type="button", aria_label="dark or light"),
     )
-    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", driven(reading)))
+    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", reading.driven()))
     return tag("header", name, tag("div", *buttons, class_="tools live"), class_="top")
-
-
-def driven(reading: Reading) -> str:
-    """Say how the machine is driven, and how long a turn or the motion takes.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
-    scene, drives = reading.scene, reading.scene.drives
-    if reading.in_time and not drives:
-        return f"free motion of {short(float(np.ptp(reading.data['time'].to_numpy())))} s"
-    if not drives:
-        return "nothing drives it"
-    joints = " and ".join(drive.joint for drive in drives)
-    if len(reading.theta) == 1:
-        return f"held by the drive at joint {joints}, at {reading.at(0)}"
-    if len(drives) > 1:
-        return f"drives at joints {joints}, one cycle in {short(scene.period)} s"
-    if drives[0].speed is None:
-        return f"drive at joint {joints} by a periodic law, one cycle in {short(scene.period)} s"
-    if reading.effort is not None and reading.effort_name[1] == "N":
-        return f"drive at joint {joints}, one stroke cycle in {short(scene.period)} s"
-    return f"drive at joint {joints}, {short(60 / scene.period)} rpm, one turn in {short(scene.period)} s"
 
 
 def verdict_of(reading: Reading) -> Html:
@@ -186,7 +161,7 @@ def _plot(name: str) -> tuple[Html, Html]:
     return tag("h3", *heads), tag("div", id=name, class_="plot")
 
 
-def vibration(reading: Reading) -> Html:
+def dynamics(reading: Reading) -> Html:
     """Give the frames of torque, frequencies, spectrum and stability: of those that the result has.
 
     Parameters

@@ -11,10 +11,10 @@ from fenics_mech._constants import TINY
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
+from fenics_mech.views.details import decisions, energy
 from fenics_mech.views.judgements import SOURCES
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import Reading
-from fenics_mech.views.report import decisions, energy
 from fenics_mech.views.words import share, short
 
 DECADES = 4  # of the bars of effects, up to 100 %

@@ -12,7 +12,7 @@ from string import Template
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import write_whole
-from fenics_mech.views.page import parts, tables
+from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.curves import payload
 from fenics_mech.views.page.html import Html, json_in_page, tag
 from fenics_mech.views.reading import Reading
@@ -84,12 +84,12 @@ def page(result: Result) -> str:
         "verdict": parts.verdict_of(reading),
         "figures": parts.figures(reading),
         "moving": moving,
-        "members": tables.members(reading),
-        "joints": tables.joints(reading),
-        "vibration": parts.vibration(reading),
-        "effects": tables.effects(result),
-        "errors": tables.errors(reading),
-        "method": tables.method(reading),
+        "members": page_tables.members(reading),
+        "joints": page_tables.joints(reading),
+        "dynamics": parts.dynamics(reading),
+        "effects": page_tables.effects(result),
+        "errors": page_tables.errors(reading),
+        "method": page_tables.method(reading),
         "scene": tag("pre", json.dumps(json.loads(result.data.attrs["scene"]), indent=1, ensure_ascii=False)),
         "data": json_in_page(payload(reading)),
         "script": script,

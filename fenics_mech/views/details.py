@@ -1,4 +1,4 @@
-"""A summary of a result that a person can read after a run."""
+"""All that is known of a result, for a person to read: more than fits a screen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech._console import text_of
 from fenics_mech._constants import MILLI
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS, active, loads_at_nodes
@@ -45,7 +44,7 @@ STYLES = {"bad": "bold red", "warn": "bold yellow"}
 
 @dataclass(frozen=True)
 class ReportLimits:
-    """What the summary leaves out."""
+    """What the tables leave out."""
 
     between_stations: float = 1e-3  # excess of a strain over that at the stations: four digits are printed
     harmonics: int = 4  # of each member: more do not fit a line of 80 columns
@@ -56,15 +55,8 @@ class ReportLimits:
 REPORT = ReportLimits()
 
 
-class Summary(Group):
-    """A summary: text where it is printed, and with colours by `rich.print`."""
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-
-def summary(result: Result, units: AnswerUnits | None = None) -> Summary:
-    """Summarise a result, to be printed; it needs 80 columns.
+def details(result: Result, units: AnswerUnits | None = None) -> Group:
+    """Tell all that is known of a result; it needs 80 columns.
 
     First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
     strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
@@ -76,16 +68,6 @@ def summary(result: Result, units: AnswerUnits | None = None) -> Summary:
         The result.
     units
         Units of the numbers, instead of those of the scene.
-
-    Returns
-    -------
-    Summary
-        A text with tables; `rich.print` shows it with colours.
-
-    Examples
-    --------
-    >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
-    seed four-bar...
     """
     units = units or result.scene.answer_units
     grid = Table.grid(padding=(0, 2))
@@ -106,7 +88,7 @@ def summary(result: Result, units: AnswerUnits | None = None) -> Summary:
         parts.append(Text(energy(result)))
     parts += [_said(judged) for judged in (stability(result), theory(result)) if judged is not None]
     parts += [*(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
-    return Summary(*parts)
+    return Group(*parts)
 
 
 def _said(judged: Judgement) -> Text:
@@ -159,7 +141,7 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
         rows["error estimate"] = _errors(result)
     if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
-    rows["damped by"] = _damping(scene)
+    rows["damped by"] = damping_of(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
@@ -293,8 +275,14 @@ def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
     return [table]
 
 
-def _damping(scene: Scene) -> str:
-    """Tell how the scene is damped."""
+def damping_of(scene: Scene) -> str:
+    """Tell how a scene is damped.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
     damping = scene.damping
     ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
     modal = ", ".join(f"{100 * value:.4g} %" for value in ratios)

@@ -18,9 +18,10 @@ from fenics_mech.scene.build import build
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import Finding
 from fenics_mech.views.animation import animate
+from fenics_mech.views.details import details
 from fenics_mech.views.frequency_table import frequency_table, write_frequencies
-from fenics_mech.views.report import summary
 from fenics_mech.views.result_figures import plot_all
+from fenics_mech.views.summary import summary
 from fenics_mech.views.tables import check_table, scene_overview
 from tests.common import DEMOS
 from tests.demos.machines import crane
@@ -42,7 +43,7 @@ def row(text, name):
 
 
 def test_peaks_of_the_members(result):
-    text = printed(summary(result))
+    text = printed(details(result))
     result = between_positions(result)  # of which there are 24
     strain = result.data["strain"].sel(member="follower")
     place = np.unravel_index(np.abs(strain).to_numpy().argmax(), strain.shape)
@@ -59,11 +60,12 @@ def test_peaks_of_the_members(result):
 
 def test_a_summary_is_text_where_it_is_printed(result):
     assert str(summary(result)) == printed(summary(result))
+    assert str(summary(result, details=True)) == printed(details(result))
 
 
 def test_harmonics_and_vibration_of_the_members():
     result = analyse(seed_four_bar(analysis={"sub_intervals": 96, "modes": 2, "allow_coarse": True}))
-    text = printed(summary(result))
+    text = printed(details(result))
     table = text[text.index("Strain at mid-span") :]
     amplitude = result.data["strain_amplitude"].sel(member="coupler", gauge="mid-span").to_numpy()[1:]
     cells = row(table, "coupler")
@@ -75,7 +77,7 @@ def test_harmonics_and_vibration_of_the_members():
 
 
 def test_joints_torque_frequencies_and_decisions(result):
-    text = printed(summary(result))
+    text = printed(details(result))
     close = between_positions(result).data
     force = np.linalg.norm(close["joint_force"].sel(joint="O"), axis=-1)
     assert float(row(text, "O")[1]) == pytest.approx(force.max(), rel=1e-3)
@@ -97,7 +99,7 @@ def test_joints_torque_frequencies_and_decisions(result):
 
 def test_a_quasi_static_result_has_no_modes():
     scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 8}, mesh={"elements": 2})
-    text = printed(summary(analyse(scene)))
+    text = printed(details(analyse(scene)))
     assert "quasi-static, 8 positions" in text
     assert "6 elements" in text
     assert "Natural frequencies" not in text
@@ -179,7 +181,7 @@ def test_a_structure_that_nothing_drives_is_summarised_and_drawn(tmp_path):
         }
     )
     result = analyse(scene)
-    text = printed(summary(result))
+    text = printed(details(result))
     assert "no drive" in text
     assert "input torque" not in text
     assert plot_all(result, tmp_path) == []
@@ -193,8 +195,8 @@ def test_peaks_between_positions_do_not_swing_beyond_corners():
     analysis = {"solver": "collocation", "stability": False, "allow_coarse": True, "sub_intervals": 36}
     scene = seed_four_bar(effects=("coupling",), loads=press, drive__speed=5.0, analysis=analysis)
     few, many = (analyse(scene.changed(analysis__sub_intervals=count)) for count in (36, 240))
-    assert "Peaks between the 36 positions are uncertain by" in printed(summary(few))
-    assert "are uncertain by" not in printed(summary(many))
+    assert "Peaks between the 36 positions are uncertain by" in printed(details(few))
+    assert "are uncertain by" not in printed(details(many))
     for name in ("strain", "joint_force", "deflection"):
         told, exact = (abs(found.data[name]).max() for found in (between_positions(few), many))
         assert told < 1.01 * exact
@@ -204,17 +206,17 @@ def test_doubt_about_peaks_does_not_rest_on_the_position_at_0(result):
     """A peak between the first two of 24 positions, 10 % of it missed, of which every second one misses no more."""
     peak = np.exp(-4 * np.sin((result.data["theta"] - np.radians(5)) / 2) ** 2 / np.radians(15) ** 2)
     curves = {name: 1e-4 * peak * xr.ones_like(result.data[name]) for name in ("strain", "joint_force")}
-    text = printed(summary(Result(result.data.assign(curves))))
+    text = printed(details(Result(result.data.assign(curves))))
     assert "Peaks between the 24 positions are uncertain by 28." in text
     assert "Take more sub_intervals" in text
     by_tolerance = result.data.assign(curves).assign_attrs(chosen="")  # which takes the positions itself
-    assert "Take a smaller tolerance" in printed(summary(Result(by_tolerance)))
+    assert "Take a smaller tolerance" in printed(details(Result(by_tolerance)))
 
 
 def test_a_drive_along_a_slide_gives_a_force():
     found = analyse(crane().changed(analysis__method="quasi-static", analysis__sub_intervals=24))
     assert found.data["input_torque"].attrs["units"] == found.data["drive_effort"].attrs["units"] == "N"
-    line = next(line for line in printed(summary(found)).splitlines() if line.startswith(" drive force"))
+    line = next(line for line in printed(details(found)).splitlines() if line.startswith(" drive force"))
     peak = np.abs(found.data["input_torque"]).max()
     assert abs(float(line.split()[2])) == pytest.approx(float(peak), rel=0.02)
     assert line.split()[3] == "N"
@@ -234,15 +236,15 @@ def test_balance_of_energy_is_told():
     scene = seed_four_bar(effects=("coupling",), damping={"material": 1e-3}, analysis=analysis)
     result = analyse(scene)
     drive, lost = (1e3 * float(result.data["mean_power"].sel(cause=name)) for name in ("drive", "material"))
-    text = " ".join(printed(summary(result)).split())
+    text = " ".join(printed(details(result)).split())
     assert f"Mean power over the cycle: drive {drive:.4g} mW, material {lost:.4g} mW; imbalance " in text
     assert "of the largest)." in text
     still = analyse(scene.changed(effects=(), analysis__method="quasi-static"))
-    assert "leaves out the coupling, without which energy does not balance" in " ".join(printed(summary(still)).split())
+    assert "leaves out the coupling, without which energy does not balance" in " ".join(printed(details(still)).split())
 
 
 def test_an_effect_below_the_limit_of_influence_says_why_it_acts():
     """A tolerance of 0.1 % asks for exact strains, though they change the strains of this machine by 0.03 % only."""
     result = analyse(load(DEMOS / "slider_crank.toml").changed(effects="auto", tolerance=1e-3))
-    said = " ".join(printed(summary(result)).split())
+    said = " ".join(printed(details(result)).split())
     assert re.search(r"large-rotations \(0.02\d %, for the deflection or a tolerance\)", said)

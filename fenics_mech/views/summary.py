@@ -1,0 +1,229 @@
+"""A summary of a result that fits a screen: the peak, whether the numbers can be used, tables, and what decided."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech._console import text_of
+from fenics_mech.recovery import Result
+from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.details import damping_of
+from fenics_mech.views.details import details as all_details
+from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
+from fenics_mech.views.reading import Reading
+from fenics_mech.views.words import share, short
+
+STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
+MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS, MOST_USED = 8, 3, 6, 2, 4  # that are shown
+JOINTS_WIDTH, LEAST_COLUMN = 68, 6  # characters: of a line of joints, and of a column
+
+
+class Summary(Group):
+    """A summary: text where it is printed, and with colours by `rich.print`."""
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+
+def summary(result: Result, details: bool = False, units: AnswerUnits | None = None) -> Summary:
+    """Summarise a result, to be printed; it needs 80 columns.
+
+    First the machine, the peak stress with its place and drive angle, and whether the numbers can be used. Then reasons
+    against them with their size, and warnings. Then a table of the members, the most stressed first, the joint forces,
+    and what the program decided.
+
+    Parameters
+    ----------
+    result
+        The result.
+    details
+        Whether all is told that is known: how it was computed, harmonics, each frequency, power.
+    units
+        Units of the numbers, instead of those of the scene.
+
+    Returns
+    -------
+    Summary
+        A text with tables; `rich.print` shows it with colours.
+
+    Examples
+    --------
+    >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
+    seed four-bar...
+    """
+    units = units or result.scene.answer_units
+    if details:
+        return Summary(all_details(result, units))
+    reading, judged = Reading(result, units), judgements(result)
+    level, usable = verdict(judged)
+    parts: list[RenderableType] = [
+        Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
+        Text(" ".join(headline(reading))),
+        Text(usable, style=STYLES[level]),
+        *(_said(one) for one in judged if one.level in ("bad", "warn")),
+        *_warnings(result.warnings),
+        Text(),
+        _members(reading),
+        *_left_out(reading),
+        Text(),
+    ]
+    parts += [_joints(reading), Text()] if reading.joints else []
+    return Summary(*parts, _rest(reading, judged))
+
+
+def _said(judged: Judgement) -> Text:
+    return Text(judged.text, style=STYLES[judged.level].removeprefix("bold "))
+
+
+def _warnings(warnings: tuple[str, ...]) -> list[Text]:
+    """Write the first warnings, and say how many there are more."""
+    said = [Text(f"Warning: {text}", style="yellow") for text in warnings[:MOST_WARNINGS]]
+    more = len(warnings) - MOST_WARNINGS
+    return [*said, Text(f"{more} more warnings: see --details", style="yellow")] if more > 0 else said
+
+
+def _grid(*columns: str) -> Table:
+    """Make an empty table without lines; columns whose head ends in "<" stand to the left."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
+    for n, column in enumerate(columns):
+        table.add_column(column.removesuffix("<"), justify="left" if column.endswith("<") or not n else "right")
+    return table
+
+
+def _members(reading: Reading) -> Table:
+    """Tabulate peak stress, strain and deflection of the most stressed members."""
+    kinds = {"stress": "stress", "strain": "strain", "deflection": "length"}
+    stress, strain, bend = (f"{name}\n{reading.units.label(kind)}" for name, kind in kinds.items())
+    table = _grid("member", stress, strain, "where, side<", "at", bend, "where<")
+    for i in reading.ranked[:MOST_MEMBERS]:
+        peak, bent = reading.peaks[i], reading.peak(reading.bent, i)
+        table.add_row(
+            escape(reading.members[i]),
+            short(reading.stress[peak.k, i, peak.j, peak.f]),
+            short(reading.strain[peak.k, i, peak.j, peak.f]),
+            escape(f"{reading.place(peak).removeprefix('at ')}, {reading.fibres[peak.f]}"),
+            reading.at(peak.k),
+            short(reading.bent[bent.k, i, bent.j, 0]),
+            escape(reading.place(bent).removeprefix("at ")),
+        )
+    return table
+
+
+def _left_out(reading: Reading) -> list[Text]:
+    """Say how many members the table leaves out, and how much they are stressed."""
+    if not (others := reading.ranked[MOST_MEMBERS:]):
+        return []
+    most = short(float(np.abs(reading.stress[:, others[0]]).max()))
+    return [Text(f"and {len(others)} more, none above {most} {reading.units.label('stress')}: see the report")]
+
+
+def _joints(reading: Reading) -> Table:
+    """Tabulate the largest joint forces side by side: of as many joints as fit a line."""
+    ranked = [int(n) for n in np.argsort(-reading.force.max(axis=0), kind="stable")]
+    widths = np.cumsum([max(len(reading.joints[n]), LEAST_COLUMN) + 2 for n in ranked])
+    shown = sorted(ranked[: max(int((widths <= JOINTS_WIDTH).sum()), 1)])
+    table = _grid("joint", *(escape(reading.joints[n]) for n in shown))
+    table.add_row(f"force, {reading.units.label('force')}", *(short(float(reading.force[:, n].max())) for n in shown))
+    table.add_row("at", *(reading.at(int(reading.force[:, n].argmax())) for n in shown))
+    if len(shown) < len(ranked):
+        table.caption, table.caption_justify = f"the largest of {len(ranked)} joints", "left"
+    return table
+
+
+def _rest(reading: Reading, judged: list[Judgement]) -> Table:
+    """Tell what is left: drive, vibration, frequencies, good reasons, effects, damping."""
+    result = reading.result
+    rows: dict[str, str] = {}
+    if reading.effort is not None:
+        (name, unit), k = reading.effort_name, int(np.abs(reading.effort).argmax())
+        rows[name] = f"{short(float(reading.effort[k]))} {unit} at {reading.at(k)}"
+    if said := _shakes(reading):
+        name = next(iter(rows), "frame")
+        rows[name] = f"{rows[name]}; {said}" if rows else said
+    others = {"strength used": _used(result), "vibrates": _vibrates(result, reading.units)}
+    others["frequencies"] = _frequencies(result)
+    rows |= {name: text for name, text in others.items() if text}
+    rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
+    rows["effects"] = _effects(result)
+    rows["damped by"] = damping_of(result.scene)
+    table = Table.grid(padding=(0, 2))
+    for name, text in rows.items():
+        table.add_row(name, escape(text))
+    return table
+
+
+def _shakes(reading: Reading) -> str:
+    """Tell the largest force and moment on the frame."""
+    if "shaking_force" not in reading.data:
+        return ""
+    force = np.linalg.norm(reading.of("shaking_force", "component"), axis=-1)
+    said = []
+    for kind, curve in (("force", force), ("moment", reading.of("shaking_moment"))):
+        k = int(np.abs(curve).argmax())
+        said.append(
+            f"{short(reading.units.number(float(curve[k]), kind))} {reading.units.label(kind)} at {reading.at(k)}"
+        )
+    return f"on the frame {said[0]}, {said[1]}"
+
+
+def _used(result: Result) -> str:
+    """Say how far members use the strength of their materials, the most first."""
+    if "utilisation" not in result.data:
+        return ""
+    used = result.data["utilisation"].dropna("member")
+    order = np.argsort(-used.to_numpy(), kind="stable")[:MOST_USED]
+    return ", ".join(f"{used['member'].to_numpy()[i]} {share(float(used[int(i)]))}" for i in order)
+
+
+def _vibrates(result: Result, units: AnswerUnits) -> str:
+    """Name the members that vibrate most, with frequency, mode and multiple of the drive."""
+    data, said = result.data, []
+    if "vibration_frequency" not in data:
+        return ""
+    for i in np.argsort(-data["vibration_amplitude"].to_numpy(), kind="stable")[:MOST_VIBRATIONS]:
+        one = data.isel(member=int(i))
+        rate, mode, order = (float(one[f"vibration_{name}"]) for name in ("frequency", "mode", "harmonic"))
+        if not (math.isfinite(rate) and math.isfinite(mode) and math.isfinite(order)):
+            continue
+        size = short(units.number(float(one["vibration_amplitude"]), "strain"))
+        size = f"\N{PLUS-MINUS SIGN}{size} {units.label('strain')}"
+        said.append(f"{one['member'].item()} {short(rate)} Hz, mode {mode:.0f}, {order:.0f} times the drive, {size}")
+    return "; ".join(said)
+
+
+def _frequencies(result: Result) -> str:
+    """Write the range of each natural frequency over the cycle."""
+    if "frequency" not in result.data:
+        return ""
+    frequency = result.data["frequency"].transpose("theta", "mode").to_numpy()
+    ranges = [
+        short(low) if short(low) == short(high) else f"{short(low)}\N{EN DASH}{short(high)}"
+        for low, high in zip(frequency.min(axis=0), frequency.max(axis=0))
+    ]
+    more = f" and {len(ranges) - MOST_MODES} more" if len(ranges) > MOST_MODES else ""
+    return f"{', '.join(ranges[:MOST_MODES])} Hz over the cycle{more}"
+
+
+def _effects(result: Result) -> str:
+    """Name the effects that act, with their share of the strains where it was estimated, and those left out."""
+    listed = json.loads(result.data.attrs["effects"])
+    held = {effect.replaces for effect in acting(result)}
+
+    def said(effect: dict[str, object]) -> str:
+        size = effect["size"]
+        return str(effect["name"]) if size is None else f"{effect['name']} {_size(float(str(size)))}"
+
+    on = [said(effect) for effect in listed if effect["acts"]]
+    out = [said(e) for e in listed if not e["acts"] and e["size"] is not None and e["name"] not in held]
+    return f"{', '.join(on) or 'none'}{'; left out: ' if out else ''}{', '.join(out)}"
+
+
+def _size(size: float) -> str:
+    return "(decisive)" if size >= 1 else "0" if size == 0 else share(size)
