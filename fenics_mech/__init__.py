@@ -31,6 +31,7 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")  # clearing huge pages take
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
+    from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.scene import *
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
@@ -103,12 +104,14 @@ __all__ = [
     "Slot",
     "SolverError",
     "SpeedController",
+    "StressLife",
     "Sweep",
     "Table",
     "TaperSection",
     "TimeExpression",
     "TimeTable",
     "TooLargeError",
+    "TracedPoint",
     "TubeSection",
     "UnresolvedError",
     "VariableSection",
@@ -117,6 +120,7 @@ __all__ = [
     "__version__",
     "analyse",
     "animate",
+    "fatigue",
     "follow",
     "four_bar",
     "load",
@@ -145,6 +149,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Sweep": "studies.sweep",
     "analyse": "analysis",
     "animate": "views.animation",
+    "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
     "plot_all": "views.result_figures",

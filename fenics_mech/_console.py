@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import os
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -93,6 +94,11 @@ def progress_bar(total: int) -> Iterator:
 def tell(line: str) -> None:
     """Print a line as it is: no colours, no markup in names, cut by nothing but the terminal."""
     out.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def print_json(data: object) -> None:
+    """Print plain data as JSON, without colours."""
+    tell(json.dumps(data, indent=2, allow_nan=False))
 
 
 def tell_written(paths: Iterable[Path], folder: Path) -> None:

@@ -1,10 +1,14 @@
-"""Reading files that others have made: ordinary ones only, and none that is larger than it can be."""
+"""Reading files that others have made, ordinary ones of a bounded size only, and writing files as a whole."""
 
 from __future__ import annotations
 
 import os
 import stat
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
+
+from fenics_mech.errors import ResultError
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
@@ -30,3 +34,36 @@ def read_bounded(path: Path, largest: int) -> bytes:
 def reason_of(error: OSError | ValueError) -> str:
     """Say why a file cannot be read or written."""
     return (isinstance(error, OSError) and error.strerror) or str(error)
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` fill a temporary file beside `path`, then put it in its place.
+
+    Parameters
+    ----------
+    path
+        The file.
+    write
+        Writes the content into the path that it is given.
+
+    Raises
+    ------
+    ResultError
+        When it cannot be written; nothing is left behind.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {error.strerror}") from error
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        write(temporary)
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)

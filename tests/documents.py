@@ -25,7 +25,7 @@ DOCS = ROOT / "docs"
 FENCE = re.compile(r"^( *)```([^\n`]*)\n(.*?)^ *```$", flags=re.DOTALL | re.MULTILINE)
 WIDTH = "90"
 # Commands that take long are parsed while a page runs. A slow test runs them, but those of `NOT_RUN`.
-LONG = ("cost", "scaling", "follow", "animate", "sweep")
+LONG = ("cost", "scaling", "follow", "animate", "sweep", "compare", "refine", "fatigue")
 LONG_OPTIONS = ("--compare", "--tol", "--refine-peaks")
 MINUTES = "takes minutes"
 INSTALLS = "installs what the tests run on"
@@ -88,6 +88,7 @@ def folder(place: Path) -> None:
     for name in ("demos", "meshes"):
         (place / name).symlink_to(ROOT / name)
     shutil.copy(DOCS / "tutorial" / "press.toml", place)
+    (place / "gauge.csv").write_text("angle_deg,strain\n0,-0.8e-4\n90,0.7e-4\n180,0.8e-4\n270,0.2e-4\n")
     for name, old, new in (
         ("slow", "300 rpm", "30 rpm"),
         ("fast", "300 rpm", "500 rpm"),

@@ -35,7 +35,7 @@ PAGES: dict[
         "Ground, links, joints and masses",
         ["Ground", "Link", "Member", "RigidBody", "Revolute", "Slot", "Prismatic", "Weld", "PointMass"],
     ),
-    "sections": ("Materials and sections", ["Material", "Ply", "PolygonPart"]),
+    "sections": ("Materials and sections", ["Material", "StressLife", "Ply", "PolygonPart"]),
     "drives": (
         "Drives and motors",
         [
@@ -51,7 +51,7 @@ PAGES: dict[
         "Springs, dampers and damping",
         ["LineSpring", "HingeSpring", "LineDamper", "HingeDamper", "Damping", "AirDrag"],
     ),
-    "analysis": ("Mesh, analysis and measurements", ["Mesh", "Analysis", "Measurement"]),
+    "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
 }
 # What keys mean whose classes do not say it: by class and key, or by the key alone.
 MEANINGS = {

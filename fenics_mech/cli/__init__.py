@@ -14,12 +14,16 @@ from fenics_mech._console import err, start_libraries
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
 from fenics_mech.cli.check_command import check
+from fenics_mech.cli.compare_command import compare
 from fenics_mech.cli.cost_command import cost
 from fenics_mech.cli.effects_command import effects
+from fenics_mech.cli.export_command import export
+from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
 from fenics_mech.cli.plot_command import plot
+from fenics_mech.cli.refine_command import refine
 from fenics_mech.cli.report_command import report
 from fenics_mech.cli.run_command import run
 from fenics_mech.cli.scaling_command import scaling
@@ -46,7 +50,11 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
     return started
 
 
-for _command in (run, modes, check, effects, sweep, follow, cost, scaling, animate, plot, report, mesh, schema):
+_COMMANDS = (
+    *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
+    *(animate, plot, report, export, mesh, schema),
+)
+for _command in _COMMANDS:
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import loading, make_folder, one_voice, out, progress_bar, tell
+from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
 from fenics_mech.errors import MechanismError
 
@@ -25,14 +25,24 @@ def run(
     tolerance: Tolerance = None,
     strict: Strict = False,
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
+    units: Annotated[
+        str | None,
+        typer.Option(help="Units of the printed numbers, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
     """Analyse a scene: write result.nc, report.html and plots, print a summary.
 
     Under mpirun the processes share the positions.
     """
+    if as_json and (quiet or units or details):
+        raise MechanismError("--json prints key figures in SI: leave --quiet, --units and --details out")
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
+        from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
         from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
         from fenics_mech.views.summary import summary  # noqa: PLC0415
@@ -41,6 +51,8 @@ def run(
         loaded = refined_scene(scene, refine, strict, tolerance)
         make_folder(folder)
         return loaded
+
+    named = None if units is None else AnswerUnits.of([name.strip() for name in units.split(",")], "--units")
 
     first = one_voice()
     loaded = shared(prepared)
@@ -59,8 +71,12 @@ def run(
         if plots:
             step("plots")
             written["plots"] = plot_all(result, folder)
-    out.print(summary(result, details))
-    tell(_told(written, folder))
+    if as_json:
+        files = [str(path) for paths in written.values() for path in paths]
+        print_json(key_figures(result) | {"files": files})
+    elif not quiet:
+        out.print(summary(result, details, named))
+        tell(_told(written, folder))
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")
 

@@ -248,15 +248,15 @@ class Forces:
     @cached_property
     def shortening(self) -> Shortening | None:
         """Displacement by the shortening of members whose axial forces are given."""
-        return Shortening.of(self.scene, self.system, self._jets)
+        return Shortening.of(self.scene, self.system, self.jets)
 
     @cached_property
     def shift(self) -> MassShift | None:
         """Shift of the elements' mass, where axial forces change inside them."""
-        return MassShift(self.system, self._jets) if self.system.terms.uneven else None
+        return MassShift(self.system, self.jets) if self.system.terms.uneven else None
 
     @cached_property
-    def _jets(self) -> tuple[Array, Array, Array]:
+    def jets(self) -> tuple[Array, Array, Array]:
         """Elastic displacement v in link axes and its two time derivatives, ``(angles, nodal dofs)`` each."""
         second = self.still
         if self.response.rotation is not None:

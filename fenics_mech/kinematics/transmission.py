@@ -63,7 +63,7 @@ def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmissi
     """
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
-        return _transmission_angles(loops, coordinates_at(loops, theta, branch)) or {}
+        return transmission_angles(loops, coordinates_at(loops, theta, branch)) or {}
 
     def angle(pair: tuple[str, tuple[str, ...]]) -> Callable[[Array], Array]:
         return lambda theta: angles(theta)[pair]
@@ -77,8 +77,16 @@ def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmissi
     return tuple(found)
 
 
-def _transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
-    """Transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known."""
+def transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
+    """Transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known.
+
+    Parameters
+    ----------
+    loops
+        The loop equations of the linkage.
+    q
+        Coordinates of the links, ``(positions, 3 links)``.
+    """
     joints, known = _joints(loops, q), {GROUND}
     found: dict[tuple[str, tuple[str, ...]], Array] = {}
 

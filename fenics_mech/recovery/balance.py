@@ -13,7 +13,7 @@ from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
-from fenics_mech.response.solution import CollocationSolution, InTime, Solution
+from fenics_mech.response.solution import CollocationSolution, InTime, MotorSolution, Solution
 
 
 def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
@@ -70,6 +70,40 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
         power_balance_error=abs(residual) / max(largest, MEASURE.small_power * passed, TINY),
         power_error=float(errors @ np.abs(rates).mean(axis=0)),
     )
+
+
+def drive_figures(solution: Solution, forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
+    """Give the root mean square of the drives' efforts over a cycle, and how much the energy fluctuates that they give.
+
+    Parameters
+    ----------
+    solution
+        The response.
+    forces
+        The forces of its motion over a whole cycle.
+    efforts
+        Effort of each drive (N m or N), ``(angles,)``.
+
+    Returns
+    -------
+    xarray.Dataset
+        `drive_effort_rms` by `drive`. As attributes `energy_fluctuation` (J), the range of the energy given less its
+        mean rate, by which a flywheel is chosen (Norton, Design of Machinery, section 11.11), and with a motor's shaft
+        `speed_fluctuation`, the range of the crank's rate over its mean. Empty for other than cycles.
+    """
+    scene, count = solution.scene, len(forces.system.motion.theta)
+    if not scene.drives or scene.analysis.method not in ("periodic", "quasi-static") or count < 2 or scene.impulses:
+        return xr.Dataset()
+    each = np.stack(list(efforts.values()), axis=1)
+    power = np.sum(each * drive_rates(scene, forces.system.motion), axis=1)
+    surplus = np.append(power, power[0]) - power.mean()
+    stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * scene.period / count
+    figures = {"energy_fluctuation": float(np.ptp(stored))}
+    if isinstance(solution, MotorSolution):
+        rate = scene.cycle_rate + solution.twist[1]
+        figures["speed_fluctuation"] = float(np.ptp(rate) / abs(rate.mean()))
+    rms = np.sqrt(np.mean(each**2, axis=0))
+    return xr.Dataset({"drive_effort_rms": (("drive",), rms)}, {"drive": list(efforts)}, figures)
 
 
 def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str, Array]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
@@ -17,16 +18,20 @@ from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.balance import energy_balance
+from fenics_mech.recovery.balance import drive_figures, energy_balance
 from fenics_mech.recovery.fields import Fields
+from fenics_mech.recovery.frame_forces import frame_forces
+from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.recovery.without_vibration import without_vibration
 from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, Solution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
+from fenics_mech.scene.consistency import mobility
 
 
 def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: Sequence[Choice] = ()) -> Result:
@@ -44,29 +49,33 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
         What was decided about effects.
     """
     scene = solution.scene
-    attributes = stamp(scene) | _decisions(fields.system, choices)
+    attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
     data = xr.Dataset(fields.variables, fields.coordinates, attributes)
+    forces = Forces(scene, fields.system, solution.response)
+    efforts = forces.efforts() if scene.moved_joints else {}
     parts = (
         rigid_places(scene, fields.system.motion),
-        _of_drives(solution, fields, errors),
+        _of_drives(solution, forces, efforts, errors),
+        frame_forces(forces, fields, efforts),
+        link_motion(forces),
         *_of_kind(solution, fields.system),
         *([] if errors is None else [_of_errors(errors)]),
     )
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     still = data.get("strain_quasi_static")
-    if (cycle := last_cycle(scene.analysis, scene.drives, data)) is not None:
+    cycle = last_cycle(scene.analysis, scene.drives, data)
+    data = data.merge(stress_figures(scene, data, cycle))
+    if cycle is not None:
         data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
-    efforts = effort_units(scene.moved_joints, scene.joints)
-    return Result(with_units(data, efforts, scene.springs.values(), scene.dampers.values()))
+    units = effort_units(scene.moved_joints, scene.joints)
+    return Result(with_units(data, units, scene.springs.values(), scene.dampers.values()))
 
 
-def _of_drives(solution: Solution, fields: Fields, errors: Errors | None) -> xr.Dataset:
+def _of_drives(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Errors | None) -> xr.Dataset:
     """Efforts of the drives, the balance of energy, and the crank's own motion on a motor's shaft."""
     scene = solution.scene
     if not scene.moved_joints:
         return xr.Dataset()
-    forces = Forces(scene, fields.system, solution.response)
-    efforts = forces.efforts()
     variables: dict[str, Any] = {
         "input_torque": (("theta",), efforts[scene.moved_joints[0]]),
         "drive_effort": (("theta", "drive"), np.stack(list(efforts.values()), axis=1)),
@@ -78,7 +87,9 @@ def _of_drives(solution: Solution, fields: Fields, errors: Errors | None) -> xr.
         np.full(len(efforts), np.nan) if errors is None else np.sum(list(errors.errors["torque"].values()), axis=0)
     )
     found = xr.Dataset(variables, {"drive": list(efforts)})
-    return xr.merge([found, energy_balance(solution, forces, efforts, uncertain)], combine_attrs="no_conflicts")
+    figures = drive_figures(solution, forces, efforts)
+    balance = energy_balance(solution, forces, efforts, uncertain)
+    return xr.merge([found, figures, balance], combine_attrs="no_conflicts")
 
 
 def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:

@@ -43,6 +43,8 @@ class Fields:
         Labelled arrays by their names; see `variables.ATTRIBUTES`.
     coordinates
         Labels of their dimensions.
+    reactions
+        Forces and moments of the joints on their bodies; see `forces.joint_forces.reactions`.
     sampling
         Error of the members' strains by the number of positions, ``(members,)``, where the material damps.
     """
@@ -51,6 +53,7 @@ class Fields:
     members: MemberState
     variables: Variables
     coordinates: dict[str, Any]
+    reactions: Reactions
     sampling: Array | None = None
 
     @property
@@ -94,7 +97,7 @@ def recover(solution: Solution) -> Fields:
     if scene.damping.material and not isinstance(solution, StaticSolution):
         axial, bending = stress_over_modulus(sections, elastic.axial_force, elastic.moment)
         sampling = sampling_error(scene, axial[..., None] + bending)
-    return Fields(system, members, variables, coordinates, sampling)
+    return Fields(system, members, variables, coordinates, found, sampling)
 
 
 def _with_viscous_forces(

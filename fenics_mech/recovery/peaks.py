@@ -25,7 +25,10 @@ class PeakLimits:
 PEAK = PeakLimits()
 
 PEAKS = {"strain": "member", "joint_force": "joint"}  # that may be doubted, and along what each has its own
-CURVES = ("strain", "stress", "deflection", "joint_force", "input_torque")
+CURVES = (
+    *("strain", "stress", "deflection", "joint_force", "input_torque"),
+    *("shaking_force", "shaking_moment", "support_force"),
+)
 
 
 def between_positions(result: Result) -> Result:

@@ -5,9 +5,6 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import os
-import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,10 +15,11 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import read_bounded, reason_of
+from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError, shortened
+from fenics_mech.recovery.exports import to_mat, to_vtk
 from fenics_mech.scene import Scene
 
 SEAL = b"fenics_mech sha256 "
@@ -178,6 +176,51 @@ class Result(Saved):
             paths.append(path)
         return paths
 
+    def to_vtk(self, path: str | Path, every: int = 1) -> Path:
+        """Write a time series for ParaView: ``motion.pvd``, and beside it a folder with a file for each position.
+
+        Points are the stations of the members in the rigid linkage. They have the displacement, by which ParaView's
+        filter "Warp By Vector" bends them, strains and stresses of both sides, and the section forces, in SI.
+
+        Parameters
+        ----------
+        path
+            File to write, ending in ".pvd".
+        every
+            Of how many positions one is written.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultError
+            When the name has another ending, or a file cannot be written.
+        """
+        return to_vtk(self.data, Path(path), every)
+
+    def to_mat(self, path: str | Path) -> Path:
+        """Write all variables as a file for MATLAB and Octave, with `dimensions`, `units` and `attributes` by name.
+
+        Parameters
+        ----------
+        path
+            File to write, ending in ".mat".
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultError
+            When the name has another ending, or the file cannot be written.
+        """
+        return to_mat(self.data, Path(path))
+
     def strain_at(self, member: str, s: float = 0.5, fibre: str = "+") -> Array:
         """Strain over the drive angles at a place of a member, interpolated between stations.
 
@@ -268,39 +311,6 @@ def seal_of(content: bytes) -> bytes:
         The content, before the seal.
     """
     return SEAL + hashlib.sha256(content).hexdigest().encode()
-
-
-def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file beside `path`, then put it in its place.
-
-    Parameters
-    ----------
-    path
-        The file.
-    write
-        Writes the content into the path that it is given.
-
-    Raises
-    ------
-    ResultError
-        When it cannot be written; nothing is left behind.
-    """
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written: {error.strerror}") from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        write(temporary)
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
-        temporary.replace(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def stamp(scene: Scene) -> dict[str, str]:

@@ -37,7 +37,7 @@ def exceeded(
     found = []
     for label, (_, member) in members.items():
         most, worst = 1.0, ""
-        for fibre, material in _outer(member, sections[member.section]).items():
+        for fibre, material in outer_materials(member, sections[member.section]).items():
             strength = None if material is None else materials[material].strength
             stress = data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy()
             k, i = np.unravel_index(int(np.abs(stress).argmax()), stress.shape)
@@ -53,8 +53,14 @@ def exceeded(
     return tuple(found)
 
 
-def _outer(member: Member, section: AnySection) -> dict[str, str | None]:
-    """Materials of a member's outer fibres; None where the section is a polygon of several materials."""
+def outer_materials(member: Member, section: AnySection) -> dict[str, str | None]:
+    """Materials of a member's outer fibres; None where the section is a polygon of several materials.
+
+    Parameters
+    ----------
+    member, section
+        The member and its section.
+    """
     if isinstance(section, LaminateSection):
         return {"+": section.plies[-1].material, "-": section.plies[0].material}
     return dict.fromkeys("+-", None if section.complete else member.material)

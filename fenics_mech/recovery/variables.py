@@ -31,13 +31,37 @@ ATTRIBUTES = {
     "position": ("m", "place of the member's end in the rigid linkage, fixed frame"),
     "link_position": ("m", "place of the link's origin in the rigid linkage, fixed frame"),
     "link_angle": ("rad", "angle of the link's axes in the rigid linkage, not wrapped"),
+    "stress_range": ("Pa", "stress range of the outer fibre over the cycle, from the least to the largest"),
+    "stress_mean": ("Pa", "half of the sum of the least and the largest stress of the cycle"),
+    "stress_ratio": ("1", "least over largest stress of the cycle; -1 where it alternates"),
+    "utilisation": ("1", "largest stress of the member over the strength of its material"),
     "moment": ("N m", "bending moment"),
     "axial_force": ("N", "axial force, tension positive"),
     "shear_force": ("N", "shear force dM/ds"),
     "deflection": ("m", "elastic displacement, fixed frame"),
+    "link_omega": ("rad/s", "angular velocity of the link"),
+    "link_alpha": ("rad/s^2", "angular acceleration of the link"),
+    "instant_centre": ("m", "point at which the link turns about the ground; none where it does not turn"),
+    "point_position": ("m", "position of the point of a link that does not bend, fixed frame"),
+    "point_velocity": ("m/s", "velocity of the point of a link that does not bend"),
+    "point_acceleration": ("m/s^2", "acceleration of the point of a link that does not bend"),
+    "point_position_bent": ("m", "position of the point of the bent link, fixed frame"),
+    "point_velocity_bent": ("m/s", "velocity of the point of the bent link"),
+    "point_acceleration_bent": ("m/s^2", "acceleration of the point of the bent link"),
+    "slide_place": ("m", "distance of the pin along its guide from the guide's point"),
+    "transmission_angle": (
+        "rad",
+        "transmission angle of the links at the joint; pi/2 less the pressure angle",
+    ),
     "joint_force": ("N", "force of the joint's first body on its second, fixed frame"),
+    "joint_moment": ("N m", "moment of the first body of a weld or slide on its second"),
+    "support_force": ("N", "force of the mechanism on the frame at the support, fixed frame"),
+    "support_moment": ("N m", "couple of the mechanism on the frame at the support"),
+    "shaking_force": ("N", "force of the mechanism on the frame, fixed frame"),
+    "shaking_moment": ("N m", "moment of the mechanism on the frame about the origin of the ground"),
     "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
     "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
+    "drive_effort_rms": ("N m", "root mean square of the drive's effort over the cycle; N along a slide"),
     "mean_power": ("W", "mean power that the cause gives to the mechanism, negative where it takes"),
     "drive_impulse": ("N m s", "impulse of each drive's effort at each impulse; N s along a slide"),
     "drive_twist": ("rad", "angle of the crank ahead of its drive"),
@@ -104,7 +128,7 @@ def with_units(
 def _units(efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]) -> dict[str, str]:
     """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
     found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
-    found |= dict.fromkeys(("drive_effort", "drive_effort_error"), efforts)
+    found |= dict.fromkeys(("drive_effort", "drive_effort_error", "drive_effort_rms"), efforts)
     found["drive_impulse"] = [f"{unit} s" for unit in efforts]
     for name, parts in (("spring_force", springs), ("damper_force", dampers)):
         found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts]

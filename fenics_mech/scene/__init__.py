@@ -18,7 +18,8 @@ from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
-from fenics_mech.scene.models import Measurement, Scene
+from fenics_mech.scene.models import Scene
+from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
@@ -35,6 +36,7 @@ from fenics_mech.scene.sections import (
     VariableSection,
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
+from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 
 __all__ = [
@@ -82,10 +84,12 @@ __all__ = [
     "Section",
     "Slot",
     "SpeedController",
+    "StressLife",
     "Table",
     "TaperSection",
     "TimeExpression",
     "TimeTable",
+    "TracedPoint",
     "TubeSection",
     "VariableSection",
     "Weld",

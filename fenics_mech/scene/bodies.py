@@ -10,6 +10,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from fenics_mech.scene.base import Name, Part, PointName
+from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.units import Angle, Density, Inertia, Length, Mass, Modulus
 
 Point = tuple[Length, Length]
@@ -27,7 +28,9 @@ class Material(Part):
     poisson
         Poisson's ratio. It also enters the shear factors of the sections.
     strength
-        Stress (Pa) that the result warns of where an outer fibre exceeds it; nothing else is done with it.
+        Allowed stress (Pa): the result says how far it is used, and warns where an outer fibre exceeds it.
+    fatigue
+        Stress-life curve, by which `fenics-mech fatigue` tells how long members last.
 
     Examples
     --------
@@ -40,6 +43,7 @@ class Material(Part):
     shear_modulus: Annotated[Modulus, Field(gt=0)] | None = None
     poisson: Annotated[float, Field(gt=-1, le=0.5)] | None = None
     strength: Annotated[Modulus, Field(gt=0)] | None = None
+    fatigue: StressLife | None = None
 
     @property
     def rigidity(self) -> float | None:

@@ -32,6 +32,7 @@ def check_references(scene: Scene) -> None:
     """
     if not scene.members():
         raise SceneError("no link has a member: there is nothing that bends", place="links")
+    _ = scene.answer_units  # which names the unit that is none
     if "ground" in scene.links:
         raise SceneError("'ground' is the fixed frame's name", place="links.ground", hint="Give the link another name")
     _check_members(scene)
@@ -49,6 +50,12 @@ def check_references(scene: Scene) -> None:
             )
     for i, measurement in enumerate(scene.measurements):
         check_known(measurement.member, scene.members(), "member", f"measurements.{i}.member")
+    for name, point in scene.points.items():
+        place = f"points.{name}.at"
+        if ("." not in point.at.partition("@")[0] and "@" not in point.at) or point.at.startswith("ground."):
+            hint = "Write link.point, or member@0.3 for a place along a member"
+            raise SceneError("a traced point is fixed to a link", place=place, hint=hint)
+        _check_place(scene, point.at, place, turns=True)
     _check_mesh(scene)
     _check_loads(scene)
     _check_drives(scene)
@@ -350,14 +357,25 @@ def _check_freedoms(scene: Scene) -> None:
             raise SceneError(why, place=place)
 
 
+def mobility(scene: Scene) -> int:
+    """Number of freedoms by Gruebler's count, 3 for each link less what the joints take.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
+    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.joints.values())
+    return 3 * len(scene.links) - held
+
+
 def _check_mobility(scene: Scene) -> None:
     """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled.
 
     What nothing drives may be held more often than it needs.
     """
-    lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
-    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.joints.values())
-    left, drives = 3 * len(scene.links) - held, len(scene.moved_joints)  # Gruebler's count
+    left, drives = mobility(scene), len(scene.moved_joints)
     if drives and drives > left:
         raise SceneError(
             f"the linkage is over-driven: {len(scene.links)} links and {len(scene.joints)} joints leave {left} "

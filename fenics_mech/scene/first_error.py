@@ -16,7 +16,7 @@ BRANCHES = (  # of pydantic unions, which stand in its places and not in the dat
     "hinge",
 )  # fmt: skip
 
-ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself
+ABOVE = "name", "units", "effects", "tolerance", "gravity"  # keys of a scene itself
 
 SENTENCES = {  # by pydantic's type of error, where its own words speak of Python
     "union_tag_invalid": "there is no kind {tag!r} here; known are {expected_tags}",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -13,6 +12,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
 from fenics_mech.scene.base import SCENE, Name, Part, check_texts
 from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, Point, PointMass
@@ -22,38 +22,12 @@ from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
+from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.tolerance import Tolerance
 from fenics_mech.scene.units import Acceleration
-
-
-class Measurement(Part):
-    """Measured strains to be drawn beside the computed ones.
-
-    Parameters
-    ----------
-    file
-        CSV with a header and two columns: drive angle in degrees, strain. Relative to the scene file.
-    member
-        "link", or "link.member" when the link has several members.
-    s
-        Place along the member, 0 to 1.
-    fibre
-        "+" (on the side of the normal) or "-".
-
-    Examples
-    --------
-    >>> fm.Measurement(file="strain_coupler.csv", member="coupler").s
-    0.5
-    """
-
-    file: Path
-    member: str
-    s: Annotated[float, Field(ge=0, le=1)] = 0.5
-    fibre: Literal["+", "-"] = "+"
-
 
 Drives = Annotated[
     Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
@@ -87,6 +61,8 @@ class Scene(Part):
     ----------
     name
         What the linkage is called in plots and reports.
+    units
+        Units of printed answers, such as ("in", "psi", "lbf"); by default mm, MPa, N and so on.
     materials, sections
         By name; members refer to them.
     ground
@@ -114,6 +90,8 @@ class Scene(Part):
         Damping of the elastic motion, elements of the members, and numerical options.
     measurements
         Measured strains to be drawn beside the computed ones.
+    points
+        Points whose path is followed beside those of the links, by name.
     petsc
         Options of PETSc and SLEPc.
 
@@ -134,6 +112,7 @@ class Scene(Part):
     """
 
     name: Annotated[str, Field(max_length=SCENE.longest_name)] = "scene"
+    units: tuple[str, ...] = ()
     materials: dict[Name, Material]
     sections: dict[Name, AnySection]
     ground: Ground = Field(default_factory=lambda: Ground(points={}))
@@ -153,6 +132,7 @@ class Scene(Part):
     mesh: Mesh = Mesh()
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
+    points: dict[Name, TracedPoint] = Field(default_factory=dict)
     petsc: SolverOptions = Field(default_factory=dict)
 
     @model_validator(mode="before")
@@ -193,6 +173,11 @@ class Scene(Part):
         for path, value in dotted.items():
             _place_in(data, path, value)
         return self.read(data)
+
+    @property
+    def answer_units(self) -> AnswerUnits:
+        """Units in which answers are printed."""
+        return AnswerUnits.of(self.units)
 
     @property
     def named_effects(self) -> tuple[str, ...]:
@@ -294,6 +279,20 @@ class Scene(Part):
         """
         body, point = name.split(".")
         return body, (self.ground if body == "ground" else self.links[body]).points[point]
+
+    def place(self, at: str) -> tuple[str, Point]:
+        """Find a point of a link, or a place along a member.
+
+        Parameters
+        ----------
+        at
+            "body.point", or "member@0.3"; the answer is as that of `point`.
+        """
+        if "@" not in at:
+            return self.point(at)
+        label, s = at.split("@")
+        (x, y), (x2, y2) = self.member_ends(label)
+        return self.members()[label][0], (x + float(s) * (x2 - x), y + float(s) * (y2 - y))
 
     def loaded_places(self) -> dict[str, list[float]]:
         """Places 0 to 1 along members at which loads and impulses act, ascending, by the members' labels."""

@@ -11,15 +11,19 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech._arrays import Array
-from fenics_mech._constants import MEGA, MICRO, MILLI
+from fenics_mech._constants import MILLI
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS, active, loads_at_nodes
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.meshing import member_nodes
+from fenics_mech.views.force_summary import degrees as _degrees
+from fenics_mech.views.force_summary import drive_lines, joints_table
+from fenics_mech.views.force_summary import peak as _peak
+from fenics_mech.views.force_summary import values as _of
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.judgements import (
     SOURCES,
@@ -51,7 +55,7 @@ class ReportLimits:
 REPORT = ReportLimits()
 
 
-def details(result: Result) -> Group:
+def details(result: Result, units: AnswerUnits | None = None) -> Group:
     """Tell all that is known of a result; it needs 80 columns.
 
     First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
@@ -62,16 +66,19 @@ def details(result: Result) -> Group:
     ----------
     result
         The result.
+    units
+        Units of the numbers, instead of those of the scene.
     """
+    units = units or result.scene.answer_units
     grid = Table.grid(padding=(0, 2))
-    for name, value in decisions(result).items():
+    for name, value in decisions(result, units).items():
         grid.add_row(name, escape(value))
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     closer = between_positions(result)
-    parts += [_members(closer), *_between_stations(result)]
+    parts += [_members(closer, units), *_between_stations(result, units), *_utilisation(result)]
     if result.data.sizes["joint"]:
-        parts.append(_joints(closer))
-    parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result)]
+        parts += [joints_table(closer, units), *drive_lines(result, units)]
+    parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result, units)]
     if "frequency" in result.data:
         frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
         parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
@@ -112,16 +119,18 @@ def energy(result: Result) -> str:
     return f"{text}."
 
 
-def decisions(result: Result) -> dict[str, str]:
+def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
     """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh.
 
     Parameters
     ----------
     result
         The result.
+    units
+        Units of the numbers, instead of those of the scene.
     """
     scene, analysis = result.scene, result.scene.analysis
-    rows = {"drive": drive_of(scene), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
+    rows = {"drive": drive_of(scene, units), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
         rows["solver"] = _solver(result)
     if result.data.attrs.get("solver") == "sub-intervals":
@@ -194,10 +203,13 @@ def _effects(result: Result) -> str:
     return (", ".join(chosen) or "none") + (limit if estimated else "")
 
 
-def _members(result: Result) -> Table:
+def _members(result: Result, units: AnswerUnits) -> Table:
     """Tabulate the peak strain, with its stress, and the peak deflection of each member."""
-    strain_head, bent_head = "strain\n(\N{MICRO SIGN}m/m)", "deflection\n(mm)"
-    columns = "member", strain_head, "stress\n(MPa)", "at angle,\ns, side", bent_head, "at angle,\ns"
+    strain_head, stress_head, bent_head = (
+        f"{name}\n({units.label(kind)})"
+        for name, kind in (("strain", "strain"), ("stress", "stress"), ("deflection", "length"))
+    )
+    columns = "member", strain_head, stress_head, "at angle,\ns, side", bent_head, "at angle,\ns"
     table = table_of("Peaks of the members", *columns)
     table.caption, table.caption_justify = f"{PLACE}\n", "left"
     theta, s = _degrees(result), result.data["s"].to_numpy()
@@ -209,43 +221,35 @@ def _members(result: Result) -> Table:
         bent, station = _peak(deflection[:, i])
         table.add_row(
             escape(str(member)),
-            number(MICRO * strain[k, i, place, fibre]),
-            number(MEGA * stress[k, i, place, fibre]),
+            number(units.number(strain[k, i, place, fibre], "strain")),
+            number(units.number(stress[k, i, place, fibre], "stress")),
             f"{theta[k]:.4g}\N{DEGREE SIGN}, {s[place]:.3g}, {fibres[fibre]}",
-            number(MILLI * deflection[bent, i, station]),
+            number(units.number(deflection[bent, i, station], "length")),
             f"{theta[bent]:.4g}\N{DEGREE SIGN}, {s[station]:.3g}",
         )
     return table
 
 
-def _between_stations(result: Result) -> list[Text]:
+def _between_stations(result: Result, units: AnswerUnits) -> list[Text]:
     """Say where the strain between stations is larger than at all of them."""
     largest = result.data["largest_strain"]
     larger = largest[largest > (1 + REPORT.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
-    peaks = ", ".join(f"{member} {number(MICRO * value)}" for member, value in pairs)
-    return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
+    peaks = ", ".join(f"{member} {number(units.number(value, 'strain'))}" for member, value in pairs)
+    return [Text(f"Larger strains between the stations ({units.label('strain')}): {peaks}")] if peaks else []
 
 
-def _joints(result: Result) -> Table:
-    """Tabulate the peak joint forces and, as the last row, the peak torque or force of the first drive."""
-    table = table_of("Peaks of the joint forces", "joint", "peak", "at angle")
-    theta = _degrees(result)
-    forces = np.linalg.norm(_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
-    for joint, force in zip(result.data["joint"].to_numpy(), forces.T):
-        (k,) = _peak(force)
-        table.add_row(escape(str(joint)), f"{number(force[k])} N", f"{theta[k]:.4g}\N{DEGREE SIGN}")
-    if "input_torque" not in result.data:
-        return table
-    torque = result.data["input_torque"].to_numpy()
-    (k,) = _peak(torque)
-    unit = str(result.data["input_torque"].attrs["units"])
-    what = "drive force" if unit == "N" else "input torque"
-    table.add_row(what, f"{number(torque[k])} {unit}", f"{theta[k]:.4g}\N{DEGREE SIGN}")
-    return table
+def _utilisation(result: Result) -> list[Text]:
+    """Say how far the members use the strength of their materials, the most first."""
+    if "utilisation" not in result.data:
+        return []
+    used = result.data["utilisation"].dropna("member")
+    pairs = sorted(zip(used["member"].to_numpy(), used.to_numpy()), key=lambda pair: -pair[1])
+    shares = ", ".join(f"{member} {percent(float(value), 3)}" for member, value in pairs)
+    return [Text(f"Largest stress over the strength of the material: {shares}.")]
 
 
-def _signal(result: Result) -> list[RenderableType]:
+def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
     """Tabulate the largest harmonics of each member's strain at mid-span, and how it vibrates."""
     data = result.data
     if "strain_amplitude" not in data:
@@ -255,34 +259,22 @@ def _signal(result: Result) -> list[RenderableType]:
         differs = f"the last cycle differs from the one before by {percent(change)} of the largest displacement"
         why = differs if np.isfinite(change) else "it has fewer than two cycles"
         return [Text(f"No harmonics are given because the motion is not periodic: {why}.")]
-    vibrates = "vibration_frequency" in data
-    head = ["vibration\n(\N{MICRO SIGN}m/m)", "frequency\n(Hz)", "mode"] if vibrates else []
-    table = table_of(
-        "Strain at mid-span, + side", "member", "largest harmonics\nof the drive: \N{MICRO SIGN}m/m", *head
-    )
-    amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
+    vibrates, unit = "vibration_frequency" in data, units.label("strain")
+    head = [f"vibration\n({unit})", "frequency\n(Hz)", "mode"] if vibrates else []
+    table = table_of("Strain at mid-span, + side", "member", f"largest harmonics\nof the drive: {unit}", *head)
+    amplitude = _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
         heard = np.flatnonzero(amplitude[i] > REPORT.rounding * amplitude[i].max())
         largest = heard[np.argsort(-amplitude[i, heard])][: REPORT.harmonics]
-        cells = [", ".join(f"{n + 1}: {amplitude[i, n]:.3g}" for n in largest)]
+        cells = [", ".join(f"{n + 1}: {units.number(amplitude[i, n], 'strain'):.3g}" for n in largest)]
         if vibrates:
             size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))
-            cells += [number(MICRO * size), *("-" if np.isnan(value) else number(value) for value in (rate, mode))]
+            cells += [
+                number(units.number(size, "strain")),
+                *("-" if np.isnan(value) else number(value) for value in (rate, mode)),
+            ]
         table.add_row(escape(str(member)), *cells)
     return [table]
-
-
-def _of(result: Result, name: str, *dimensions: str) -> Array:
-    return result.data[name].transpose(*dimensions).to_numpy()
-
-
-def _degrees(result: Result) -> Array:
-    return np.degrees(result.data["theta"].to_numpy()) % 360
-
-
-def _peak(values: Array) -> tuple[int, ...]:
-    """Index of the value of largest magnitude."""
-    return tuple(int(i) for i in np.unravel_index(np.abs(values).argmax(), values.shape))
 
 
 def damping_of(scene: Scene) -> str:

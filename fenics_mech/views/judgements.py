@@ -106,10 +106,11 @@ def headline(reading: Reading) -> tuple[str, str]:
         The result.
     """
     peak = reading.peaks[reading.ranked[0]]
-    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} MPa"
+    unit = reading.units.label("stress")
+    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} {unit}"
     where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
-    rest = "" if reading.still is None else f" ({short(reading.still)} MPa without vibration)"
+    rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
     return value, f"{where}{when}{rest}."
 
 

@@ -12,11 +12,12 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MEGA, MICRO, MILLI, TURN
+from fenics_mech._constants import TURN
 from fenics_mech.errors import ResultError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.words import DEGREE, MINUS, short
 
 ROUNDING = 1e-9  # of the largest joint force, below which an effort is nothing
@@ -46,7 +47,7 @@ class Peak:
 
 
 class Reading:
-    """Curves of a result in MPa, micrometres per metre, mm and N, and its places in words.
+    """Curves of a result in the units of people, MPa, micrometres per metre, mm and N, and its places in words.
 
     Between few positions of a cycle the curves are those of `between_positions`, in which peaks are sought.
 
@@ -54,6 +55,8 @@ class Reading:
     ----------
     result
         The result.
+    units
+        Other units.
 
     Raises
     ------
@@ -61,7 +64,8 @@ class Reading:
         When it lacks what is read, or its members are not those of its scene.
     """
 
-    def __init__(self, result: Result) -> None:
+    def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
+        self.units = units or AnswerUnits()
         self.result, self.scene = result, result.scene
         _refuse_incomplete(result.data, self.scene)
         self.data = between_positions(result).data
@@ -89,37 +93,42 @@ class Reading:
     @cached_property
     def stress(self) -> Array:
         """Stress (MPa), ``(angles, members, stations, fibres)``."""
-        return MEGA * self.of("stress", "member", "s", "fibre")
+        return self.of("stress", "member", "s", "fibre") / self.units.size("stress")
 
     @cached_property
     def strain(self) -> Array:
         """Strain (micrometres per metre), ``(angles, members, stations, fibres)``."""
-        return MICRO * self.of("strain", "member", "s", "fibre")
+        return self.of("strain", "member", "s", "fibre") / self.units.size("strain")
 
     @cached_property
     def bent(self) -> Array:
         """Magnitude of the deflection (mm), ``(angles, members, stations, 1)``."""
         deflection = self.of("deflection", "member", "s", "component")
-        return MILLI * np.linalg.norm(deflection, axis=-1, keepdims=True)
+        return np.linalg.norm(deflection, axis=-1, keepdims=True) / self.units.size("length")
 
     @cached_property
     def force(self) -> Array:
         """Magnitude of the joints' forces (N), ``(angles, joints)``."""
-        return np.linalg.norm(self.of("joint_force", "joint", "component"), axis=-1)
+        return np.linalg.norm(self.of("joint_force", "joint", "component"), axis=-1) / self.units.size("force")
 
     @cached_property
     def effort(self) -> Array | None:
         """Torque (N m) or force (N) of the first drive, ``(angles,)``; None where there is none but rounding."""
         if "input_torque" not in self.data:
             return None
-        effort, least = self.of("input_torque"), ROUNDING * self.force.max(initial=0.0)
-        return effort if float(np.abs(effort).max()) > least * min(1.0, float(self.lengths.max())) else None
+        effort, force = self.of("input_torque"), self.units.size("force") * self.force.max(initial=0.0)
+        seen = float(np.abs(effort).max()) > ROUNDING * force * min(1.0, float(self.lengths.max()))
+        return effort / self.units.size(self._effort_kind) if seen else None
+
+    @property
+    def _effort_kind(self) -> str:
+        return "force" if self.result.data["input_torque"].attrs.get("units") == "N" else "moment"
 
     @cached_property
     def effort_name(self) -> tuple[str, str]:
         """What the first drive gives, and its unit."""
-        unit = str(self.result.data["input_torque"].attrs.get("units", "N m"))
-        return ("drive force" if unit == "N" else "drive torque"), unit
+        kind = self._effort_kind
+        return ("drive force" if kind == "force" else "drive torque"), self.units.label(kind)
 
     def peak(self, curves: Array, i: int) -> Peak:
         """Find where the largest value of a member is.
@@ -155,7 +164,8 @@ class Reading:
         first, second = self.ends[peak.i]
         if peak.j in (0, len(self.s) - 1):
             return f"at {second if peak.j else first}"
-        return f"{short(MILLI * self.s[peak.j] * self.lengths[peak.i])} mm from {first}"
+        distance = self.units.number(self.s[peak.j] * self.lengths[peak.i], "length")
+        return f"{short(distance)} {self.units.label('length')} from {first}"
 
     def side(self, peak: Peak) -> str:
         """Name the side of the member on which a peak is.
@@ -196,14 +206,17 @@ class Reading:
             return f"drive {joints} by a periodic law, {cycle}"
         if str(self.result.data["input_torque"].attrs.get("units")) == "N":
             return f"drive along {joints}, {cycle}"
-        speed = f"{short(drives[0].speed)} rad/s ({short(60 / scene.period)} rpm)"
+        speed, unit = short(self.units.number(drives[0].speed, "speed")), self.units.label("speed")
+        speed = f"{speed} {unit}" + ("" if unit == "rpm" else f" ({short(60 / scene.period)} rpm)")
         return f"drive {joints} at {speed}, one turn in {short(scene.period)} s"
 
     @property
     def still(self) -> float | None:
         """Largest stress without vibration (MPa), where the result has it."""
         data = self.result.data
-        return MEGA * float(abs(data["stress_quasi_static"]).max()) if "stress_quasi_static" in data else None
+        if "stress_quasi_static" not in data:
+            return None
+        return self.units.number(float(abs(data["stress_quasi_static"]).max()), "stress")
 
 
 @contextmanager

@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
-from fenics_mech._constants import MICRO
 from fenics_mech.recovery import Result
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
@@ -21,7 +21,7 @@ from fenics_mech.views.reading import Reading
 from fenics_mech.views.words import share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
-MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 8, 3, 6, 2  # that are shown
+MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS, MOST_USED = 8, 3, 6, 2, 4  # that are shown
 JOINTS_WIDTH, LEAST_COLUMN = 68, 6  # characters: of a line of joints, and of a column
 
 
@@ -32,7 +32,7 @@ class Summary(Group):
         return text_of(self)
 
 
-def summary(result: Result, details: bool = False) -> Summary:
+def summary(result: Result, details: bool = False, units: AnswerUnits | None = None) -> Summary:
     """Summarise a result, to be printed; it needs 80 columns.
 
     First the machine, the peak stress with its place and drive angle, and whether the numbers can be used. Then reasons
@@ -45,6 +45,8 @@ def summary(result: Result, details: bool = False) -> Summary:
         The result.
     details
         Whether all is told that is known: how it was computed, harmonics, each frequency, power.
+    units
+        Units of the numbers, instead of those of the scene.
 
     Returns
     -------
@@ -56,9 +58,10 @@ def summary(result: Result, details: bool = False) -> Summary:
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
+    units = units or result.scene.answer_units
     if details:
-        return Summary(all_details(result))
-    reading, judged = Reading(result), judgements(result)
+        return Summary(all_details(result, units))
+    reading, judged = Reading(result, units), judgements(result)
     level, usable = verdict(judged)
     parts: list[RenderableType] = [
         Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
@@ -96,8 +99,9 @@ def _grid(*columns: str) -> Table:
 
 def _members(reading: Reading) -> Table:
     """Tabulate peak stress, strain and deflection of the most stressed members."""
-    strain = "strain\n\N{MICRO SIGN}m/m"
-    table = _grid("member", "stress\nMPa", strain, "where, side<", "at", "deflection\nmm", "where<")
+    kinds = {"stress": "stress", "strain": "strain", "deflection": "length"}
+    stress, strain, bend = (f"{name}\n{reading.units.label(kind)}" for name, kind in kinds.items())
+    table = _grid("member", stress, strain, "where, side<", "at", bend, "where<")
     for i in reading.ranked[:MOST_MEMBERS]:
         peak, bent = reading.peaks[i], reading.peak(reading.bent, i)
         table.add_row(
@@ -117,7 +121,7 @@ def _left_out(reading: Reading) -> list[Text]:
     if not (others := reading.ranked[MOST_MEMBERS:]):
         return []
     most = short(float(np.abs(reading.stress[:, others[0]]).max()))
-    return [Text(f"and {len(others)} more, none above {most} MPa: see the report")]
+    return [Text(f"and {len(others)} more, none above {most} {reading.units.label('stress')}: see the report")]
 
 
 def _joints(reading: Reading) -> Table:
@@ -126,7 +130,7 @@ def _joints(reading: Reading) -> Table:
     widths = np.cumsum([max(len(reading.joints[n]), LEAST_COLUMN) + 2 for n in ranked])
     shown = sorted(ranked[: max(int((widths <= JOINTS_WIDTH).sum()), 1)])
     table = _grid("joint", *(escape(reading.joints[n]) for n in shown))
-    table.add_row("force, N", *(short(float(reading.force[:, n].max())) for n in shown))
+    table.add_row(f"force, {reading.units.label('force')}", *(short(float(reading.force[:, n].max())) for n in shown))
     table.add_row("at", *(reading.at(int(reading.force[:, n].argmax())) for n in shown))
     if len(shown) < len(ranked):
         table.caption, table.caption_justify = f"the largest of {len(ranked)} joints", "left"
@@ -140,9 +144,12 @@ def _rest(reading: Reading, judged: list[Judgement]) -> Table:
     if reading.effort is not None:
         (name, unit), k = reading.effort_name, int(np.abs(reading.effort).argmax())
         rows[name] = f"{short(float(reading.effort[k]))} {unit} at {reading.at(k)}"
-    rows |= {
-        name: text for name, text in (("vibrates", _vibrates(result)), ("frequencies", _frequencies(result))) if text
-    }
+    if said := _shakes(reading):
+        name = next(iter(rows), "frame")
+        rows[name] = f"{rows[name]}; {said}" if rows else said
+    others = {"strength used": _used(result), "vibrates": _vibrates(result, reading.units)}
+    others["frequencies"] = _frequencies(result)
+    rows |= {name: text for name, text in others.items() if text}
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
     rows["effects"] = _effects(result)
     rows["damped by"] = damping_of(result.scene)
@@ -152,7 +159,30 @@ def _rest(reading: Reading, judged: list[Judgement]) -> Table:
     return table
 
 
-def _vibrates(result: Result) -> str:
+def _shakes(reading: Reading) -> str:
+    """Tell the largest force and moment on the frame."""
+    if "shaking_force" not in reading.data:
+        return ""
+    force = np.linalg.norm(reading.of("shaking_force", "component"), axis=-1)
+    said = []
+    for kind, curve in (("force", force), ("moment", reading.of("shaking_moment"))):
+        k = int(np.abs(curve).argmax())
+        said.append(
+            f"{short(reading.units.number(float(curve[k]), kind))} {reading.units.label(kind)} at {reading.at(k)}"
+        )
+    return f"on the frame {said[0]}, {said[1]}"
+
+
+def _used(result: Result) -> str:
+    """Say how far members use the strength of their materials, the most first."""
+    if "utilisation" not in result.data:
+        return ""
+    used = result.data["utilisation"].dropna("member")
+    order = np.argsort(-used.to_numpy(), kind="stable")[:MOST_USED]
+    return ", ".join(f"{used['member'].to_numpy()[i]} {share(float(used[int(i)]))}" for i in order)
+
+
+def _vibrates(result: Result, units: AnswerUnits) -> str:
     """Name the members that vibrate most, with frequency, mode and multiple of the drive."""
     data, said = result.data, []
     if "vibration_frequency" not in data:
@@ -162,7 +192,8 @@ def _vibrates(result: Result) -> str:
         rate, mode, order = (float(one[f"vibration_{name}"]) for name in ("frequency", "mode", "harmonic"))
         if not (math.isfinite(rate) and math.isfinite(mode) and math.isfinite(order)):
             continue
-        size = f"\N{PLUS-MINUS SIGN}{short(MICRO * float(one['vibration_amplitude']))} \N{MICRO SIGN}m/m"
+        size = short(units.number(float(one["vibration_amplitude"]), "strain"))
+        size = f"\N{PLUS-MINUS SIGN}{size} {units.label('strain')}"
         said.append(f"{one['member'].item()} {short(rate)} Hz, mode {mode:.0f}, {order:.0f} times the drive, {size}")
     return "; ".join(said)
 

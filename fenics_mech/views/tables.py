@@ -17,7 +17,9 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.scene import Scene
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import LineLoad
+from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
 
 if TYPE_CHECKING:
@@ -84,6 +86,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     if not scene.drives:
         turns = "Nothing drives it" + (", and it is free to move: " + "; ".join(reach.free) if reach.free else "") + "."
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
+    turns += f" Mobility {mobility(scene)} by Gruebler's count."
     lines += [_in_si(scene), *(Text(line) for line in _acting(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
@@ -195,17 +198,19 @@ def table_of(title: str, first: str, *others: str) -> Table:
     return table
 
 
-def drive_of(scene: Scene) -> str:
-    """Say how the scene is driven."""
+def drive_of(scene: Scene, units: AnswerUnits | None = None) -> str:
+    """Say how the scene is driven, in its units of speed or in others."""
+    units = units or scene.answer_units
     said = [
-        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else _speed(drive.speed))
+        f"joint {drive.joint} " + ("by a periodic law" if drive.speed is None else _speed(drive.speed, units))
         for drive in scene.drives
     ]
     return f"{', '.join(said)}; period {number(scene.period)} s" if said else "no drive"
 
 
-def _speed(speed: float) -> str:
-    return f"at {number(speed)} rad/s ({number(30 * speed / math.pi)} rpm)"
+def _speed(speed: float, units: AnswerUnits) -> str:
+    text = f"at {number(units.number(speed, 'speed'))} {units.label('speed')}"
+    return text if units.label("speed") == "rpm" else f"{text} ({number(30 * speed / math.pi)} rpm)"
 
 
 def number(value: float) -> str:

@@ -57,8 +57,12 @@ def folder(tmp_path_factory):
     return made
 
 
+EXTRAS = {"fatigue": "rainflow"}  # libraries that examples need beside those of every installation
+
+
 @pytest.mark.parametrize("name", [*(name for name in NAMES if name not in KINDS_OF_ERRORS), "Scene.changed"])
 def test_the_example_runs(name, folder, monkeypatch):
+    pytest.importorskip(EXTRAS.get(name, "numpy"))
     monkeypatch.chdir(folder)
     (example,) = doctest.DocTestFinder(recurse=False).find(attrgetter(name)(fm), name, globs={"fm": fm})
     found = doctest.DocTestRunner(verbose=False).run(example)

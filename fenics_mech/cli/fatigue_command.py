@@ -1,0 +1,28 @@
+"""`fenics-mech fatigue`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+
+
+def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), strict: Strict = False) -> None:
+    """Tell how long the members last by their stress-life curves: write fatigue.csv. SCENE may also be a result.nc."""
+    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+    from fenics_mech.recovery import Result  # noqa: PLC0415
+    from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
+    from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
+
+    if scene.suffix == ".nc":
+        result = Result.load(scene)
+    else:
+        loaded = loaded_scene(scene, strict)
+        with progress_bar(len(STEPS)) as step:
+            result = analyse(loaded, step)
+    found = damaged(result)
+    make_folder(folder)
+    written = write_fatigue(found, folder / "fatigue.csv")
+    out.print(fatigue_table(result, found))
+    tell_written([written], folder)

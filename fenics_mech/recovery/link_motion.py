@@ -1,0 +1,179 @@
+"""How links and points move: angles and rates of links, paths of points, instant centres, transmission angles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.beams.attachment import QUARTER, Attachment
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
+from fenics_mech.beams.element_matrices import Beams
+from fenics_mech.forces.bent_axes import by_shape_functions
+from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.loops import Loops
+from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics.transmission import transmission_angles
+from fenics_mech.mechanism.contact import travelled
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.observations import TracedPoint
+
+PARALLEL = 1e-9  # share of the fastest link's rate below which a link does not turn, and has no instant centre
+
+
+@dataclass(frozen=True)
+class TracedPlace:
+    """A point that is followed: its place on a link, and how it moves with the nodes.
+
+    Parameters
+    ----------
+    link
+        Name of its link.
+    place
+        Where it is on the link that does not bend, in the link's frame (m).
+    dofs
+        Nodal dofs that it moves with, ``(k,)``.
+    shift
+        Displacement in link axes by these dofs, ``(2, k)``.
+    """
+
+    link: str
+    place: tuple[float, float]
+    dofs: Index
+    shift: Array
+
+
+def link_motion(forces: Forces) -> xr.Dataset:
+    """Give the motion of the links and of points of them.
+
+    Parameters
+    ----------
+    forces
+        The forces of the motion, with its scene and its mechanism.
+
+    Returns
+    -------
+    xarray.Dataset
+        `link_omega`, `link_alpha` by `link`, and its `instant_centre`; `point_position`,
+        `point_velocity`, `point_acceleration` by `point` with links that do not bend, and with `_bent` behind them on
+        bent links: rates only where the coupling acts, without which the equation does not know them.
+        `transmission_angle` by `pair`, `slide_place` by `slide`. A mechanism at rest has no rates.
+    """
+    motion, scene = forces.system.motion, forces.scene
+    found = xr.Dataset(coords={"theta": motion.theta, "link": list(motion.links), "component": ["x", "y"]})
+    if motion.omega.any() or motion.velocity.any():
+        found["link_omega"] = (("theta", "link"), motion.omega)
+        found["link_alpha"] = (("theta", "link"), motion.alpha)
+        found["instant_centre"] = (("theta", "link", "component"), instant_centres(motion))
+    found = found.merge(_of_points(forces))
+    slides = dict(_slide_places(scene, motion))
+    if slides:
+        found["slide_place"] = (("theta", "slide"), np.stack(list(slides.values()), axis=1))
+        found = found.assign_coords(slide=list(slides))
+    loops = Loops.of(scene)
+    pairs = transmission_angles(loops, coordinates(motion.position, motion.angle)) if scene.drives else None
+    if pairs:
+        found["transmission_angle"] = (("theta", "pair"), np.stack(list(pairs.values()), axis=1))
+        found = found.assign_coords(pair=[f"{joint} ({', '.join(links)})" for joint, links in pairs])
+    return found
+
+
+def instant_centres(motion: Motion) -> Array:
+    """Points of the links that are at rest (m), ``(angles, links, 2)``; NaN where a link does not turn.
+
+    Parameters
+    ----------
+    motion
+        The rigid motion.
+    """
+    turns = np.abs(motion.omega) > PARALLEL * np.abs(motion.omega).max(initial=0.0)
+    rate = np.where(turns, motion.omega, np.nan)[..., None]
+    return motion.position + motion.velocity @ QUARTER.T / rate
+
+
+def _of_points(forces: Forces) -> xr.Dataset:
+    """Position, velocity and acceleration of all points, on links that do not bend and on bent ones."""
+    system, along = forces.system, ("theta", "point", "component")
+    motion, places = system.motion, dict(_traced(forces.scene, system.beams))
+    jets = [forces.displacement]
+    if forces.response.rotation is not None:
+        jets = list(forces.jets)
+    rigid, bent = [], []
+    for place in places.values():
+        still = motion.of_point(place.link, place.place)
+        rigid.append(still)
+        own = [v[:, place.dofs] @ place.shift.T for v in jets]
+        bent.append([a + b for a, b in zip(still, _carried(motion, place.link, own))])
+    found = xr.Dataset(coords={"point": list(places)})
+    names = ("position", "velocity", "acceleration")[: 3 if motion.omega.any() or motion.velocity.any() else 1]
+    for name, of_all in zip(names, zip(*rigid)):
+        found[f"point_{name}"] = (along, np.stack(of_all, axis=1))
+    for name, of_all in zip(names, zip(*bent)):
+        found[f"point_{name}_bent"] = (along, np.stack(of_all, axis=1))
+    return found
+
+
+def _carried(motion: Motion, link: str, own: list[Array]) -> list[Array]:
+    """Displacement in the fixed frame, its velocity and its acceleration, from those in the axes of a turning link."""
+    i = motion.links.index(link)
+    angle, omega, alpha = (array[:, i, None] for array in (motion.angle, motion.omega, motion.alpha))
+    c, s = np.cos(angle), np.sin(angle)
+    d, *rates = (c * vector + s * (vector @ QUARTER.T) for vector in own)
+    if not rates:
+        return [d]
+    first, second = rates
+    across = d @ QUARTER.T
+    return [
+        d,
+        first + omega * across,
+        second + 2 * omega * (first @ QUARTER.T) + alpha * across - omega**2 * d,  # (4.17), with the elastic motion
+    ]
+
+
+def _traced(scene: Scene, beams: Beams) -> Iterator[tuple[str, TracedPlace]]:
+    """Give all points of the links, and those that the scene adds, by name."""
+    for link, body in scene.links.items():
+        for point in body.points:
+            yield f"{link}.{point}", _traced_place(scene, beams, TracedPoint(at=f"{link}.{point}"))
+    for name, traced in scene.points.items():
+        yield name, _traced_place(scene, beams, traced)
+
+
+def _traced_place(scene: Scene, beams: Beams, point: TracedPoint) -> TracedPlace:
+    """Find where a point is, and how it moves with the nodes."""
+    link, (x, y) = scene.place(point.at)
+    if "@" in point.at:
+        dofs, moves = _along_member(beams, point.at)
+    else:
+        at = Attachment.of(scene.links, scene.joints, beams.mesh, point.at)
+        dofs, moves = at.dofs, np.vstack([at.shift, [0.0, 0.0, 1.0]])
+    offset = np.array(point.offset)
+    shift = moves[:2] + np.outer(QUARTER @ offset, moves[2])
+    return TracedPlace(link, (x + point.offset[0], y + point.offset[1]), dofs, shift)
+
+
+def _along_member(beams: Beams, at: str) -> tuple[Index, Array]:
+    """Dofs of the element at "member@0.3", and the displacement in link axes and slope by them, ``(3, 6)``."""
+    mesh, (label, s) = beams.mesh, at.split("@")
+    member = mesh.members.index(label)
+    cells, arc = np.flatnonzero(mesh.cell_member == member), float(s) * mesh.member_length[member]
+    cell = int(cells[max(0, int(np.searchsorted(mesh.cell_start[cells], arc, side="right")) - 1)])
+    xi = (arc - mesh.cell_start[cell]) / mesh.cell_length[cell]
+    hermite = member_rotation(mesh)[cell]
+    hermite = beams.layout.tie[cell] @ hermite if beams.layout.tied else hermite
+    u, w, slope = by_shape_functions(hermite.T[:, None], mesh.cell_length[[cell]], np.array([xi]))
+    c, sine = np.cos(mesh.member_angle[member]), np.sin(mesh.member_angle[member])
+    moves = np.stack([c * u - sine * w, sine * u + c * w, slope])[..., 0]
+    return element_dofs(mesh)[cell], moves
+
+
+def _slide_places(scene: Scene, motion: Motion) -> Iterator[tuple[str, Array]]:
+    """Distance of the pin of each slot and slide from its guide's point (m), ``(angles,)``."""
+    for name, joint in scene.joints.items():
+        if isinstance(joint, Slot | Prismatic):
+            (guide, _), (pin, _) = ends = [scene.point(point) for point in joint.connect]
+            yield name, travelled(motion, guide, pin, [at for _, at in ends], scene.guide_angle(joint), 1)[0]

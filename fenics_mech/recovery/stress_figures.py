@@ -1,0 +1,163 @@
+"""Figures of the stresses by which members are judged: range, mean and ratio, utilisation, and damage by fatigue."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import MechanismError, ResultError
+from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.signal import last_cycle
+from fenics_mech.recovery.strength import outer_materials
+from fenics_mech.scene import Scene
+from fenics_mech.scene.stress_life import StressLife
+
+HOUR = 3600.0  # seconds
+
+
+def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dataset:
+    """Give range, mean and ratio of the stresses at every place, and how far members use their strength.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        Its result, with the stress (Pa).
+    part
+        Positions that are one cycle; None where there is none.
+
+    Returns
+    -------
+    xarray.Dataset
+        `stress_range`, `stress_mean` (half of the largest and the least) and `stress_ratio` (the least over the
+        largest) of a cycle, by member, s and fibre; `utilisation` by member where a material states its strength.
+    """
+    found = xr.Dataset()
+    if part is not None:
+        cycle = data["stress"].isel(theta=part)
+        largest, least = cycle.max("theta"), cycle.min("theta")
+        found["stress_range"], found["stress_mean"] = largest - least, (largest + least) / 2
+        found["stress_ratio"] = least / largest.where(largest != 0)
+    shares = np.full(data.sizes["member"], np.nan)
+    for i, (member, allowed) in enumerate(_by_fibre(scene, "strength").items()):
+        stress = abs(data["stress"].sel(member=member))
+        used = [float(stress.sel(fibre=fibre).max()) / value for fibre, value in allowed.items() if value is not None]
+        shares[i] = max(used, default=np.nan)
+    if np.isfinite(shares).any():
+        found["utilisation"] = ("member", shares)
+    return found
+
+
+def _by_fibre(scene: Scene, what: str) -> dict[str, dict[str, Any]]:
+    """Give what the materials of the outer fibres state, by member and fibre; None where nothing."""
+    return {
+        label: {
+            fibre: None if material is None else getattr(scene.materials[material], what)
+            for fibre, material in outer_materials(member, scene.sections[member.section]).items()
+        }
+        for label, (_, member) in scene.members().items()
+    }
+
+
+def fatigue(result: Result) -> xr.Dataset:
+    """Give the damage by fatigue at every place of the members, by rainflow counting and Miner's rule.
+
+    A periodic motion is counted as one that goes on, from its largest stress on, so that every cycle closes. A motion
+    in time that does not repeat itself is counted once. Cycles are those of ASTM E1049.
+
+    Parameters
+    ----------
+    result
+        A result whose materials state `fatigue`, a stress-life curve.
+
+    Returns
+    -------
+    xarray.Dataset
+        `damage` of one cycle of the machine, or of the motion in time, by member, s and fibre: at 1 it breaks. By
+        member `life_cycles` and `life_hours` of its worst place, infinite where nothing is damaged.
+
+    Raises
+    ------
+    ResultError
+        When no material states a curve, or there is one position only.
+    MechanismError
+        When the library `rainflow` is not installed.
+
+    Examples
+    --------
+    >>> curve = fm.StressLife(range="40 MPa", slope=5)
+    >>> scene = fm.load("demos/four_bar.toml").changed({"materials.aluminium.fatigue": curve, "effects": ()})
+    >>> result = fm.analyse(scene.changed({"analysis.method": "quasi-static", "analysis.sub_intervals": 36}))
+    >>> float(fm.fatigue(result)["life_hours"].sel(member="coupler")) > 1000
+    True
+    """
+    scene, closer = result.scene, between_positions(result)
+    curves = _by_fibre(scene, "fatigue")
+    if not any(curve for fibres in curves.values() for curve in fibres.values()):
+        raise ResultError("no material states `fatigue`, its stress-life curve: fatigue = { range = ..., slope = ... }")
+    if result.data.sizes["theta"] < 2:
+        raise ResultError("a single position has no cycles of stress")
+    part = last_cycle(scene.analysis, scene.drives, result.data)
+    data = closer.data if part is not None and scene.analysis.method != "transient" else result.data
+    stress = data["stress"].transpose("member", "s", "fibre", "theta")
+    stress = stress if part is None or data is closer.data else stress.isel(theta=part)
+    damage = np.full(stress.shape[:3], np.nan)
+    for i, (label, fibres) in enumerate(curves.items()):
+        for f, fibre in enumerate(stress["fibre"].to_numpy()):
+            if (curve := fibres[str(fibre)]) is not None:
+                waves = stress.sel(member=label, fibre=fibre).to_numpy()
+                damage[i, :, f] = [_damage(wave, curve, part is not None) for wave in waves]
+    duration = scene.period if part is not None else float(np.ptp(result.data["time"]))
+    found = stress.isel(theta=0, drop=True).copy(data=damage).to_dataset(name="damage")
+    worst = found["damage"].max(("s", "fibre"))
+    found["life_cycles"] = xr.where(worst > 0, 1 / worst.where(worst > 0), np.inf).where(worst.notnull())
+    found["life_hours"] = found["life_cycles"] * duration / HOUR
+    for name, (unit, meaning) in MEANINGS.items():
+        found[name].attrs = {"units": unit, "long_name": meaning}
+    return found
+
+
+MEANINGS = {
+    "damage": ("1", "damage of one cycle of the machine, or of the motion in time; at 1 the place breaks"),
+    "life_cycles": ("1", "cycles of the machine until the worst place of the member breaks"),
+    "life_hours": ("h", "time until the worst place of the member breaks"),
+}
+
+
+def stress_cycles(stress: Array, repeats: bool) -> Array:
+    """Count the cycles of a stress by rainflow.
+
+    Parameters
+    ----------
+    stress
+        Stress (Pa) over time, ``(steps,)``.
+    repeats
+        Whether it goes on from its end at its start.
+
+    Returns
+    -------
+    numpy.ndarray
+        Range (Pa), mean (Pa) and count (1 or 0.5) of each cycle, ``(cycles, 3)``.
+    """
+    try:
+        from rainflow import extract_cycles  # noqa: PLC0415  (an extra that few need)
+    except ImportError as error:
+        advice = "pip install 'fenics_mech[fatigue]'"
+        raise MechanismError(f"counting cycles needs the library rainflow: {advice}") from error
+    if repeats:
+        start = int(stress.argmax())
+        stress = np.append(np.roll(stress, -start), stress[start])
+    cycles: Sequence[tuple[float, ...]] = [cycle[:3] for cycle in extract_cycles(stress.tolist())]
+    return np.array(cycles, dtype=float).reshape(-1, 3)
+
+
+def _damage(stress: Array, curve: StressLife, repeats: bool) -> float:
+    """Damage of all cycles of a stress, ``(steps,)``, by the rule of Palmgren and Miner."""
+    ranges, mean, count = stress_cycles(stress, repeats).T
+    return float(count @ curve.damage(ranges, mean))

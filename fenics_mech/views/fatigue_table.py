@@ -1,0 +1,66 @@
+"""A table of the damage by fatigue, for people, and one in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from rich.console import Group
+from rich.markup import escape
+from rich.text import Text
+
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.result import write_whole
+from fenics_mech.views.tables import number, table_of
+
+MEANING = "range, mean and ratio (least over largest stress) at the place of the largest damage"
+
+
+def fatigue_table(result: Result, found: xr.Dataset) -> Group:
+    """Tabulate the worst place of each member: its stresses, its damage, and how long it lasts.
+
+    Parameters
+    ----------
+    result
+        The result.
+    found
+        From `recovery.stress_figures.fatigue`.
+    """
+    units, cycle = result.scene.answer_units, "stress_range" in result.data
+    unit = units.label("stress")
+    stresses = [f"range\n({unit})", f"mean\n({unit})", "ratio"] if cycle else []
+    table = table_of(
+        "Damage by fatigue", "member", "s, side", *stresses, "damage of\na cycle", "life\n(cycles)", "hours"
+    )
+    damage = found["damage"].transpose("member", "s", "fibre").to_numpy()
+    for i, member in enumerate(found["member"].to_numpy()):
+        if np.isnan(damage[i]).all():
+            continue
+        j, f = np.unravel_index(int(np.nanargmax(damage[i])), damage[i].shape)
+        fibre = str(found["fibre"].to_numpy()[f])
+        cells = [f"{float(found['s'][j]):.3g}, {fibre}".replace("-", "\N{MINUS SIGN}")]
+        if cycle:
+            place = (
+                result.data[["stress_range", "stress_mean", "stress_ratio"]].sel(member=member, fibre=fibre).isel(s=j)
+            )
+            cells += [number(units.number(float(place[f"stress_{name}"]), "stress")) for name in ("range", "mean")]
+            cells += [f"{float(place['stress_ratio']):.2f}"]
+        lasts = [float(found[name].sel(member=member)) for name in ("life_cycles", "life_hours")]
+        words = ["without end" if np.isinf(value) else f"{value:.3g}" for value in lasts]
+        table.add_row(escape(str(member)), *cells, f"{damage[i, j, f]:.3g}", *words)
+    table.caption, table.caption_justify = MEANING, "left"
+    return Group(Text(result.scene.name, style="bold"), table)
+
+
+def write_fatigue(found: xr.Dataset, path: Path) -> Path:
+    """Write a CSV of the damage at every place.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    """
+    table = found["damage"].to_dataframe().dropna().reset_index()
+    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+    return path

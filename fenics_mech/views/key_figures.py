@@ -1,0 +1,105 @@
+"""The key figures of a result as plain data, for other programs to read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.views.force_summary import degrees, peak, values
+from fenics_mech.views.judgements import judgements, verdict
+
+ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
+FIGURES = ("solver", "elements", "dofs", "mobility", "power_balance_error", "energy_fluctuation", "speed_fluctuation")
+
+
+def key_figures(result: Result) -> dict[str, Any]:
+    """Give the numbers of a summary by name, in SI, with angles in degrees.
+
+    Parameters
+    ----------
+    result
+        The result.
+
+    Returns
+    -------
+    dict
+        Numbers, texts, lists and dictionaries only, so that `json.dumps` writes it. Not a number is None.
+
+    Examples
+    --------
+    >>> from fenics_mech.views.key_figures import key_figures
+    >>> sorted(key_figures(fm.Result.load("out/result.nc"))["members"])
+    ['coupler', 'crank', 'follower']
+    """
+    data, scene, closer = result.data, result.scene, between_positions(result)
+    judged = judgements(result)
+    level, sentence = verdict(judged)
+    found: dict[str, Any] = {
+        "scene": scene.name,
+        "method": str(scene.analysis.method),
+        "positions": data.sizes["theta"],
+        "verdict": {"level": level, "sentence": sentence},
+        "judgements": [{"level": one.level, "title": one.title, "text": one.text} for one in judged],
+        "warnings": list(result.warnings),
+        "members": _members(closer),
+        "joints": _joints(closer),
+    }
+    for name in ("input_torque", "shaking_force", "shaking_moment"):
+        if name in closer.data:
+            found[name] = _largest(closer, _size(closer, name))
+    if "frequency" in data:
+        frequency = values(result, "frequency", "theta", "mode")
+        found["frequencies"] = [
+            {"mode": mode, "lowest": float(curve.min()), "highest": float(curve.max())}
+            for mode, curve in enumerate(frequency.T, 1)
+        ]
+    attributes = {name: data.attrs[name] for name in (*FIGURES, *ESTIMATES) if name in data.attrs}
+    return _plain(found | attributes)
+
+
+def _members(result: Result) -> dict[str, Any]:
+    """Peaks of strain, stress and deflection of each member, with angle, place and side."""
+    s, fibres = result.data["s"].to_numpy(), result.data["fibre"].to_numpy()
+    found: dict[str, Any] = {}
+    bent = np.linalg.norm(values(result, "deflection", "member", "theta", "s", "component"), axis=-1)[..., None]
+    for i, member in enumerate(result.data["member"].to_numpy()):
+        curves = {name: values(result, name, "member", "theta", "s", "fibre")[i] for name in ("strain", "stress")}
+        peaks: dict[str, Any] = {}
+        for name, curve in (curves | {"deflection": bent[i]}).items():
+            k, j, f = peak(curve)
+            peaks[name] = {"value": float(curve[k, j, f]), "angle": float(degrees(result)[k]), "s": float(s[j])}
+            if name != "deflection":
+                peaks[name]["fibre"] = str(fibres[f])
+        found[str(member)] = peaks
+    return found
+
+
+def _joints(result: Result) -> dict[str, Any]:
+    forces = np.linalg.norm(values(result, "joint_force", "joint", "theta", "component"), axis=-1)
+    return {str(joint): _largest(result, curve) for joint, curve in zip(result.data["joint"].to_numpy(), forces)}
+
+
+def _size(result: Result, name: str) -> Array:
+    """Curve of a number, or of the size of a vector, ``(angles,)``."""
+    curve = result.data[name].transpose("theta", ...).to_numpy()
+    return np.linalg.norm(curve, axis=-1) if curve.ndim > 1 else curve
+
+
+def _largest(result: Result, curve: Array) -> dict[str, float]:
+    (k,) = peak(curve)
+    return {"value": float(curve[k]), "angle": float(degrees(result)[k])}
+
+
+def _plain(part: Any) -> Any:
+    """Make numbers of NumPy those of Python, and what is not finite None, which JSON has no word for."""
+    if isinstance(part, dict):
+        return {str(key): _plain(value) for key, value in part.items()}
+    if isinstance(part, list):
+        return [_plain(value) for value in part]
+    if isinstance(part, np.generic):
+        part = part.item()
+    return None if isinstance(part, float) and not np.isfinite(part) else part

@@ -1,0 +1,104 @@
+"""What `fenics-mech run` prints: units that are asked for, JSON, and nothing at all."""
+
+import json
+import re
+import sys
+
+import numpy as np
+import pytest
+
+from fenics_mech import Result, SceneError, cli, load
+from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.views.summary import summary
+from tests.common import DEMOS, analysed
+
+PSI, POUND, INCH = 6894.757293168361, 4.4482216152605, 0.0254
+
+
+@pytest.fixture
+def call(monkeypatch, capsys, tmp_path):
+    """Run a scene of few positions and give exit code, stdout and stderr."""
+    scene = tmp_path / "scene.toml"
+    text = (DEMOS / "four_bar.toml").read_text().replace('"periodic"', '"quasi-static"')
+    scene.write_text(
+        text.replace("sub_intervals = 360", "sub_intervals = 24").replace('effects = "auto" ', "effects = [] ")
+    )
+
+    def run(*arguments):
+        words = ["fenics-mech", "run", str(scene), "--no-plots", "-o", str(tmp_path / "out"), *arguments]
+        monkeypatch.setattr(sys, "argv", words)
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code
+        return code or 0, *capsys.readouterr()
+
+    return run
+
+
+def row(text, name):
+    return next(line.split() for line in text.splitlines() if line.split()[:1] == [name])
+
+
+def test_units_that_are_asked_for_are_those_of_all_numbers(call, tmp_path):
+    code, usual, _ = call("--details")
+    assert code == 0
+    code, found, _ = call("--details", "--units", "in, psi, lbf, lbf in, rpm")
+    assert code == 0
+    for column, factor in ((2, 1e6 / PSI), (6, 1e-3 / INCH)):
+        one, other = (float(row(text, "coupler")[column]) for text in (usual, found))
+        assert other == pytest.approx(factor * one, rel=2e-3)
+    assert float(row(found, "A")[1]) == pytest.approx(float(row(usual, "A")[1]) / POUND, rel=2e-3)
+    assert row(found, "A")[2] == "lbf"
+    assert "at 308.4 rpm;" in found
+    short = call("--units", "in, psi, lbf, lbf in, rpm")[1]
+    assert "drive O at 308 rpm, one turn" in short
+    assert "force, lbf" in short
+    peak = float(re.search(r"Peak stress (\S+) psi", short)[1])
+    shaking = next(line for line in found.splitlines() if "shaking moment" in line)
+    data = Result.load(tmp_path / "out" / "result.nc").data
+    assert "lbf in" in shaking
+    assert peak == pytest.approx(float(np.abs(data["stress"]).max()) / PSI, rel=0.02)  # the same
+    assert re.search(r"on the frame \S+ lbf at \S+, \S+ lbf in at", " ".join(short.split()))
+    largest = np.abs(data["shaking_moment"]).max() / (POUND * INCH)
+    assert abs(float(shaking.split()[2])) == pytest.approx(float(largest), rel=0.02)  # between positions it is larger
+
+
+def test_units_of_the_scene_hold_unless_others_are_asked_for():
+    result = analysed(seed_four_bar(units=("in", "%"), analysis={"method": "quasi-static", "sub_intervals": 24}))
+    text = str(summary(result))
+    assert re.search(r"MPa +% .* in ", text)
+    assert re.search(r"MPa +\N{MICRO SIGN}m/m .* mm ", str(summary(result, units=AnswerUnits())))
+
+
+@pytest.mark.parametrize("name", ["kg", "5 mm", "", "x" * 500, "parsec*"])
+def test_what_is_no_unit_of_an_answer_is_named(name):
+    with pytest.raises(SceneError, match=r"units: .* is not the unit of a printed answer"):
+        seed_four_bar(units=(name,))
+    with pytest.raises(SceneError, match="too many"):
+        seed_four_bar(units=("mm",) * 21)
+
+
+def test_json_is_what_the_result_holds(call, tmp_path):
+    code, text, _ = call("--json")
+    assert code == 0
+    found, data = json.loads(text), Result.load(tmp_path / "out" / "result.nc").data
+    assert found["files"] == [str(tmp_path / "out" / name) for name in ("result.nc", "report.html")]
+    strain = data["strain"].sel(member="coupler").to_numpy()
+    peak = found["members"]["coupler"]["strain"]
+    assert abs(peak["value"]) == pytest.approx(np.abs(strain).max(), rel=0.02)  # between positions it is larger
+    assert found["joints"]["A"]["value"] == pytest.approx(
+        float(np.linalg.norm(data["joint_force"].sel(joint="A"), axis=-1).max()), rel=0.02
+    )
+    assert found["mobility"] == 1
+    assert found["verdict"]["level"] in ("good", "note", "warn", "bad")
+
+
+def test_quiet_run_prints_nothing(call, tmp_path):
+    assert call("--quiet") == (0, "", "")
+    assert load(DEMOS / "four_bar.toml").name == Result.load(tmp_path / "out" / "result.nc").scene.name
+    code, out, err = call("--json", "--quiet")
+    assert (code, out) == (1, "")
+    assert "leave --quiet, --units and --details out" in err

@@ -1,0 +1,117 @@
+"""Range, mean and utilisation of stresses, rainflow counting by the standard's example, damage by closed forms."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fenics_mech import MechanismError, ResultError, StressLife, fatigue
+from fenics_mech.cli import app
+from fenics_mech.errors import percent
+from fenics_mech.recovery.stress_figures import stress_cycles
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.views.summary import summary
+from tests.common import analysed, response_of
+from tests.recovery.test_momentum import arm
+
+CURVE = {"range": 40e6, "cycles": 2e6, "slope": 5.0}
+STEEL = {"modulus": 206e9, "density": 7850.0}
+TURNING = {"drive": {"joint": "O", "speed": 40.0}, "analysis": {"method": "quasi-static", "sub_intervals": 360}}
+
+
+def turning_arm(**material):
+    """An arm that turns under its weight: its moment is the cosine of its angle, its axial force has a mean."""
+    return arm(materials={"steel": STEEL | material}, gravity=(0.0, -9.81), **TURNING)
+
+
+def test_range_and_mean_of_a_turning_arm():
+    data = response_of(turning_arm(strength=50e6)).data
+    line, length, mass, height = 7850 * 1e-4, 0.5, 0.05, 0.005
+    modulus = 0.02 * height**2 / 6
+    moment = 9.81 * (line * length**2 / 2 + mass * length)
+    pull = 40**2 * (line * length**2 / 2 + mass * length)
+    weight = 9.81 * (line * length + mass)
+    # stress of the upper fibre at the bearing: centrifugal force, less weight sin, and bending by weight cos
+    swing = np.hypot(moment / modulus, weight / 1e-4)
+    root = data.sel(member="arm", s=0.0, fibre="+")
+    assert float(root["stress_range"]) == pytest.approx(2 * swing, rel=1e-3)
+    assert float(root["stress_mean"]) == pytest.approx(pull / 1e-4, rel=1e-3)
+    least, largest = pull / 1e-4 - swing, pull / 1e-4 + swing
+    assert float(root["stress_ratio"]) == pytest.approx(least / largest, rel=5e-3)
+    assert float(data["utilisation"].sel(member="arm")) == pytest.approx(largest / 50e6, rel=1e-3)
+
+
+def test_summary_tells_the_utilisation_of_what_has_a_strength():
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24})
+    assert "utilisation" not in response_of(scene).data
+    material = next(iter(scene.materials))
+    result = analysed(scene.changed({f"materials.{material}.strength": "80 MPa"}))
+    largest = np.abs(result.data["stress"]).max(("theta", "s", "fibre")) / 80e6
+    assert result.data["utilisation"].to_numpy() == pytest.approx(largest.to_numpy())
+    first = str(largest["member"][int(largest.to_numpy().argmax())].item())
+    assert f"strength of the material: {first}" in str(summary(result, details=True)).replace("\n", " ")
+    assert f"strength used  {first} {percent(float(largest.max()))}" in str(summary(result))
+
+
+def test_rainflow_of_the_standards_example():
+    pytest.importorskip("rainflow")
+    stress = np.array([-2.0, 1, -3, 5, -1, 3, -4, 4, -2])  # ASTM E1049, figure 6
+    found = sorted(map(tuple, stress_cycles(stress, repeats=False)[:, ::2]))
+    assert found == [(3, 0.5), (4, 0.5), (4, 1.0), (6, 0.5), (8, 0.5), (8, 0.5), (9, 0.5)]
+
+
+def test_every_cycle_of_a_motion_that_goes_on_closes():
+    pytest.importorskip("rainflow")
+    theta = 2 * np.pi * np.arange(360) / 360
+    ranges, mean, count = stress_cycles(7 + 10 * np.cos(theta + 1) + 3 * np.cos(9 * theta), repeats=True).T
+    assert count.sum() == pytest.approx(9)
+    assert ranges.max() == pytest.approx(np.ptp(7 + 10 * np.cos(theta + 1) + 3 * np.cos(9 * theta)))
+    assert (mean > -3).all()
+
+
+def test_damage_of_one_swing_is_that_of_its_range():
+    pytest.importorskip("rainflow")
+    result = response_of(turning_arm(fatigue=CURVE))
+    found = fatigue(result)
+    ranges = result.data["stress_range"].transpose("member", "s", "fibre")
+    expected = (ranges / 40e6) ** 5 / 2e6
+    damage = found["damage"].transpose("member", "s", "fibre")
+    assert damage.to_numpy() == pytest.approx(expected.to_numpy(), rel=1e-6)
+    worst = float(expected.max())
+    assert float(found["life_cycles"][0]) == pytest.approx(1 / worst)
+    assert float(found["life_hours"][0]) == pytest.approx(2 * np.pi / 40 / worst / 3600)
+
+
+def test_limit_and_mean_stress_count():
+    curve = StressLife(**CURVE)
+    assert StressLife(**CURVE | {"limit": 50e6}).damage(49e6, 0) == 0
+    goodman = StressLife(**CURVE | {"ultimate": 400e6})
+    assert goodman.damage(30e6, 100e6) == pytest.approx(float(curve.damage(40e6, 0)))  # 30/(1 - 1/4) MPa
+    assert goodman.damage(30e6, -100e6) == pytest.approx(float(curve.damage(30e6, 0)))
+    assert np.isinf(goodman.damage(30e6, 400e6))
+
+
+def test_fatigue_needs_a_curve_and_more_than_one_position():
+    with pytest.raises(ResultError, match="no material states `fatigue`"):
+        fatigue(response_of(turning_arm()))
+    static = arm(
+        materials={"steel": STEEL | {"fatigue": CURVE}}, drive=(), gravity=(0, -9.81), analysis={"method": "static"},
+        joints={"O": {"kind": "weld", "connect": ("ground.O", "arm.O")}},
+    )  # fmt: skip
+    with pytest.raises(ResultError, match="single position"):
+        fatigue(response_of(static))
+
+
+def test_library_that_is_not_there_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "rainflow", None)
+    with pytest.raises(MechanismError, match=r"pip install 'fenics_mech\[fatigue\]'"):
+        stress_cycles(np.array([0.0, 1.0, 0.0]), repeats=True)
+
+
+def test_command_prints_how_long_members_last(tmp_path):
+    pytest.importorskip("rainflow")
+    response_of(turning_arm(fatigue=CURVE)).save(tmp_path / "result.nc")
+    words = ["fatigue", str(tmp_path / "result.nc"), "-o", str(tmp_path / "out")]
+    done = CliRunner().invoke(app, words, env={"COLUMNS": "80"})
+    assert done.exit_code == 0, done.output
+    assert "Damage by fatigue" in done.output
+    assert len((tmp_path / "out" / "fatigue.csv").read_text().splitlines()) == 1 + 2 * 21

@@ -1,0 +1,128 @@
+"""Comparisons: known shifts and differences come out, and what cannot be compared is said."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fenics_mech.cli import app
+from fenics_mech.errors import MechanismError, ResultError
+from fenics_mech.recovery import Result
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.studies.compare import Quantity, compare, curves_of_measurement, curves_of_result
+from tests.common import response_of
+
+PLACE = Quantity("strain", "coupler", 0.3, "-")
+
+
+@pytest.fixture(scope="module")
+def result():
+    return response_of(seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 180}))
+
+
+@pytest.fixture(scope="module")
+def source(result):
+    return curves_of_result(result, "computed")
+
+
+def test_a_result_does_not_differ_from_itself(source):
+    data = compare([source, source])
+    assert list(data["quantity"].to_numpy())[:4] == [
+        "strain crank",
+        "strain coupler",
+        "strain follower",
+        "deflection crank",
+    ]
+    for name in ("difference", "rms", "shift"):
+        assert np.abs(data[name]).max() == pytest.approx(0, abs=1e-15)
+
+
+def late(result, angle, factor=1.0):
+    """Strains at few angles that come later by an angle than those of the coupler at 0.3, lower side."""
+    theta, strain = result.data["theta"].to_numpy(), result.strain_at("coupler", 0.3, "-")
+    measured = np.radians(np.arange(4, 360, 12.0))
+    return measured, factor * np.interp(measured - angle, theta, strain, period=2 * np.pi)
+
+
+@pytest.mark.parametrize("degrees", [-40.0, 7.3])
+def test_shift_of_a_measurement_comes_out(result, source, degrees):
+    gauge = curves_of_measurement(*late(result, np.radians(degrees)), PLACE, "gauge")
+    data = compare([source, gauge]).sel(other="gauge", quantity="strain coupler s=0.3 -")
+    assert np.degrees(float(data["shift"])) == pytest.approx(degrees, abs=0.05)
+    assert float(data["rms_shifted"]) < 0.01 * float(data["rms"])
+
+
+def test_scale_of_a_measurement_is_a_difference_without_a_shift(result, source):
+    gauge = curves_of_measurement(*late(result, 0.0, 1.2), PLACE, "gauge")
+    data = compare([source, gauge]).sel(other="gauge", quantity=PLACE.label)
+    curve = gauge.curve(PLACE)[1] / 1.2
+    assert float(data["rms"]) == pytest.approx(0.2 * np.sqrt(np.mean(curve**2)), rel=1e-3)
+    assert float(data["difference"]) == pytest.approx(0.2 * curve[np.abs(curve).argmax()], rel=1e-3)
+    assert np.degrees(float(data["shift"])) == pytest.approx(0.0, abs=0.2)
+
+
+def test_what_has_no_cycle_is_refused():
+    static = response_of(seed_four_bar(analysis={"method": "static"}))
+    with pytest.raises(ResultError, match="static or not periodic"):
+        curves_of_result(static, "held")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, result):
+    place = tmp_path_factory.mktemp("compare")
+    result.save(place / "a.nc")
+    faster = result.data.copy(deep=True)
+    faster["strain"] = 1.5 * faster["strain"]
+    Result(faster).save(place / "b.nc")
+    theta, strain = late(result, 0.1)
+    lines = "".join(f"{np.degrees(a):.6f},{e:.6e}\n" for a, e in zip(theta, strain))
+    (place / "gauge.csv").write_text(f"angle,strain\n{lines}")
+    return place
+
+
+def run(*words):
+    done = CliRunner().invoke(app, ["compare", *map(str, words)], env={"COLUMNS": "80"})
+    if isinstance(done.exception, MechanismError):
+        return f"error: {done.exception}"
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_command_writes_table_and_plots(folder):
+    out = folder / "out"
+    gauge = ("--member", "coupler", "--s", "0.3", "--fibre", "-")
+    text = run(folder / "a.nc", folder / "b.nc", folder / "gauge.csv", *gauge, "-o", out)
+    assert "b against a" in text
+    assert "measured (gauge) against a" in text
+    assert max(map(len, text.splitlines()[:-1])) <= 80
+    assert {path.name for path in out.iterdir()} >= {"compare.csv", "compare_strain.png", "compare_joint_force.png"}
+    lines = (out / "compare.csv").read_text().splitlines()
+    row = next(line for line in lines if line.startswith("b,strain crank"))
+    names = dict(zip(lines[0].split(","), row.split(",")))
+    assert float(names["peak"]) == pytest.approx(1.5 * float(names["peak_reference"]))
+    forces = next(line for line in lines if line.startswith("b,joint force O"))
+    assert float(dict(zip(lines[0].split(","), forces.split(",")))["rms"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["gauge.csv", "a.nc"], "the reference, which stands first"),
+        (["a.nc"], "nothing to compare with"),
+        (["a.nc", "gauge.csv"], "add --member"),
+        (["a.nc", "gauge.csv", "--member", "rod"], "no member 'rod'; it has crank, coupler, follower"),
+        (["a.nc", "b.txt"], "compared are results"),
+        (["a.nc", "b.nc", "--fibre", "x"], "--fibre is"),
+    ],
+)
+def test_command_says_what_it_cannot_compare(folder, words, message):
+    files = [folder / word if "." in word else word for word in words]
+    assert message in run(*files, "-o", folder / "none")
+    assert not (folder / "none").exists()
+
+
+def test_scene_says_where_a_measurement_was_taken(folder, result):
+    scene = result.scene.changed(
+        measurements=({"file": str(folder / "gauge.csv"), "member": "coupler", "s": 0.3, "fibre": "-"},)
+    )
+    Result(result.data.assign_attrs(scene=scene.model_dump_json())).save(folder / "with.nc")
+    assert "strain coupler s=0.3" in run(folder / "with.nc", "-o", folder / "with")
