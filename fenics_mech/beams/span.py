@@ -9,11 +9,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._petsc import configured, name_of, to_petsc
+from fenics_mech._petsc import PETSc, SLEPc, configured, name_of, to_petsc
 from fenics_mech.beams.chain import Chain
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams

@@ -1,9 +1,8 @@
 """The table [petsc]: options of PETSc that run code or write files are none of a scene's."""
 
 import pytest
-from petsc4py import PETSc
-from slepc4py import SLEPc
 
+from fenics_mech._petsc import PETSc, SLEPc
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import parse, schema
 from fenics_mech.scene.solver_options import OPTIONS, OneOf

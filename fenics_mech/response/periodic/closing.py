@@ -16,11 +16,10 @@ from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import name_of
+from fenics_mech._petsc import PETSc, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic
 from fenics_mech.response.periodic.krylov import krylov

@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, times
-from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
+from fenics_mech._petsc import DIRECT, PETSc, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
 ITERATIVE = {"ksp_rtol": 1e-12, "ksp_max_it": 1000, "ksp_gmres_restart": 200}

@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import PETSc, SLEPc, configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.krylov import products

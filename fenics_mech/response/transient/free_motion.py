@@ -9,11 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import PETSc, configured, name_of
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
