@@ -105,7 +105,7 @@ class Span:
 
     def carried(self) -> Array:
         """Displacements of the inner dofs by those of the ends, in link axes, ``(inner dofs, 6)``."""
-        moved = self.chain.carried(np.kron(np.eye(2), self.rotation).T)[0]
+        moved = self.chain.carried(np.kron(np.eye(2), self.rotation).T.astype(np.float64))[0]
         return (moved @ self.rotation).reshape(6, -1).T
 
     @property

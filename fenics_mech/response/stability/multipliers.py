@@ -88,8 +88,8 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
         return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
     space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]
     left, right = carried(space, damped), carried(carried(space, flow), damped)
-    values, parts = np.linalg.eig(np.linalg.lstsq(left, right, rcond=None)[0])
-    return values.astype(complex), (space @ parts).T.astype(complex) / unit
+    values, parts = (part.astype(np.complex128) for part in np.linalg.eig(np.linalg.lstsq(left, right, rcond=None)[0]))
+    return values, (space.astype(np.complex128) @ parts).T / unit
 
 
 def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Eigenpairs:

@@ -192,7 +192,7 @@ def course_of(scene: Scene, state: FreeState, start: StartState, rougher: float 
     analysis = scene.analysis
     cycles = analysis.cycles if scene.drives else 1
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange(cycles * analysis.sub_intervals + 1)
+    times = step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
     tolerance = min(rougher * analysis.time_tolerance, 0.5)
     record = _Record(times, start, state, weight)
