@@ -35,6 +35,7 @@ if PETSc.ScalarType is not PETSc.RealType:
 __all__ = ["DIRECT", "MPI", "SMALLEST_PIVOT", "PETSc", "SLEPc", "configured", "name_of", "to_petsc", "to_scipy"]
 
 SMALLEST_PIVOT = 1e-290  # PETSc's own, 2e-14, is not free of units: the stiffness of a machine in micrometres is less
+LATER = {"ts_dt": "ts_time_step"}  # names of options that PETSc has given new ones: each release reads the one it knows
 MEANINGS = {  # of PETSc's error codes, which stay when releases change: include/petscerror.h
     55: "out of memory",
     56: "the method does not support this matrix or problem",
@@ -89,6 +90,7 @@ def configured(
     base = PETSc.Options()
     options = {prefix + key: value for key, value in defaults.items()}
     options |= {key: value for key, value in asked.items() if key.startswith(prefix)}
+    options |= {prefix + new: options[prefix + old] for old, new in LATER.items() if prefix + old in options}
     ours = {key: value for key, value in options.items() if not base.hasName(key)}
     for key, value in ours.items():
         base.setValue(key, value)
@@ -96,6 +98,9 @@ def configured(
         solver.setFromOptions()
         yield solver
     except (PETSc.Error, SystemError) as error:
+        if (own := _raised_by_ours(error)) is not None:
+            clear_frames(own.__traceback__)
+            raise own from None
         code = code_of(error)
         asked_for = ", ".join(f"{key} = {value}" for key, value in ours.items() if key in asked)
         raise SolverError(
@@ -123,6 +128,14 @@ def code_of(error: BaseException) -> int:
     if not isinstance(found, PETSc.Error):
         raise error
     return int(found.ierr)
+
+
+def _raised_by_ours(error: BaseException) -> BaseException | None:
+    """Give what our code raised when PETSc called it, which petsc4py 3.22 and later make the cause of its own error."""
+    cause = error.__cause__
+    while isinstance(cause, PETSc.Error | SystemError):
+        cause = cause.__cause__
+    return cause
 
 
 def _reason(solver: Any) -> str:
