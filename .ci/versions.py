@@ -1,4 +1,4 @@
-"""Print the versions that the matrix shows, and the largest strain of a result: they show what a system computes with."""
+"""Print the versions that the matrix shows, and the largest strain of a result, with which a system shows its digits."""
 
 import platform
 import sys

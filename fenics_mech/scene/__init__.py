@@ -19,6 +19,7 @@ from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedo
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Measurement, Scene
+from fenics_mech.scene.plugged import add_sections
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
@@ -99,3 +100,5 @@ __all__ = [
     "slider_crank",
     "stated_tolerance",
 ]
+
+add_sections(Scene)  # those of other packages, which import this room

@@ -22,6 +22,7 @@ from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
+from fenics_mech.scene.plugged import Tables
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
@@ -116,6 +117,8 @@ class Scene(Part):
         Measured strains to be drawn beside the computed ones.
     petsc
         Options of PETSc and SLEPc.
+    plugins
+        Keys of effects of other packages: a table by the name of the effect.
 
     Examples
     --------
@@ -154,6 +157,7 @@ class Scene(Part):
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
     petsc: SolverOptions = Field(default_factory=dict)
+    plugins: Annotated[dict[str, Any], Tables()] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
