@@ -80,9 +80,7 @@ OF_LINKS = ("materials", "sections", "ground", "links", "joints", "masses", "mes
 
 
 class Scene(Part):
-    """A planar linkage, how it is driven and how it is to be analysed.
-
-    Quantities are numbers in SI or texts with a unit. A scene file has the same keys.
+    """A planar linkage, how it is driven and how it is to be analysed. A scene file has the same keys.
 
     Parameters
     ----------
@@ -118,7 +116,7 @@ class Scene(Part):
     petsc
         Options of PETSc and SLEPc.
     plugins
-        Keys of effects of other packages: a table by the name of the effect.
+        Keys of effects of other packages, by their names.
 
     Examples
     --------
@@ -143,7 +141,7 @@ class Scene(Part):
     links: Annotated[dict[Name, Link], Field(min_length=1, max_length=SCENE.most_links)]
     joints: dict[Name, Joint] = Field(default_factory=dict)
     masses: dict[Name, PointMass] = Field(default_factory=dict)
-    gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)  # along X and Y (m/s^2)
+    gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)
     loads: dict[Name, AnyLoad] = Field(default_factory=dict)
     impulses: dict[Name, Impulse] = Field(default_factory=dict)
     springs: dict[Name, Spring] = Field(default_factory=dict)
