@@ -16,6 +16,7 @@ from fenics_mech.cli.animate_command import animate
 from fenics_mech.cli.check_command import check
 from fenics_mech.cli.cost_command import cost
 from fenics_mech.cli.effects_command import effects
+from fenics_mech.cli.export_command import export
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
@@ -44,7 +45,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
     return started
 
 
-for _command in (run, modes, check, effects, sweep, follow, cost, scaling, animate, mesh, schema):
+for _command in (run, modes, check, effects, sweep, follow, cost, scaling, animate, mesh, export, schema):
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))
 
 
