@@ -1,4 +1,4 @@
-"""Print the versions that the matrix shows, and the largest strain of a result, with which a system shows its digits."""
+"""Print the versions that the matrix shows, and the largest strain of a result, whose digits show what it computes."""
 
 import platform
 import sys

@@ -48,6 +48,7 @@ NOT_RUN = {  # shown commands, and why no test of the documents runs them
     ".venv/bin/python -m pytest -n auto --dist loadfile": TESTS,
     "conda install -c conda-forge fenics-dolfinx slepc4py h5py": INSTALLS,
     "pip install .": INSTALLS,
+    "pip install '.[solver]'": INSTALLS,
 }
 
 
