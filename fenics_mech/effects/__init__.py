@@ -60,7 +60,7 @@ def _plugged(plugin: Plugin, taken: bool) -> Effect:
     effect: Effect = plugin.load(Effect)
     if taken or effect.name != plugin.name:
         raise plugin.refused(f"must have that name in its record too, found {effect.name!r}, and one not yet taken")
-    values = {f.name: getattr(effect, f.name) for f in fields(effect) if f.name != "table"}
+    values = {f.name: getattr(effect, f.name) for f in fields(effect)}
     called: dict[str, Any] = {name: plugin.blamed(work) for name, work in values.items() if callable(work)}
     return replace(effect, **called)
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fenics_mech.effects.terms import Situation, Terms
 from fenics_mech.scene import Scene
-from fenics_mech.scene.base import Part
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
@@ -96,8 +95,6 @@ class Effect:
         Whether elements cannot carry loads inside them: each load has a node.
     solver
         The one periodic solver that knows it; empty where several do.
-    table
-        The class of its own keys in a scene, ``[plugins.NAME]``, where it comes from another package and has some.
     """
 
     name: str
@@ -120,7 +117,6 @@ class Effect:
     nonlinear: bool = False
     loads_at_nodes: bool = False
     solver: str = ""
-    table: type[Part] | None = None
 
 
 @dataclass(frozen=True)

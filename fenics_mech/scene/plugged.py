@@ -52,25 +52,21 @@ def add_sections(scene: type[Part]) -> None:
 
 
 class Tables:
-    """The type of ``plugins`` in a scene: a table for each effect of another package that has keys of its own."""
+    """The type of ``plugins`` in a scene: tables that other packages read, by name."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Read the tables by the classes of the effects."""
+        """Read the tables by their classes."""
         return core_schema.no_info_plain_validator_function(_read)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Describe the tables of the effects that are installed."""
+        """Describe the tables of the packages that are installed."""
         tables = {name: handler(table.__pydantic_core_schema__) for name, table in _tables().items()}
         return {"type": "object", "properties": tables, "additionalProperties": False}
 
 
 def _tables() -> dict[str, type[Part]]:
-    """Give the classes of the tables, by the names of their effects."""
-    if not plugins("effects"):
-        return {}
-    from fenics_mech.effects import EFFECTS  # noqa: PLC0415  (it imports this room)
-
-    return {name: effect.table for name, effect in EFFECTS.items() if effect.table is not None}
+    """Give the classes of the tables, by name."""
+    return {plugin.name: plugin.load(Part) for plugin in plugins("tables")}
 
 
 def _read(data: Any) -> dict[str, Part]:

@@ -4,20 +4,6 @@ import numpy as np
 
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.terms import Situation, Terms
-from fenics_mech.scene.base import Part
-from fenics_mech.scene.units import AngularSpeed
-
-
-class Turntable(Part):
-    """Keys of ``[plugins.turntable]``.
-
-    Parameters
-    ----------
-    speed
-        Speed of the turntable (rad/s).
-    """
-
-    speed: AngularSpeed
 
 
 def terms(situation: Situation) -> Terms:
@@ -39,5 +25,4 @@ EFFECT = Effect(
     stated=lambda scene: "turntable" in scene.plugins,
     stated_by="[plugins.turntable]",
     without={"plugins.turntable": None},
-    table=Turntable,
 )
