@@ -72,7 +72,8 @@ def test_schema_lists_the_options():
     table = schema()["properties"]["petsc"]
     assert table["properties"].keys() == OPTIONS.keys()
     assert table["additionalProperties"] is False
-    assert table["properties"]["static_pc_type"] == {"enum": ["lu", "cholesky"]}
+    assert table["properties"]["static_pc_type"]["enum"] == ["lu", "cholesky"]
+    assert "for static answers" in table["properties"]["static_pc_type"]["description"]
 
 
 def test_options_of_a_scene_are_given_as_they_are(demo_text):
