@@ -1,15 +1,28 @@
 # make run: analyse the seed four-bar into out/.   make test: run the fast tests.   make test-all: run all tests.
 # make docs: build the documents.   All install what is missing first.
+# make matrix: build every supported system anew, and run the fast tests on each.
 SHELL := /bin/bash
 # The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
 SYSTEM_PYTHON ?= /usr/bin/python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+# What gmsh's wheel and the solver need, and what VTK needs to draw without a screen.
 APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv \
-       libegl1 libgl1 libgl1-mesa-dri libglu1-mesa libxcursor1 libxft2 libxinerama1
+       libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1
+APT_VIEWS := libegl1 libgl1-mesa-dri
+# Where dolfinx comes from: Debian's packages, or where there are none of 0.5 or later, wheels for Python 3.12 or later.
+STACK ?= $(shell { grep -qx ID=debian /etc/os-release || \
+    apt-cache show python3-dolfinx 2>/dev/null | grep -qE '^Version: 1:0\.([5-9]|1[0-9])'; } && echo debian || echo wheels)
+WHEELS_PYTHON ?= $(shell for p in python3.14 python3.13 python3.12 python3; do \
+    $$p -c 'import sys, venv; raise SystemExit(sys.version_info < (3, 12))' 2>/dev/null && echo $$p && break; done)
 PYTHON := .venv/bin/python
+apt-missing = missing=$$(for p in $(1); do dpkg -s $$p >/dev/null 2>&1 || echo $$p; done); \
+	if [ -n "$$missing" ]; then \
+	    $(SUDO) apt-get update && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	        apt-get install -y --no-install-recommends $$missing; \
+	fi
 
-.PHONY: run test test-all lint docs install clean
-run: install
+.PHONY: run test test-all lint docs install clean matrix
+run: .venv/solver
 	$(PYTHON) -m fenics_mech run demos/four_bar.toml -o out
 
 # One process a core: the tests of a file share what they analyse.
@@ -33,16 +46,29 @@ docs: .venv/documented
 
 install: .venv/installed
 
-.venv/installed: pyproject.toml Makefile
-	@missing=$$(for p in $(APT); do dpkg -s $$p >/dev/null 2>&1 || echo $$p; done); \
-	if [ -n "$$missing" ]; then \
-	    $(SUDO) apt-get update && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
-	        apt-get install -y --no-install-recommends $$missing; \
-	fi
+.venv/solver: pyproject.toml Makefile
+ifeq ($(STACK),debian)
+	@$(call apt-missing,$(APT))
 	$(SYSTEM_PYTHON) -m venv --clear --system-site-packages .venv
-	$(PYTHON) -m pip install --quiet --editable '.[test]'
-	$(PYTHON) -c 'import dolfinx, gmsh, slepc4py, vtk'
+	$(PYTHON) -m pip install --quiet --editable .
+else
+	@[ -n "$(WHEELS_PYTHON)" ] || { echo 'Neither Debian packages of dolfinx nor Python 3.12 or later are here.'; exit 1; }
+	$(WHEELS_PYTHON) -m venv --clear .venv
+	$(PYTHON) -m pip install --quiet --editable '.[solver]'
+endif
+	$(PYTHON) -c 'import gmsh, fenics_mech._fenicsx'
 	touch $@
+
+.venv/installed: .venv/solver
+ifeq ($(STACK),debian)
+	@$(call apt-missing,$(APT_VIEWS))
+endif
+	$(PYTHON) -m pip install --quiet --editable '.[test]'
+	$(PYTHON) -c 'import vtk'
+	touch $@
+
+matrix:
+	.ci/matrix
 
 clean:
 	rm -rf .venv out docs/_build docs/reference/generated

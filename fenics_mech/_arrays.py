@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Numbers = TypeVar("Numbers", NDArray[np.float64], NDArray[np.complex128])
 
 
 def times(matrices: Array, vectors: Array) -> Array:
@@ -21,12 +22,17 @@ def times(matrices: Array, vectors: Array) -> Array:
     return (matrices @ vectors[..., None])[..., 0]
 
 
+def solved(matrices: Array, vectors: Array) -> Array:
+    """Solve with one matrix for one vector at each place of the leading axes: ``(..., i, j)`` and ``(..., i)``."""
+    return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0], dtype=np.float64)
+
+
 def each(matrices: Array, vectors: Array) -> Array:
     """One matrix per element times its vector at each angle: ``(elements, i, j)`` by ``(angles, elements, j)``."""
     return np.einsum("eij,tej->tei", matrices, vectors)
 
 
-def summed(values: Array, place: Index, size: int) -> Array:
+def summed(values: Numbers, place: Index, size: int) -> Numbers:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
     collect = _collector(np.ascontiguousarray(place, dtype=np.int64).tobytes(), size)
     flat = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])

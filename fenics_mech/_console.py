@@ -52,12 +52,13 @@ def start_libraries() -> None:
     """
     with loading(), chdir(os.sep):
         import matplotlib  # noqa: F401, PLC0415
-        from petsc4py import PETSc  # noqa: F401, PLC0415
+
+        from fenics_mech import _petsc  # noqa: F401, PLC0415
 
 
 def one_voice() -> bool:
     """Let the first process of `mpirun` speak only, and tell whether this one is it."""
-    from mpi4py import MPI  # noqa: PLC0415  (not for --help)
+    from fenics_mech._petsc import MPI  # noqa: PLC0415  (not for --help)
 
     first = bool(MPI.COMM_WORLD.rank == 0)
     out.quiet = err.quiet = not first

@@ -1,53 +1,88 @@
-"""Every call to dolfinx whose name or signature differs between its versions 0.5 and 0.10."""
+"""Every call to dolfinx whose name or signature differs between its versions 0.5 and 0.11.
+
+Nothing else in the package knows a version of dolfinx, or imports it.
+"""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from inspect import signature
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 import ufl
 from cffi import FFI  # type: ignore[import-untyped]
-from dolfinx import fem, jit
-from mpi4py import MPI
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
-from fenics_mech._petsc import to_scipy
+from fenics_mech._petsc import MPI, not_there, to_scipy
 from fenics_mech._sparse.kernels import kernels, pointer
+from fenics_mech.errors import MechanismError
 
-try:  # dolfinx >= 0.10
-    from dolfinx.io import gmsh as gmshio
-except ImportError:
-    from dolfinx.io import gmshio
-try:  # explicit import from 0.7
-    import dolfinx.fem.petsc as fem_petsc
-except ImportError:
-    fem_petsc = fem.petsc
+try:  # after PETSc and its MPI
+    import dolfinx
+except ImportError as error:
+    raise not_there(error) from error
+FIRST, LAST = (0, 5), (0, 11)  # versions of dolfinx that are known to work
 
 
+def found() -> tuple[int, ...]:
+    """Give the version of dolfinx, such as (0, 9)."""
+    return tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
+
+
+@contextmanager
+def _version_named() -> Iterator[None]:
+    """Name the version of dolfinx in an error, where it is not one that is known to work."""
+    try:
+        yield
+    except Exception as error:
+        if FIRST <= found() <= LAST:
+            raise
+        known = " to ".join(".".join(map(str, end)) for end in (FIRST, LAST))
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise MechanismError(
+            f"dolfinx {dolfinx.__version__} is installed, and only the versions {known} are known to work: {what}"
+        ) from error
+
+
+with _version_named():
+    from dolfinx import fem, jit
+
+    try:  # dolfinx >= 0.10
+        from dolfinx.io import gmsh as gmshio
+    except ImportError:
+        from dolfinx.io import gmshio
+    try:  # explicit import from 0.7
+        import dolfinx.fem.petsc as fem_petsc
+    except ImportError:
+        fem_petsc = fem.petsc
 JIT_OPTIONS = "jit_options" if hasattr(jit, "get_options") else "jit_params"  # from 0.6
 
 
 def compiled(make: Callable[..., Any], *arguments: Any) -> Any:
     """Call what compiles C, such as `fem.form`, with a cache that a killed process cannot spoil."""
+    if JIT_OPTIONS not in signature(make).parameters:  # spaces are not compiled from 0.10
+        return make(*arguments)
     return compile_safely(lambda folder: make(*arguments, **{JIT_OPTIONS: {"cache_dir": folder}}))
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep the C compiler's command lines, which setuptools logs as information, off the screen."""
+def _calling() -> Iterator[None]:
+    """Call dolfinx, and keep the C compiler's command lines, which setuptools logs as information, off the screen."""
     before = logging.root.manager.disable
     logging.disable(max(before, logging.INFO))
     try:
-        yield
+        with _version_named():
+            yield
     finally:
         logging.disable(before)
 
 
+@_calling()
 def line_mesh(model: Any) -> tuple[Any, Array, Index]:
     """Read a gmsh model of lines on the x axis.
 
@@ -72,11 +107,12 @@ def line_mesh(model: Any) -> tuple[Any, Array, Index]:
 
 def _vertices(mesh: Any) -> Index:
     """Give the vertices of each cell of a mesh of lines, ``(cells, 2)``."""
-    dofmap = mesh.geometry.dofmap
+    geometry = mesh.geometry
+    dofmap = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap  # 0.11
     return np.asarray(dofmap.array if hasattr(dofmap, "array") else dofmap).reshape(-1, 2)
 
 
-@_quiet()
+@_calling()
 def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
     """Give the mixed space of discontinuous Lagrange elements of the given degrees."""
     if hasattr(fem, "functionspace"):  # 0.7
@@ -88,12 +124,13 @@ def broken_space(mesh: Any, degrees: tuple[int, ...]) -> Any:
     return compiled(fem.FunctionSpace, mesh, ufl.MixedElement(*parts))
 
 
-@_quiet()
+@_calling()
 def broken_line(mesh: Any, degree: int) -> Any:
     """Give the space of discontinuous Lagrange elements of a degree."""
     return compiled(fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("DG", degree))
 
 
+@_calling()
 def cell_dofs(space: Any, part: int) -> tuple[Index, Array]:
     """Give the dofs of one part of a mixed space, ``(cells, dofs)``, and their places 0..1 in the reference cell."""
     part_space = space.sub(part)
@@ -103,7 +140,7 @@ def cell_dofs(space: Any, part: int) -> tuple[Index, Array]:
     return dofs, np.asarray(points() if callable(points) else points)[:, 0]
 
 
-@_quiet()
+@_calling()
 def cellwise(mesh: Any, values: Array) -> Any:
     """Give the function that takes one value per cell."""
     space = broken_line(mesh, 0)
@@ -112,7 +149,7 @@ def cellwise(mesh: Any, values: Array) -> Any:
     return function
 
 
-@_quiet()
+@_calling()
 def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
     """Give the function that goes from 0 to 1 along every cell of a line; on those `flipped` from 1 to 0."""
     space = broken_line(mesh, 1)
@@ -125,7 +162,7 @@ def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
     return function
 
 
-@_quiet()
+@_calling()
 def assemble_matrix(form: Any) -> sp.csr_matrix:
     """Compile a bilinear form and assemble it."""
     matrix = fem_petsc.assemble_matrix(compiled(fem.form, form))
@@ -135,7 +172,7 @@ def assemble_matrix(form: Any) -> sp.csr_matrix:
     return found
 
 
-@_quiet()
+@_calling()
 def assemble_vector(form: Any) -> Array:
     """Compile a linear form and assemble it."""
     return np.asarray(fem_petsc.assemble_vector(compiled(fem.form, form)).array_r).copy()
@@ -154,9 +191,9 @@ class CellKernel:
         The cells, in the order of the results.
     """
 
+    @_calling()
     def __init__(self, form: Any, states: tuple[Any, ...], cells: Index) -> None:
-        with _quiet():
-            made = compiled(fem.form, form)
+        made = compiled(fem.form, form)
         record = made.ufcx_form
         of_cells = record.integrals(0)[0] if callable(getattr(record, "integrals", None)) else record.form_integrals[0]
         self.address = int(FFI().cast("uintptr_t", of_cells.tabulate_tensor_float64))
@@ -164,8 +201,10 @@ class CellKernel:
         mesh = states[0].function_space.mesh
         self.places = np.ascontiguousarray(mesh.geometry.x[_vertices(mesh)[cells]].reshape(len(cells), -1))
         self.parts: list[Array | int] = []
+        positions = getattr(record, "original_coefficient_positions", None)  # 0.10
+        positions = record.original_coefficient_position if positions is None else positions
         for i in range(record.num_coefficients):
-            function = form.coefficients()[record.original_coefficient_position[i]]
+            function = form.coefficients()[positions[i]]
             which = [k for k, state in enumerate(states) if state is function]
             dofs = [function.function_space.dofmap.cell_dofs(cell) for cell in cells]
             self.parts.append(which[0] if which else function.x.array[np.array(dofs)])

@@ -12,7 +12,6 @@ from copy import copy
 from pathlib import Path
 from typing import Any
 
-from numpydoc.docscrape import NumpyDocString
 from sphinx.application import Sphinx
 from typer.testing import CliRunner
 
@@ -21,12 +20,12 @@ from fenics_mech.cli import app as command_line
 from fenics_mech.effects import EFFECTS
 from fenics_mech.recovery.variables import ATTRIBUTES
 from fenics_mech.scene import Scene
-from fenics_mech.scene import schema as scene_schema
 from fenics_mech.scene.base import Part
+from fenics_mech.scene.descriptions import QUANTITY, meaning_of
+from fenics_mech.scene.files import bare_schema as scene_schema
 from fenics_mech.scene.sections import Section
 
 FOLDER = Path(__file__).parents[1] / "reference" / "generated"
-QUANTITY = ", or a string with a unit"
 PAGES: dict[
     str, tuple[str, list[str]]
 ] = {  # title of each page and the kinds of tables on it; all sections come to theirs by themselves
@@ -52,31 +51,6 @@ PAGES: dict[
         ["LineSpring", "HingeSpring", "LineDamper", "HingeDamper", "Damping", "AirDrag"],
     ),
     "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
-}
-# What keys mean whose classes do not say it: by class and key, or by the key alone.
-MEANINGS = {
-    "Scene.drawing": "A drawing that gives links, joints and ground: a file, or a table of `file`, `unit` and so on.",
-    "PointMass.mass": "Mass.",
-    "PointMass.inertia": "Moment of inertia that turns with the link.",
-    "kind": "Names this kind of table.",
-    "shape": "Names this shape of section.",
-    "material": "Name of a material.",
-    "section": "Name of a section; at a drawn link, of all its members.",
-    "mesh": "Elements of this member; at a drawn link, of all its members.",
-    "points": "Points by name, in the frame of the body.",
-    "ends": "Names of the points at its first and second end.",
-    "connect": "The points that it connects, as `link.point`.",
-    "at": "Point, joint, or place along a member, as `link.point`, `joint` or `member@0.3`.",
-    "cosine": "Amplitudes of the cosines, first harmonic first.",
-    "sine": "Amplitudes of the sines, first harmonic first.",
-    "mean": "Mean over the cycle.",
-    "angles": "Angles of the values.",
-    "times": "Times of the values.",
-    "values": "Values; of a law equally spaced over the cycle.",
-    "formula": "Formula of `theta`; of a run-up, of the time `t`.",
-    "outline": "Corners of the outline.",
-    "holes": "Corners of each hole.",
-    "thickness": "Thickness.",
 }
 
 
@@ -142,27 +116,16 @@ def _summary(part: type) -> str:
     return inspect.cleandoc(part.__doc__ or "").split("\n\n")[0].replace("\n", " ")
 
 
-def _meanings(part: type) -> dict[str, str]:
-    """What the docstrings of a class and its bases say of each field."""
-    found: dict[str, str] = {}
-    for kind in reversed([kind for kind in part.__mro__ if issubclass(kind, Part)]):
-        for entry in NumpyDocString(inspect.cleandoc(kind.__doc__ or ""))["Parameters"]:
-            found |= dict.fromkeys(
-                (name.strip() for name in (entry.name or entry.type).split(",")), " ".join(entry.desc)
-            )
-    return found
-
-
 def _table(kind: dict[str, Any], part: type) -> str:
     """Table of the keys of one kind."""
-    meanings, required = _meanings(part), kind.get("required", [])
+    required = kind.get("required", [])
     lines = ["| key | type | default | meaning |", "| --- | --- | --- | --- |"]
     for key, value in kind["properties"].items():
         default = "required" if key in required else _default(value.get("default"))
-        name = "from_" if key == "from" else key
-        meaning = meanings.get(name) or MEANINGS.get(f"{part.__name__}.{key}") or MEANINGS.get(key)
+        meaning = meaning_of(part, key)
         if not meaning:
-            raise ValueError(f"say what {part.__name__}.{key} means: in its class, or in MEANINGS of {__file__}")
+            where = "in its class, or in MEANINGS of scene/descriptions.py"
+            raise ValueError(f"say what {part.__name__}.{key} means: {where}")
         lines.append("| " + " | ".join(_cell(text) for text in (f"`{key}`", _type(value), default, meaning)) + " |")
     return "\n".join(lines) + "\n"
 

@@ -249,12 +249,13 @@ void products(long positions, long pairs, const int *left, const int *right, con
 }
 
 /* Call the kernel of a form, as FFCx compiles it, for every cell at every position. Values are those of the coefficients,
-   (positions, cells, given), places the vertices of each cell, results (positions, cells, made). */
-typedef void form_kernel(double *, const double *, const double *, const double *, const int *, const uint8_t *);
+   (positions, cells, given), places the vertices of each cell, results (positions, cells, made). Kernels of FFCx before
+   0.10 do not take the last argument, and leave it to the caller, which by the calling conventions removes it. */
+typedef void form_kernel(double *, const double *, const double *, const double *, const int *, const uint8_t *, void *);
 void tabulate(uintptr_t kernel, long positions, long cells, long given, long made, const double *values,
               const double *places, double *results)
 {
     form_kernel *f = (form_kernel *)kernel;
     for (long k = 0; k < positions * cells; k++)
-        f(results + k * made, values + k * given, 0, places + (k % cells) * 6, 0, 0);
+        f(results + k * made, values + k * given, 0, places + (k % cells) * 6, 0, 0, 0);
 }

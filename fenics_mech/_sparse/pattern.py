@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Index
-from fenics_mech._petsc import to_petsc
+from fenics_mech._petsc import PETSc, to_petsc
 from fenics_mech._sparse.kernels import pointer
 
 

@@ -130,7 +130,7 @@ def _by_lumps(system: System, along: System, response: ElasticResponse) -> Loads
     element, xi = _everywhere(along.beams)
     along_axis, across = (np.sum(part * evaluate(SHAPES, xi), axis=-1) for part in inertia_of(along, response, element))
     force = -_line_density(along.beams) * (along_axis + 1j * across).reshape(len(across), -1, len(GAUSS))
-    line = _line(force)
+    line = _line(np.asarray(force, dtype=np.complex128))
     lumps, beams = (without_elastic(replace(one, terms=NOTHING), response) for one in (system, along))
     return Loads(line=line, force=lumps - beams - along.applied_by(Loads(line=line)))
 

@@ -144,7 +144,7 @@ class Resonances:
     @cached_property
     def harmonics(self) -> Array:
         """Circular frequencies of the harmonics that the angles show (rad/s)."""
-        return self.rate * np.arange(len(self.load) // 2 + 1)
+        return self.rate * np.arange(len(self.load) // 2 + 1, dtype=float)
 
     @cached_property
     def width(self) -> Array:
@@ -222,7 +222,8 @@ class Resonances:
             return (np.fft.rfft(self.load, axis=0)[numbers] * np.exp(-1j * numbers * phase[0])[:, None]).T * (2 / count)
         parts = np.array_split(numbers, -(-count * len(numbers) // RESONANCES.at_a_time))
         turns = (np.exp(-1j * phase[:, None] * part) for part in parts)
-        return np.concatenate([self.load.T @ turn for turn in turns], axis=1) * (2 / count)
+        found = np.concatenate([self.load.T @ turn for turn in turns], axis=1, dtype=np.complex128)
+        return found * (2 / count)
 
 
 def enough_modes(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
@@ -198,7 +199,7 @@ class _ModalMotion:
         change = min(changes, key=lambda found: (square * found**2).sum(axis=1).max())
         return superposed(self.modes, change), self.system.to_links(superposed(self.modes, -square * change))
 
-    def _at(self, every: Index, followed: Array) -> Array:
+    def _at(self, every: Index, followed: NDArray[np.bool_]) -> Array:
         """Coordinates y of modes at every second position, by sub-intervals about these, ``(positions, modes)``."""
         modes, count = self.modes, len(self.modes.theta)
         shapes, momenta = modes.shapes[every][:, followed], self.momenta[every][:, followed]

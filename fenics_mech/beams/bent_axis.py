@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem
 
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array
@@ -46,7 +45,7 @@ class BentAxis:
         """
         mesh = layout.mesh
         space = _fenicsx.broken_line(mesh.mesh, 3)
-        w, rate = fem.Function(space), fem.Function(space)
+        w, rate = _fenicsx.fem.Function(space), _fenicsx.fem.Function(space)
         test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
         shorter = shortening(w)
         slope = ufl.derivative(shorter, w, test)

@@ -40,7 +40,7 @@ class Chain:
         stiffness
             Stiffness of each element in member axes, ``(elements, 6, 6)``.
         """
-        return cls(length, np.linalg.inv(stiffness[:, 3:, 3:]))
+        return cls(length, np.asarray(np.linalg.inv(stiffness[:, 3:, 3:]), dtype=np.float64))
 
     def _forces(self, loads: Array) -> Array:
         """Forces on second nodes by loads on all nodes but the first, which is held, ``(..., elements, 3)`` both."""

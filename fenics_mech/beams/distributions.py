@@ -95,14 +95,13 @@ def _varying(layout: Layout, properties: Callable[[str, Array], Array]) -> tuple
     degree 2 more than theirs in bending, 6 more in the mass.
     """
     import ufl  # noqa: PLC0415  (slow to import, and few sections vary)
-    from dolfinx import fem  # noqa: PLC0415
 
     from fenics_mech import _fenicsx  # noqa: PLC0415
 
     mesh = layout.mesh
     count = len(properties(mesh.members[0], np.zeros(1)))
     space = _fenicsx.broken_space(mesh.mesh, (DEGREE,) * count)
-    function = fem.Function(space)
+    function = _fenicsx.fem.Function(space)
     powers = np.empty((len(mesh.cell), count, DEGREE + 1))
     for part in range(count):
         dofs, points = _fenicsx.cell_dofs(space, part)

@@ -9,11 +9,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._petsc import configured, name_of, to_petsc
+from fenics_mech._petsc import PETSc, SLEPc, configured, name_of, to_petsc
 from fenics_mech.beams.chain import Chain
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams
@@ -107,7 +105,7 @@ class Span:
 
     def carried(self) -> Array:
         """Displacements of the inner dofs by those of the ends, in link axes, ``(inner dofs, 6)``."""
-        moved = self.chain.carried(np.kron(np.eye(2), self.rotation).T)[0]
+        moved = self.chain.carried(np.kron(np.eye(2), self.rotation).T.astype(np.float64))[0]
         return (moved @ self.rotation).reshape(6, -1).T
 
     @property

@@ -10,22 +10,52 @@ import typer
 from fenics_mech._console import make_folder, tell
 from fenics_mech.errors import MechanismError
 
+OF_RESULTS, OF_SCENES = (".pvd", ".mat"), (".py",)
+
 
 def export(
-    result: Annotated[Path, typer.Argument(help="Result (.nc).", show_default=False)],
+    source: Annotated[Path, typer.Argument(help="Result (.nc), or scene (.toml).", show_default=False)],
     files: Annotated[
         list[Path],
-        typer.Argument(help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave.", show_default=False),
+        typer.Argument(
+            help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave, .py for Exudyn.", show_default=False
+        ),
     ],
     every: Annotated[int, typer.Option(min=1, help="Of how many positions one goes into a .pvd.")] = 1,
 ) -> None:
-    """Write a result for other programs: a time series for ParaView, a file for MATLAB."""
-    from fenics_mech.recovery import Result  # noqa: PLC0415
-
-    if unknown := [path for path in files if path.suffix not in (".pvd", ".mat")]:
-        raise MechanismError(f"{unknown[0]}: exported are .pvd (ParaView) and .mat (MATLAB); tables by run --csv")
-    loaded = Result.load(result)
+    """Write a result for ParaView or MATLAB, or a scene as a script for Exudyn."""
+    if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
+        known = ".pvd (ParaView), .mat (MATLAB) and .py (Exudyn)"
+        raise MechanismError(f"{unknown[0]}: exported are {known}; tables by run --csv")
+    of_scene = source.suffix == ".toml"
+    if of_scene and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
+        raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
     for path in files:
         make_folder(path.parent)
-        loaded.to_vtk(path, every) if path.suffix == ".pvd" else loaded.to_mat(path)
+        if path.suffix in OF_SCENES:
+            _write_script(source, path)
+        else:
+            _write_result(source, path, every)
         tell(f"Wrote {path}")
+
+
+def _write_result(source: Path, path: Path, every: int) -> None:
+    """Write a result for ParaView or MATLAB."""
+    from fenics_mech.recovery import Result  # noqa: PLC0415
+
+    result = Result.load(source)
+    if path.suffix == ".pvd":
+        result.to_vtk(path, every)
+    else:
+        result.to_mat(path)
+
+
+def _write_script(source: Path, path: Path) -> None:
+    """Write a scene, or that of a result, as a script for Exudyn."""
+    from fenics_mech._files import write_whole  # noqa: PLC0415
+    from fenics_mech.recovery import Result  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+    from fenics_mech.studies.peers.exudyn_script import exudyn_script  # noqa: PLC0415
+
+    text = exudyn_script(load(source) if source.suffix == ".toml" else Result.load(source).scene)
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

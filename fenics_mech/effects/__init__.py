@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Iterable
+from dataclasses import fields, replace
 from difflib import get_close_matches
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
@@ -47,8 +49,20 @@ __all__ = [
 
 def _found() -> dict[str, Effect]:
     modules = [import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)]
-    effects = [module.EFFECT for module in modules if hasattr(module, "EFFECT")]
-    return {effect.name: effect for effect in effects}
+    effects = {module.EFFECT.name: module.EFFECT for module in modules if hasattr(module, "EFFECT")}
+    for plugin in plugins("effects"):
+        effects[plugin.name] = _plugged(plugin, plugin.name in effects)
+    return effects
+
+
+def _plugged(plugin: Plugin, taken: bool) -> Effect:
+    """Load an effect of another package, whose errors name it."""
+    effect: Effect = plugin.load(Effect)
+    if taken or effect.name != plugin.name:
+        raise plugin.refused(f"must have that name in its record too, found {effect.name!r}, and one not yet taken")
+    values = {f.name: getattr(effect, f.name) for f in fields(effect)}
+    called: dict[str, Any] = {name: plugin.blamed(work) for name, work in values.items() if callable(work)}
+    return replace(effect, **called)
 
 
 EFFECTS = _found()

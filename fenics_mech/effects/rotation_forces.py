@@ -186,7 +186,8 @@ class RotationForces:
         sines, out = self.shape[:, SINES], self.shape[:, 0]
         by_v, by_rate = np.einsum("tfs,fsn->tfn", by_sines, sines), by_speed[..., None] * sines[:, 1]
         constant = value - np.sum(by_v * v[:, self.dofs] + by_rate * rate[:, self.dofs], axis=-1)
-        return constant[..., None] * out, *(out[:, :, None] * row[..., None, :] for row in (by_v, by_rate))
+        matrix_v, matrix_rate = (out[:, :, None] * row[..., None, :] for row in (by_v, by_rate))
+        return constant[..., None] * out, matrix_v, matrix_rate
 
     def _values(self, v: Array, rate: Array) -> tuple[Array, Array, Array]:
         """Each force ``(angles, forces)``, and its derivatives by both sines, ``(..., 2)``, and by the rate of j."""

@@ -9,13 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 from scipy.sparse.linalg import splu
-from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech._petsc import SMALLEST_PIVOT, configured, name_of, to_petsc
+from fenics_mech._petsc import SMALLEST_PIVOT, PETSc, SLEPc, configured, name_of, to_petsc
 from fenics_mech._ranks import over_positions
 from fenics_mech.eigenmodes.tracking import Modes, track
 from fenics_mech.errors import SolverError

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, solved
 from fenics_mech.kinematics.loops import Loops
 
 if TYPE_CHECKING:
@@ -154,6 +154,6 @@ def rates_by_drives(loops: Loops, q: Array, first: Array, second: Array) -> tupl
         When the drives do not say how the links move.
     """
     jacobian = loops.jacobian(q)
-    rate = np.linalg.solve(jacobian, loops.driven(first)[..., None])[..., 0]  # (6.2) for all loops
+    rate = solved(jacobian, loops.driven(first))  # (6.2) for all loops
     forced = loops.driven(second) - loops.convective(q, rate)
-    return rate, np.linalg.solve(jacobian, forced[..., None])[..., 0]  # (6.3)
+    return rate, solved(jacobian, forced)  # (6.3)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, solved
 from fenics_mech.effects.inextensible import EFFECT as INEXTENSIBLE
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
@@ -26,6 +26,11 @@ from fenics_mech.mechanism.contact import Contact
 from fenics_mech.mechanism.inextensibility import ELIMINATION, Inextensible
 from fenics_mech.mechanism.jets import Jets
 from fenics_mech.mechanism.relative import relative_to_base
+
+
+def _divided(left: Array, right: Array) -> Array:
+    """Solve with a matrix for a matrix at each angle."""
+    return np.asarray(np.linalg.solve(left, right), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -98,11 +103,11 @@ class Group:
             1 for S alone, 3 with two time derivatives.
         """
         lead, rest = self.jets(motion, orders)
-        solution = [-np.linalg.solve(lead[0], rest[0])]
+        solution = [-_divided(lead[0], rest[0])]
         if orders > 1:
-            solution.append(-np.linalg.solve(lead[0], rest[1] + lead[1] @ solution[0]))
+            solution.append(-_divided(lead[0], rest[1] + lead[1] @ solution[0]))
             second = rest[2] + 2 * lead[1] @ solution[1] + lead[2] @ solution[0]
-            solution.append(-np.linalg.solve(lead[0], second))
+            solution.append(-_divided(lead[0], second))
         return solution
 
     def displacement_by_gaps(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
@@ -127,7 +132,7 @@ class Group:
                 rows = normal if equation.rows == 2 else turn[:, None]
             wanted.append(rows)
         lead, _ = self.jets(motion, 1)
-        return np.linalg.solve(lead[0], np.concatenate(wanted, axis=1)[..., None])[..., 0]
+        return solved(lead[0], np.concatenate(wanted, axis=1))
 
     def multipliers(self, motion: Motion, residual: Array) -> Array:
         """Forces of the equations on their bodies, ``(angles, rows)``: they balance the residual.
@@ -140,7 +145,7 @@ class Group:
             Forces that the dependent unknowns need from outside, ``(angles, dependent)``.
         """
         lead, _ = self.jets(motion, 1)
-        return np.linalg.solve(lead[0].transpose(0, 2, 1), residual[..., None])[..., 0]
+        return solved(lead[0].transpose(0, 2, 1), residual)
 
 
 def eliminate(

@@ -130,7 +130,7 @@ class RigidModes:
         candidates = _in_coordinates(system, free)
         unheld = _not_held(candidates, holding, links)
         found = unheld @ candidates
-        shapes = np.linalg.solve(np.linalg.cholesky(found @ (mass @ found.T)), found) if len(unheld) else found
+        shapes = _normed(found, mass) if len(unheld) else found
         freedoms = row_reduced(unheld, np.zeros(len(free), dtype=bool))
         motions = np.concatenate([_without(candidates, unheld), found])
         separate = Separate.of(motions, mass, links, added)
@@ -238,6 +238,12 @@ def _not_held(candidates: Array, holding: sp.csr_matrix, links: sp.csr_matrix) -
     unit = 1 / np.sqrt(np.maximum(np.maximum(parts, RIGID.noise / RIGID.held * most), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh((energy + energy.T) / 2 * np.outer(unit, unit))
     return np.asarray((vectors[:, np.abs(values) < RIGID.held] * unit[:, None]).T)
+
+
+def _normed(motions: Array, mass: sp.csr_matrix) -> Array:
+    """Give combinations of motions whose mass matrix is 1."""
+    root = np.linalg.cholesky(motions @ (mass @ motions.T))
+    return np.asarray(np.linalg.solve(root, motions), dtype=np.float64)
 
 
 def _without(candidates: Array, unheld: Array) -> Array:

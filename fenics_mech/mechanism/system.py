@@ -9,10 +9,9 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech._petsc import to_petsc
+from fenics_mech._petsc import PETSc, to_petsc
 from fenics_mech._sparse import Congruence, Stack
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams

@@ -72,7 +72,7 @@ def quasi_static_response(model: NineElementModel, theta: ArrayLike) -> Periodic
     """Deflection q = K^-1 f at crank angles `theta` (rad), as if the links had no elastic inertia."""
     angles = as_angles(theta)
     _, stiffness = model.mass_stiffness(angles)
-    displacement = np.linalg.solve(stiffness, model.load(angles)[..., None])[..., 0]
+    displacement: Array = np.linalg.solve(stiffness, model.load(angles)[..., None])[..., 0].astype(np.float64)
     return PeriodicResponse(angles, displacement, np.zeros_like(displacement), np.empty((angles.size, 0)))
 
 

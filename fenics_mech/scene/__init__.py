@@ -20,6 +20,7 @@ from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
+from fenics_mech.scene.plugged import add_sections
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
@@ -103,3 +104,5 @@ __all__ = [
     "slider_crank",
     "stated_tolerance",
 ]
+
+add_sections(Scene)  # those of other packages, which import this room

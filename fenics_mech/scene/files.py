@@ -104,6 +104,19 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
 
 
 def schema() -> dict[str, Any]:
+    """Give the JSON Schema of scene files, with what each key means: editors complete and explain keys by it.
+
+    Examples
+    --------
+    >>> fenics_mech.scene.schema()["properties"]["gravity"]["description"]
+    'Acceleration along X and Y (m/s^2).'
+    """
+    from fenics_mech.scene.descriptions import described  # noqa: PLC0415  (only for those who ask)
+
+    return described(bare_schema())
+
+
+def bare_schema() -> dict[str, Any]:
     """Give the JSON Schema of scene files, in which a drawing may stand for the links, joints and ground."""
     full = Scene.model_json_schema()
     drawn = ["ground", "links", "joints"]

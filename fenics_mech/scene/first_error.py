@@ -11,10 +11,11 @@ from pydantic import ValidationError
 from fenics_mech.errors import SceneError, shortened
 
 BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
-    "[key]", "custom", "rectangle", "round", "tube", "I", "laminate", "polygon", "variable", "taper", "one", "many",
-    "revolute", "weld", "slot", "prismatic", "harmonics", "table", "expression", "pulse", "load", "line-load", "line",
-    "hinge",
+    "[key]", "one", "many", "revolute", "weld", "slot", "prismatic",
+    "harmonics", "table", "expression", "pulse", "load", "line-load", "line", "hinge",
 )  # fmt: skip
+
+BRANCH = "shape:"  # begins the name of a branch that is a shape of section
 
 ABOVE = "name", "units", "effects", "tolerance", "gravity"  # keys of a scene itself
 
@@ -112,7 +113,7 @@ def _place(location: tuple[int | str, ...], data: Any) -> list[str]:
         known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
         if known:
             data = data[part]  # type: ignore[index]
-        elif not isinstance(data, dict) or part in BRANCHES or str(part).startswith("literal["):
+        elif not isinstance(data, dict) or part in BRANCHES or str(part).startswith((BRANCH, "literal[")):
             continue  # a branch of a union, or a mark that the key itself is bad
         place.append(str(part))
     return place

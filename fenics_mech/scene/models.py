@@ -23,6 +23,7 @@ from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.observations import Measurement, TracedPoint
+from fenics_mech.scene.plugged import Tables
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
@@ -53,9 +54,7 @@ OF_LINKS = ("materials", "sections", "ground", "links", "joints", "masses", "mes
 
 
 class Scene(Part):
-    """A planar linkage, how it is driven and how it is to be analysed.
-
-    Quantities are numbers in SI or texts with a unit. A scene file has the same keys.
+    """A planar linkage, how it is driven and how it is to be analysed. A scene file has the same keys.
 
     Parameters
     ----------
@@ -94,6 +93,8 @@ class Scene(Part):
         Points whose path is followed beside those of the links, by name.
     petsc
         Options of PETSc and SLEPc.
+    plugins
+        Keys of effects of other packages, by their names.
 
     Examples
     --------
@@ -119,7 +120,7 @@ class Scene(Part):
     links: Annotated[dict[Name, Link], Field(min_length=1, max_length=SCENE.most_links)]
     joints: dict[Name, Joint] = Field(default_factory=dict)
     masses: dict[Name, PointMass] = Field(default_factory=dict)
-    gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)  # along X and Y (m/s^2)
+    gravity: tuple[Acceleration, Acceleration] = (0.0, 0.0)
     loads: dict[Name, AnyLoad] = Field(default_factory=dict)
     impulses: dict[Name, Impulse] = Field(default_factory=dict)
     springs: dict[Name, Spring] = Field(default_factory=dict)
@@ -134,6 +135,7 @@ class Scene(Part):
     measurements: tuple[Measurement, ...] = ()
     points: dict[Name, TracedPoint] = Field(default_factory=dict)
     petsc: SolverOptions = Field(default_factory=dict)
+    plugins: Annotated[dict[str, Any], Tables()] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod

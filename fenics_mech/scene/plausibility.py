@@ -252,7 +252,7 @@ def _motion(scene: Scene) -> Found:
     """Estimate speeds, and strains by the inertia of a motion whose links go as fast as those that are driven."""
     if scene.analysis.method == "static":  # held at one position
         return
-    lengths, theta = _lengths(scene), TURN / 720 * np.arange(720)
+    lengths, theta = _lengths(scene), TURN / 720 * np.arange(720, dtype=float)
     for place, drive in _drives(scene):
         jet = drive.jet(theta, scene.cycle_rate)
         fastest = float(np.abs(jet.first).max()) * abs(scene.cycle_rate)

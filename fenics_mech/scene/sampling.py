@@ -75,7 +75,7 @@ class SampledFunction:
             The values, ``(points,)``.
         """
         step = TURN / len(values)
-        return cls(step * np.arange(len(values)), np.full(len(values), step), values)
+        return cls(step * np.arange(len(values), dtype=float), np.full(len(values), step), values)
 
     @classmethod
     def between(cls, edges: Array, function: Callable[[Array], Array]) -> SampledFunction:
@@ -147,7 +147,7 @@ def equal_steps(count: int) -> Array:
     numpy.ndarray
         Shape ``(count,)``.
     """
-    return TURN / count * np.arange(count)
+    return TURN / count * np.arange(count, dtype=float)
 
 
 def _lines(seen: Array, angles: Array) -> Array:

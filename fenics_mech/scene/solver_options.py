@@ -194,13 +194,28 @@ def _nearest(key: str) -> str:
     return f"Did you mean {near[0]!r}?" if near else f"{starts}. `fenics-mech schema` lists all options"
 
 
+OF_PARTS = {
+    "periodic_": "periodic motions",
+    "modes_": "natural frequencies",
+    "static_": "static answers",
+    "stability_": "stability",
+    "transient_": "motion in time",
+}
+
+
+def _described(name: str) -> str:
+    """Say in one sentence what an option is."""
+    part = next(part for part in PARTS if name.startswith(part))
+    return f"Option -{name.removeprefix(part)} of PETSc or SLEPc, for {OF_PARTS[part]}: {OPTIONS[name]}."
+
+
 SolverOptions = Annotated[
     dict[str, Any],
     AfterValidator(_check_options),
     WithJsonSchema(
         {
             "type": "object",
-            "properties": {name: kind.schema() for name, kind in OPTIONS.items()},
+            "properties": {name: kind.schema() | {"description": _described(name)} for name, kind in OPTIONS.items()},
             "additionalProperties": False,
         }
     ),

@@ -13,9 +13,9 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech import _fenicsx
+from fenics_mech._petsc import PETSc
 from fenics_mech.analysis import analyse
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.coupling import EFFECT as COUPLING

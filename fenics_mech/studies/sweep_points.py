@@ -278,7 +278,8 @@ def stacked(numbers: Sequence[Any]) -> Array:
     arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
     full = np.full((len(arrays), *np.max([array.shape for array in arrays], axis=0).astype(int)), math.nan)
     for point, array in enumerate(arrays):
-        full[(point, *map(slice, array.shape))] = array
+        place: tuple[int | slice, ...] = (point, *(slice(length) for length in array.shape))
+        full[place] = array
     return full
 
 

@@ -7,9 +7,7 @@ from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
 
-import imageio.v2 as imageio
 import numpy as np
-from imageio_ffmpeg import count_frames_and_secs
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -21,6 +19,13 @@ from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification
 from fenics_mech.views.joint_drawings import ground_guides, ground_points
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
+
+try:
+    import imageio.v2 as imageio
+    import pyvista  # noqa: F401
+    from imageio_ffmpeg import count_frames_and_secs
+except ImportError as error:
+    raise ViewError(f"animations need pyvista and imageio: pip install 'fenics_mech[views]' ({error})") from error
 
 Pictures = Generator[NDArray[np.uint8], None, None]
 GUIDE_POSITIONS = 120  # over the cycle, to find a slider's travel

@@ -108,7 +108,7 @@ def test_spinning_arm_carries_its_drag(rest):
     torque = DRAG * SPEED**2 * LENGTH**4 / 4
     assert data["input_torque"].to_numpy() == pytest.approx(torque, rel=1e-6)
     assert float(data["mean_power"].sel(cause="air drag")) == pytest.approx(-torque * SPEED, rel=1e-6)
-    assert data.attrs["power_balance_error"] < 1e-12
+    assert data.attrs["power_balance_error"] < 5e-12
     x = data["s"].to_numpy() * LENGTH
     moment = -DRAG * SPEED**2 * (LENGTH**4 / 4 - x * LENGTH**3 / 3 + x**4 / 12)
     shear = DRAG * SPEED**2 * (LENGTH**3 - x**3) / 3

@@ -6,11 +6,10 @@ import weakref
 
 import numpy as np
 import pytest
-from petsc4py import PETSc
 from scipy.linalg import eigvalsh
 
 from fenics_mech import analyse
-from fenics_mech._petsc import configured
+from fenics_mech._petsc import PETSc, configured
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion

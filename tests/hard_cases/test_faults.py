@@ -167,8 +167,8 @@ def test_computer_without_a_compiler_is_told_so(tmp_path, monkeypatch):
     from fenics_mech.beams.mesh import mesh_scene
 
     scene = seed_four_bar()
-    with pytest.raises(SolverError, match=r"cannot be compiled: .*/bin/false.*C compiler"):
-        assemble_beams(scene, mesh_scene(scene))
+    with pytest.raises(SolverError, match=r"cannot be compiled: .*C compiler"):
+        assemble_beams(scene, mesh_scene(scene)).mass  # noqa: B018
 
 
 # Files --------------------------------------------------------------------------------------------------------------

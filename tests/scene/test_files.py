@@ -105,6 +105,32 @@ def test_bad_formula_of_a_drive_is_refused_with_its_place(seed, formula, words):
     assert "more found" not in str(caught.value)
 
 
+def tables_in(part):
+    """Every table with keys in a JSON Schema."""
+    if isinstance(part, dict):
+        if isinstance(part.get("properties"), dict):
+            yield part["properties"]
+        part = list(part.values())
+    for inside in part if isinstance(part, list) else []:
+        yield from tables_in(inside)
+
+
+def test_every_key_of_the_schema_says_what_it_means():
+    tables = [keys for keys in tables_in(schema()) if all(isinstance(value, dict) for value in keys.values())]
+    assert sum(map(len, tables)) > 300  # 177 of a scene, and the options of PETSc
+    for keys in tables:
+        for key, value in keys.items():
+            said = value.get("description", "")
+            assert len(said) > 4, key
+            assert "or a string" not in said[:25], f"{key}: only the unit is said: {said}"
+
+
+def test_a_key_of_a_quantity_says_what_it_means_and_its_unit():
+    keys = schema()["$defs"]["RectangleSection"]["properties"]
+    assert keys["height"]["description"].endswith(". A number in m, or a string with a unit.")
+    assert keys["height"]["description"] != keys["width"]["description"]
+
+
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(SceneError, match=r"nowhere\.toml: cannot read"):
         load(tmp_path / "nowhere.toml")

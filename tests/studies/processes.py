@@ -5,12 +5,14 @@ import shutil
 import subprocess
 import sys
 
-MPIRUN = shutil.which("mpirun")
+# That of the wheel of MPI, where this is one, and not one of the system that belongs to another MPI.
+MPIRUN = shutil.which("mpirun", path=f"{os.path.dirname(sys.executable)}{os.pathsep}{os.environ.get('PATH', '')}")
+OVERSUBSCRIBED = [] if MPIRUN and os.path.dirname(MPIRUN) == os.path.dirname(sys.executable) else ["--oversubscribe"]
 
 
 def command(*arguments, ranks=0):
     """The arguments that start Python, on several processes if asked to."""
-    start = [MPIRUN, "--oversubscribe", "-n", str(ranks)] if ranks else []
+    start = [MPIRUN, *OVERSUBSCRIBED, "-n", str(ranks)] if ranks else []
     return [*start, sys.executable, *map(str, arguments)]
 
 

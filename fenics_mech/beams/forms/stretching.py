@@ -3,7 +3,8 @@
 from typing import Any
 
 import ufl
-from dolfinx import fem
+
+from fenics_mech._fenicsx import fem
 
 
 def stretching(space: Any, tension: Any, xi: Any) -> tuple[Any, Any, Any]:

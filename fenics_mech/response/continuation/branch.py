@@ -175,7 +175,7 @@ class Turning:
         values = (ends[0], (ends[0] + ends[1]) / 2, ends[1])
         equations, rates = [equation_at(value) for value in values], [at(value).cycle_rate for value in values]
         samples = [_arrays_of(each) for each in equations]
-        weights = np.linalg.inv(np.vander(np.array(rates) / rates[0], increasing=True))
+        weights: Array = np.linalg.inv(np.vander(np.array(rates) / rates[0], increasing=True)).astype(np.float64)
         return cls(equations[0], rates[0], tuple(_powers(weights, arrays) for arrays in zip(*samples)))
 
     def at_rate(self, rate: float) -> Equation:

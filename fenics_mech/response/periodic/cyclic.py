@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array, times
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import DIRECT, configured, name_of, to_petsc
+from fenics_mech._petsc import DIRECT, PETSc, configured, name_of, to_petsc
 from fenics_mech.errors import SolverError
 
 

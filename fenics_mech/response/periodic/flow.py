@@ -195,12 +195,12 @@ class Flow:
             if not len(lost) or not size[0]:
                 break
             done += max(1, int(lost[0]))
-            size = float(np.linalg.norm(states[done]))
-            if not size:
+            norm = float(np.linalg.norm(states[done]))
+            if not norm:
                 states[done:] = 0.0
                 break
-            states[done] /= size
-            power[done:] += np.log(size)
+            states[done] /= norm
+            power[done:] += np.log(norm)
         return states, power
 
     @property

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
+from fenics_mech._petsc import PETSc
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation

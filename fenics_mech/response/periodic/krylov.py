@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from petsc4py import PETSc
-
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured
+from fenics_mech._petsc import PETSc, configured
 
 
 class _Products:

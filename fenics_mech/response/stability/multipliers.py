@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from petsc4py import PETSc
-from slepc4py import SLEPc
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import PETSc, SLEPc, configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.krylov import products
@@ -95,8 +93,9 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
     outward, sizes, inward = np.linalg.svd(left, full_matrices=False)
     clear = sizes > MULTIPLIERS.above_rounding * rounding
     space, whole = space @ inward[clear].T, right @ inward[clear].T
-    values, parts = np.linalg.eig((outward[:, clear] / sizes[clear]).T @ whole)  # least squares of left x = right
-    return values.astype(complex), (space @ parts).T.astype(complex) / unit
+    reduced = (outward[:, clear] / sizes[clear]).T @ whole  # least squares of left x = right
+    values, parts = (part.astype(np.complex128) for part in np.linalg.eig(reduced))
+    return values, (space.astype(np.complex128) @ parts).T / unit
 
 
 def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Eigenpairs:

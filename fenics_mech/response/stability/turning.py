@@ -98,7 +98,7 @@ class LinkAxes:
         values, rates = (np.concatenate([part, part[:1]])[:, None] for part in (self.values, self.rates))
         size = len(self.link)
         moved = values * q[..., self.columns], values * rate[..., self.columns] + rates * q[..., self.columns]
-        v, velocity = (np.asarray(summed(part, self.rows, size), dtype=complex) for part in moved)
+        v, velocity = (summed(part, self.rows, size) for part in moved)
         return v, velocity
 
     def momenta(self, v: Complex) -> Complex:

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
+from fenics_mech._petsc import PETSc
 from fenics_mech.effects import AddedMatrices
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SolverError

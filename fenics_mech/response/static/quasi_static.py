@@ -8,11 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from petsc4py import PETSc
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import DIRECT, configured, name_of, to_scipy
+from fenics_mech._petsc import DIRECT, PETSc, configured, name_of, to_scipy
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import RigidModes, System

@@ -89,7 +89,7 @@ class Schedule:
         numpy.ndarray
             ``(times,)``.
         """
-        return start + self.cycle / self.samples * np.arange(self.count(start))
+        return start + self.cycle / self.samples * np.arange(self.count(start), dtype=float)
 
 
 @dataclass(frozen=True)

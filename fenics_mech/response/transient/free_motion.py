@@ -9,11 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import PETSc, configured, name_of
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
@@ -191,7 +190,7 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     scene, analysis = state.scene, state.scene.analysis
     cycles = analysis.cycles if scene.drives else 1
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange(cycles * analysis.sub_intervals + 1)
+    times = step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
     tolerance = min(rougher * analysis.time_tolerance, 0.5)
     record = _Record(times, start, state, weight)

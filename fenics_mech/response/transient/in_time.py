@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -245,8 +245,9 @@ def concatenated(parts: list[Joined]) -> Joined:
         Of one kind, in the order of time.
     """
     values = {f.name: [getattr(part, f.name) for part in parts] for f in fields(parts[0])}
-    return replace(
-        parts[0],
-        **{name: np.concatenate(found) for name, found in values.items() if isinstance(found[0], np.ndarray)},
-        **{name: concatenated(found) for name, found in values.items() if is_dataclass(found[0])},
-    )
+    joined: dict[str, Any] = {
+        name: np.concatenate(found) if isinstance(found[0], np.ndarray) else concatenated(found)
+        for name, found in values.items()
+        if isinstance(found[0], np.ndarray) or is_dataclass(found[0])
+    }
+    return replace(parts[0], **joined)

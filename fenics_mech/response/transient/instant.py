@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, solved
 from fenics_mech.response.transient.coefficients import Coefficients
 
 
@@ -149,7 +149,7 @@ class Instant:
             In sqrt(J)/s^2, ``(coordinates,)``.
         """
         residual = self.residual(time, z, rate, np.zeros_like(z))
-        return np.linalg.solve(self.coefficients.at(time)[0], -residual)
+        return solved(self.coefficients.at(time)[0], -residual)
 
 
 def _summed(dofs: Index, forces: Array, size: int) -> Array:

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured, name_of
+from fenics_mech._petsc import PETSc, configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import Course, Schedule, StartState, VelocityJumps

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
+from fenics_mech._petsc import PETSc
 from fenics_mech.errors import AssemblyError, SolverError
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.instant import growth as largest_growth

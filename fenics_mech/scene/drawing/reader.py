@@ -36,7 +36,7 @@ def main() -> None:
     except Exception as error:  # gmsh raises nothing more special, and meshio whatever it stumbles over
         sys.exit(" ".join(str(error).split())[:200] or "no reason is known, or it takes too much memory")
     names = np.array(json.dumps([list(lines), list(points), others]))
-    groups = {f"lines{i}": cells for i, cells in enumerate(lines.values())}
+    groups: dict[str, Any] = {f"lines{i}": cells for i, cells in enumerate(lines.values())}
     groups |= {f"points{i}": cells for i, cells in enumerate(points.values())}
     np.savez(path.with_name("groups.npz"), names=names, nodes=nodes, **groups)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.formulas.expression import FUNCTIONS, Arithmetic, Formula, Jet, jet_functions
@@ -42,11 +43,11 @@ class Interval(Arithmetic):
         return cls(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
 
     @property
-    def bounded(self) -> Array:
+    def bounded(self) -> NDArray[np.bool_]:
         """Whether both bounds are finite."""
         return np.isfinite(self.low) & np.isfinite(self.high)
 
-    def _holds(self, start: float, step: float) -> Array:
+    def _holds(self, start: float, step: float) -> NDArray[np.bool_]:
         """Whether one of the numbers ``start + k step``, k whole, lies inside."""
         return np.floor((self.high - start) / step) >= np.ceil((self.low - start) / step)
 

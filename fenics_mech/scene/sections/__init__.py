@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Discriminator, Tag
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.first_error import BRANCH
 from fenics_mech.scene.sections.laminate import LaminateSection, Ply
 from fenics_mech.scene.sections.plain import (
     CustomSection,
@@ -24,30 +25,52 @@ if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
 
 
-def _shape(value: Any) -> Any:
-    return value.get("shape", "custom") if isinstance(value, dict) else getattr(value, "shape", None)
-
-
-Kinds = (
-    Annotated[CustomSection, Tag("custom")]
-    | Annotated[RectangleSection, Tag("rectangle")]
-    | Annotated[RoundSection, Tag("round")]
-    | Annotated[TubeSection, Tag("tube")]
-    | Annotated[ISection, Tag("I")]
-    | Annotated[LaminateSection, Tag("laminate")]
-    | Annotated[PolygonSection, Tag("polygon")]
-    | Annotated[VariableSection, Tag("variable")]
-    | Annotated[TaperSection, Tag("taper")]
+OWN: tuple[type[Section], ...] = (
+    CustomSection,
+    RectangleSection,
+    RoundSection,
+    TubeSection,
+    ISection,
+    LaminateSection,
+    PolygonSection,
+    VariableSection,
+    TaperSection,
 )
-KNOWN = ", ".join(get_args(kind)[1].tag for kind in get_args(Kinds))
-AnySection = Annotated[
-    Kinds,
-    Discriminator(
-        _shape,
-        custom_error_type="unknown_shape",
-        custom_error_message=f"there is no such shape of section; known are {KNOWN}",
-    ),
-]
+
+
+def _shape_of(kind: type[Section]) -> str:
+    return str(kind.model_fields["shape"].default)
+
+
+SHAPES = tuple(map(_shape_of, OWN))
+
+
+def _tag(value: Any) -> Any:
+    """Give the branch of the union that reads a value: its shape with the mark of a branch."""
+    shape = value.get("shape", "custom") if isinstance(value, dict) else getattr(value, "shape", None)
+    return f"{BRANCH}{shape}" if isinstance(shape, str) else None
+
+
+def any_section(*more: type[Section]) -> Any:
+    """Give the type of all sections, by their `shape`.
+
+    Parameters
+    ----------
+    *more
+        Classes of other packages.
+    """
+    kinds: tuple[type[Section], ...] = (*OWN, *more)
+    tagged = tuple(Annotated[kind, Tag(f"{BRANCH}{_shape_of(kind)}")] for kind in kinds)  # type: ignore[valid-type]
+    union = Union[tagged]  # type: ignore[valid-type]  # noqa: UP007
+    known = ", ".join(map(_shape_of, kinds))
+    message = f"there is no such shape of section; known are {known}"
+    return Annotated[union, Discriminator(_tag, custom_error_type="unknown_shape", custom_error_message=message)]
+
+
+if TYPE_CHECKING:
+    AnySection = Section
+else:
+    AnySection = any_section()
 
 
 def check_sections(scene: Scene) -> None:
@@ -73,6 +96,7 @@ def check_sections(scene: Scene) -> None:
 
 
 __all__ = [
+    "SHAPES",
     "AnySection",
     "CustomSection",
     "ISection",
@@ -89,5 +113,6 @@ __all__ = [
     "TaperSection",
     "TubeSection",
     "VariableSection",
+    "any_section",
     "check_sections",
 ]

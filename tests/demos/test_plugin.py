@@ -1,0 +1,149 @@
+"""The example package in `demos/plugin`, installed into a folder of its own, and packages that are wrong."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from tests.common import DEMOS, ROOT
+
+SCENE = DEMOS / "plugin" / "bar_on_turntable.toml"
+SECTION = "from fenics_mech.scene.sections.plain import RectangleSection as EllipseSection\n"
+INSTALL = "-q", "--no-build-isolation", "--no-deps", "--no-index", "--disable-pip-version-check"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The folder that the example is installed in."""
+    folder = tmp_path_factory.mktemp("plugin")
+    shutil.copytree(DEMOS / "plugin", folder / "source")
+    pip = [sys.executable, "-m", "pip", "install", *INSTALL, "--target", folder / "site", folder / "source"]
+    subprocess.run(pip, check=True, capture_output=True, timeout=300)
+    return folder / "site"
+
+
+@pytest.fixture
+def changed(installed, tmp_path):
+    """A copy of the installed example, in which a module has another text."""
+
+    def copy(module, text, old=None):
+        shutil.copytree(installed, tmp_path / "site")
+        file = tmp_path / "site" / "fenics_mech_turntable" / module
+        file.write_text(file.read_text().replace(old, text) if old else text)
+        return tmp_path / "site"
+
+    return copy
+
+
+def command(*arguments, site=None, cwd=ROOT):
+    """What the command says with the packages of a folder installed."""
+    where = os.pathsep.join(map(str, filter(None, [site, ROOT])))
+    code = "from fenics_mech.__main__ import main; main()"
+    return subprocess.run(
+        [sys.executable, "-P", "-c", code, *map(str, arguments)],
+        env=os.environ | {"PYTHONPATH": where},
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def scene(tmp_path, old, new):
+    text = SCENE.read_text()
+    assert old in text
+    (tmp_path / "scene.toml").write_text(text.replace(old, new))
+    return tmp_path / "scene.toml"
+
+
+def test_effect_and_section_of_a_package_act(installed, tmp_path):
+    from fenics_mech import Result
+
+    done = command("run", SCENE, "-o", tmp_path, site=installed)
+    assert done.returncode == 0, done.stderr
+    code = f"from fenics_mech import Result; print(Result.load({str(tmp_path / 'result.nc')!r}).scene.plugins)"
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", code],
+        env=os.environ | {"PYTHONPATH": f"{installed}{os.pathsep}{ROOT}"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert "speed=30.0" in told.stdout  # the scene goes through the file
+    data = Result.load(tmp_path / "result.nc").data
+    radius = 0.5 * data["s"].to_numpy()
+    force = 7850 * np.pi * 8e-3 * 4e-3 / 4 * 30**2 * (0.5**2 - radius**2) / 2
+    assert np.allclose(data["axial_force"].squeeze(), force, rtol=1e-9, atol=1e-9)
+
+
+def test_keys_of_a_package_stand_in_the_schema(installed):
+    schema = json.loads(command("schema", site=installed).stdout)
+    table = schema["properties"]["plugins"]["properties"]["turntable"]
+    assert table["required"] == ["speed"]
+    assert "turntable (rad/s)" in table["properties"]["speed"]["description"]
+    assert "Size in the plane" in schema["$defs"]["EllipseSection"]["properties"]["height"]["description"]
+    assert "turntable" not in command("schema").stdout
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('speed = "30 rad/s"', 'speed = "30 kg"', r"plugins.turntable.speed \(line 26\): .*kg"),
+        ('speed = "30 rad/s"', "pace = 1", "plugins.turntable.speed .*: this key is missing"),
+        ('height = "4 mm"', 'height = "-4 mm"', r"sections.bar.height \(line 9\): .*greater than 0"),
+        ('shape = "ellipse"', 'shape = "egg"', "no such shape of section; known are .*taper, ellipse"),
+        ("[plugins.turntable]", "[plugins.merry]", "plugins.merry .*no plugin 'merry'. Those that .* here: turntable"),
+    ],
+)
+def test_mistakes_in_keys_of_a_package_are_told_with_their_place(installed, tmp_path, old, new, said):
+    done = command("check", scene(tmp_path, old, new), site=installed)
+    assert done.returncode == 1
+    assert re_search(said, done.stderr), done.stderr
+
+
+def re_search(pattern, text):
+    """Search in a text without its line breaks."""
+    return re.search(pattern, " ".join(text.split()))
+
+
+@pytest.mark.parametrize(
+    ("module", "text", "old", "said"),
+    [
+        ("turntable.py", "import nowhere\n", None, "'turntable' of the package fenics.mech.turntable cannot be loaded"),
+        ("turntable.py", "EFFECT = 3\n", None, "gives int where Effect is expected"),
+        ("turntable.py", "speed**3 / [][0]", "speed**2", "'turntable' of .* failed in terms: IndexError"),
+        ("turntable.py", '"gravity",\n    meaning', '"turntable",\n    meaning', "must have that name in its record"),
+        ("ellipse.py", SECTION, None, "'ellipse' of .* needs a field `shape: Literal"),
+        ("ellipse.py", "self.height / {}", "self.height / 2", "'ellipse' of .* failed in rigidity: TypeError"),
+    ],
+)
+def test_a_package_that_is_wrong_is_named(changed, tmp_path, module, text, old, said):
+    done = command("run", SCENE, "-o", tmp_path, site=changed(module, text, old))
+    assert done.returncode == 1
+    assert re_search(said, done.stderr), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_scene_in_the_folder_of_a_package_cannot_load_it(installed, tmp_path):
+    """Even by `python -m`, which puts the current folder first."""
+    folder = tmp_path / "from_a_stranger"
+    shutil.copytree(installed, folder)
+    shutil.copy(SCENE, folder)
+    done = subprocess.run(
+        [sys.executable, "-c", "from fenics_mech.__main__ import main; main()", "check", SCENE.name],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "there is no plugin 'turntable'" in done.stderr
