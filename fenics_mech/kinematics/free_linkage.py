@@ -81,16 +81,47 @@ class FreeLinkage:
         AssemblyError
             When the links cannot be assembled so, or their motion is not determined there.
         """
-        loops, driven = self.loops, self._driven(time)
-        value, first, second = (np.hstack(pair) for pair in zip(driven, (places, rates, seconds)))
-        q, closed = newton(loops, near, value)
-        if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
-            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
+        loops, (value, first, second) = self.loops, self.given(time, (places, rates, seconds))
+        q = self.pose(time, value, near)
         try:
             velocity, acceleration = rates_by_drives(loops, q, first, second)
         except np.linalg.LinAlgError as error:
             raise AssemblyError(f"the linkage is at a dead centre of its freedoms at {time[0]:.6g} s") from error
-        return as_motion(loops, self._theta(time, places), time, q, velocity, acceleration)
+        return as_motion(loops, self.theta(time, places), time, q, velocity, acceleration)
+
+    def given(self, time: Array, freedoms: tuple[Array, ...]) -> tuple[Array, ...]:
+        """Angles and strokes of the drives and the freedoms, and their derivatives, ``(times, drives)`` each.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        freedoms
+            Angles (rad) and strokes (m) of the freedoms, and up to two derivatives by time, ``(times, freedoms)`` each.
+        """
+        return tuple(np.hstack(pair) for pair in zip(self._driven(time), freedoms))
+
+    def pose(self, time: Array, given: Array, near: Array) -> Array:
+        """Give the coordinates of the links, ``(times, 3 links)``.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        given
+            Angles and strokes of the drives and the freedoms, ``(times, drives)``.
+        near
+            Coordinates of the links at positions near to these, ``(times, 3 links)``.
+
+        Raises
+        ------
+        AssemblyError
+            When the links cannot be assembled so.
+        """
+        q, closed = newton(self.loops, near, given)
+        if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
+            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
+        return q
 
     def refuse_dead_centre(self, time: float, q: Array) -> None:
         """Raise `AssemblyError` where the freedoms hardly say how the links move.
@@ -121,8 +152,16 @@ class FreeLinkage:
         acceleration: Array = np.asarray(second * rate**2 + first * change, dtype=float)  # chain rule
         return value, first * rate, acceleration
 
-    def _theta(self, time: Array, places: Array) -> Array:
-        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase."""
+    def theta(self, time: Array, places: Array) -> Array:
+        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        places
+            Angles and strokes of the freedoms, ``(times, freedoms)``.
+        """
         scene = self.scene
         if scene.drives:
             return np.asarray(scene.coordinate(time).value)

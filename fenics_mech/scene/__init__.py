@@ -16,9 +16,11 @@ from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
+from fenics_mech.scene.joint_laws import Bushing, Clearance, Contact, Friction, JointEffort, Stop
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
+from fenics_mech.scene.measurements import Measurement
 from fenics_mech.scene.meshing import refined
-from fenics_mech.scene.models import Measurement, Scene
+from fenics_mech.scene.models import Scene
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
@@ -40,6 +42,9 @@ from fenics_mech.scene.tolerance import stated as stated_tolerance
 __all__ = [
     "AirDrag",
     "Analysis",
+    "Bushing",
+    "Clearance",
+    "Contact",
     "CustomSection",
     "Damping",
     "DirectCurrentMotor",
@@ -50,6 +55,7 @@ __all__ = [
     "FactorTable",
     "FormulaEffort",
     "Freedom",
+    "Friction",
     "Ground",
     "Harmonics",
     "HingeDamper",
@@ -57,6 +63,7 @@ __all__ = [
     "ISection",
     "Impulse",
     "InductionMotor",
+    "JointEffort",
     "LaminateSection",
     "LineDamper",
     "LineLoad",
@@ -82,6 +89,7 @@ __all__ = [
     "Section",
     "Slot",
     "SpeedController",
+    "Stop",
     "Table",
     "TaperSection",
     "TimeExpression",

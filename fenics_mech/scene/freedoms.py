@@ -160,6 +160,23 @@ Effort = Annotated[
 ]
 
 
+def effort_of(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> Array:
+    """Effort on the second body of a joint (N m or N), ``(times,)``.
+
+    Parameters
+    ----------
+    effort
+        The law.
+    time
+        Times (s), ``(times,)``.
+    state
+        Angle (rad) or stroke (m) of the joint there, and its rate, ``(times,)`` each.
+    start
+        The joint's place at time 0.
+    """
+    return np.full_like(time, effort) if isinstance(effort, float) else effort.at(time, *state, start)
+
+
 class Freedom(Part):
     """A joint that nothing leads.
 
@@ -211,6 +228,4 @@ class Freedom(Part):
         numpy.ndarray
             N m or N, ``(times,)``.
         """
-        if isinstance(self.effort, float):
-            return np.full_like(time, self.effort)
-        return self.effort.at(time, place, rate, self.start or 0.0)
+        return effort_of(self.effort, time, (place, rate), self.start or 0.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -21,39 +20,14 @@ from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
+from fenics_mech.scene.joint_laws import OPEN, AnyJointLaw
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
+from fenics_mech.scene.measurements import Measurement
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
 from fenics_mech.scene.tolerance import Tolerance
 from fenics_mech.scene.units import Acceleration
-
-
-class Measurement(Part):
-    """Measured strains to be drawn beside the computed ones.
-
-    Parameters
-    ----------
-    file
-        CSV with a header and two columns: drive angle in degrees, strain. Relative to the scene file.
-    member
-        "link", or "link.member" when the link has several members.
-    s
-        Place along the member, 0 to 1.
-    fibre
-        "+" (on the side of the normal) or "-".
-
-    Examples
-    --------
-    >>> fm.Measurement(file="strain_coupler.csv", member="coupler").s
-    0.5
-    """
-
-    file: Path
-    member: str
-    s: Annotated[float, Field(ge=0, le=1)] = 0.5
-    fibre: Literal["+", "-"] = "+"
-
 
 Drives = Annotated[
     Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
@@ -99,6 +73,8 @@ class Scene(Part):
         Acceleration along X and Y (m/s^2).
     loads, impulses, springs, dampers
         By name.
+    joint_laws
+        Friction, stops, clearances, bushings and efforts at joints, by name. Links that bend have none.
     drive
         One drive, or several; none where nothing moves the linkage.
     freedoms
@@ -134,8 +110,8 @@ class Scene(Part):
     """
 
     name: Annotated[str, Field(max_length=SCENE.longest_name)] = "scene"
-    materials: dict[Name, Material]
-    sections: dict[Name, AnySection]
+    materials: dict[Name, Material] = Field(default_factory=dict)
+    sections: dict[Name, AnySection] = Field(default_factory=dict)
     ground: Ground = Field(default_factory=lambda: Ground(points={}))
     links: Annotated[dict[Name, Link], Field(min_length=1, max_length=SCENE.most_links)]
     joints: dict[Name, Joint] = Field(default_factory=dict)
@@ -145,6 +121,7 @@ class Scene(Part):
     impulses: dict[Name, Impulse] = Field(default_factory=dict)
     springs: dict[Name, Spring] = Field(default_factory=dict)
     dampers: dict[Name, Damper] = Field(default_factory=dict)
+    joint_laws: dict[Name, AnyJointLaw] = Field(default_factory=dict)
     drive: Drives = ()
     freedoms: dict[Name, Freedom] = Field(default_factory=dict)
     effects: Literal["auto"] | tuple[str, ...] = ()
@@ -220,6 +197,17 @@ class Scene(Part):
     def moved_joints(self) -> tuple[str, ...]:
         """Joints whose angle or stroke says where the linkage is: those of the drives, then those of the freedoms."""
         return (*(drive.joint for drive in self.drives), *self.freedoms)
+
+    @property
+    def open_joints(self) -> frozenset[str]:
+        """Joints whose constraint is replaced by a clearance or a bushing."""
+        return frozenset(law.joint for law in self.joint_laws.values() if isinstance(law, OPEN))
+
+    @property
+    def constraints(self) -> dict[str, Joint]:
+        """Joints that have one, by name."""
+        open_joints = self.open_joints
+        return {name: joint for name, joint in self.joints.items() if name not in open_joints}
 
     @property
     def cycle_rate(self) -> float:

@@ -16,6 +16,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ResultError, ViewError
+from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.result import at_place
@@ -146,6 +147,9 @@ def plot_all(result: Result, folder: str | Path, rigid: Mapping[str, Curve] | No
         raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
     if result.data.sizes["theta"] == 1:
         return []
+    if not scene.members():
+        freedoms = [save(freedom_figure(result), folder / "freedoms.png")] if scene.freedoms else []
+        return [save(joint_force_figure(result), folder / "joint_forces.png"), *freedoms]
     paths = [plot_strain(result, m, folder / f"strain_{m}.png", rigid=rigid.get(m)) for m in scene.members()]
     elsewhere = {(m.member, m.s, m.fibre) for m in scene.measurements} - {(m, 0.5, "+") for m in scene.members()}
     for member, s, fibre in sorted(elsewhere):
@@ -219,6 +223,22 @@ def joint_force_figure(result: Result) -> Figure:
         panels[1].axhline(0, color="#888888", linewidth=0.8, zorder=1.5)
         slides = result.data["input_torque"].attrs["units"] == "N"
         finish(panels[1], *(("Drive force", "force (N)") if slides else ("Input torque", "torque (N m)")))
+    return figure
+
+
+def freedom_figure(result: Result) -> Figure:
+    """Draw the angle or stroke of each freedom, and below it their rates."""
+    figure, panels = figure_of(result, rows=2, height=5.8)
+    units = {"N m": ("deg", 180 / np.pi), "N": ("mm", 1 / MILLI)}
+    efforts = effort_units(tuple(result.scene.freedoms), result.scene.joints)
+    for axes, name, title, per in zip(
+        panels, ("freedom_place", "freedom_rate"), ("Freedoms", "Their rates"), ("", "/s")
+    ):
+        for i, (freedom, effort) in enumerate(zip(result.scene.freedoms, efforts)):
+            unit, factor = units[effort]
+            axes.plot(*_curve(result, factor * result.data[name].to_numpy()[:, i]), label=f"{freedom} ({unit}{per})")
+        shown = sorted({units[effort][0] for effort in efforts})
+        finish(axes, title, " or ".join(f"{unit}{per}" for unit in shown))
     return figure
 
 

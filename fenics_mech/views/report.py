@@ -11,7 +11,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech._arrays import Array
 from fenics_mech._console import text_of
 from fenics_mech._constants import MEGA, MICRO, MILLI
 from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
@@ -24,10 +23,11 @@ from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
-from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.frequency_table import frequency_table
+from fenics_mech.views.peak_tables import damping_of, degrees_of, joint_table, peak_of, values_of
+from fenics_mech.views.rigid_report import rigid_parts
 from fenics_mech.views.tables import drive_of, number, table_of
 
 SOURCES = {  # of errors, in words
@@ -85,15 +85,17 @@ def summary(result: Result) -> Summary:
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
+    if not result.scene.members():
+        return Summary(*rigid_parts(result))
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
     closer = between_positions(result)
     parts += [_members(closer), *_between_stations(result)]
     if result.data.sizes["joint"]:
-        parts.append(_joints(closer))
+        parts.append(joint_table(closer))
     parts += [*_doubtful_peaks(result, closer), *_signal(result)]
     if "frequency" in result.data:
-        frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
-        parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
+        frequency, assurance = (values_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
+        parts.append(frequency_table(frequency, assurance, values_of(result, "frequency_error", "mode")))
         if any(effect.nonlinear for effect in _acting(result)):
             parts.append(Text("These frequencies leave out the axial forces in the links."))
     if "stability_limit" in result.data.attrs:
@@ -192,7 +194,7 @@ def _decisions(result: Result) -> Table:
         rows["error estimate"] = _errors(result)
     if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
-    rows["damped by"] = _damping(scene)
+    rows["damped by"] = damping_of(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
@@ -288,13 +290,13 @@ def _members(result: Result) -> Table:
     columns = "member", strain_head, "stress\n(MPa)", "at angle,\ns, side", bent_head, "at angle,\ns"
     table = table_of("Peaks of the members", *columns)
     table.caption, table.caption_justify = f"{PLACE}\n", "left"
-    theta, s = _degrees(result), result.data["s"].to_numpy()
+    theta, s = degrees_of(result), result.data["s"].to_numpy()
     fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
-    strain, stress = (_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
-    deflection = np.linalg.norm(_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
+    strain, stress = (values_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
+    deflection = np.linalg.norm(values_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
     for i, member in enumerate(result.data["member"].to_numpy()):
-        k, place, fibre = _peak(strain[:, i])
-        bent, station = _peak(deflection[:, i])
+        k, place, fibre = peak_of(strain[:, i])
+        bent, station = peak_of(deflection[:, i])
         table.add_row(
             escape(str(member)),
             number(MICRO * strain[k, i, place, fibre]),
@@ -315,24 +317,6 @@ def _between_stations(result: Result) -> list[Text]:
     return [Text(f"Larger strains between the stations (\N{MICRO SIGN}m/m): {peaks}")] if peaks else []
 
 
-def _joints(result: Result) -> Table:
-    """Tabulate the peak joint forces and, as the last row, the peak torque or force of the first drive."""
-    table = table_of("Peaks of the joint forces", "joint", "peak", "at angle")
-    theta = _degrees(result)
-    forces = np.linalg.norm(_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
-    for joint, force in zip(result.data["joint"].to_numpy(), forces.T):
-        (k,) = _peak(force)
-        table.add_row(escape(str(joint)), f"{number(force[k])} N", f"{theta[k]:.4g}\N{DEGREE SIGN}")
-    if "input_torque" not in result.data:
-        return table
-    torque = result.data["input_torque"].to_numpy()
-    (k,) = _peak(torque)
-    unit = str(result.data["input_torque"].attrs["units"])
-    what = "drive force" if unit == "N" else "input torque"
-    table.add_row(what, f"{number(torque[k])} {unit}", f"{theta[k]:.4g}\N{DEGREE SIGN}")
-    return table
-
-
 def _signal(result: Result) -> list[RenderableType]:
     """Tabulate the largest harmonics of each member's strain at mid-span, and how it vibrates."""
     data = result.data
@@ -348,7 +332,7 @@ def _signal(result: Result) -> list[RenderableType]:
     table = table_of(
         "Strain at mid-span, + side", "member", "largest harmonics\nof the drive: \N{MICRO SIGN}m/m", *head
     )
-    amplitude = MICRO * _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
+    amplitude = MICRO * values_of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
         heard = np.flatnonzero(amplitude[i] > REPORT.rounding * amplitude[i].max())
         largest = heard[np.argsort(-amplitude[i, heard])][: REPORT.harmonics]
@@ -358,32 +342,3 @@ def _signal(result: Result) -> list[RenderableType]:
             cells += [number(MICRO * size), *("-" if np.isnan(value) else number(value) for value in (rate, mode))]
         table.add_row(escape(str(member)), *cells)
     return [table]
-
-
-def _of(result: Result, name: str, *dimensions: str) -> Array:
-    return result.data[name].transpose(*dimensions).to_numpy()
-
-
-def _degrees(result: Result) -> Array:
-    return np.degrees(result.data["theta"].to_numpy()) % 360
-
-
-def _peak(values: Array) -> tuple[int, ...]:
-    """Index of the value of largest magnitude."""
-    return tuple(int(i) for i in np.unravel_index(np.abs(values).argmax(), values.shape))
-
-
-def _damping(scene: Scene) -> str:
-    """Tell how the scene is damped."""
-    damping = scene.damping
-    ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
-    modal = ", ".join(f"{100 * value:.4g} %" for value in ratios)
-    parts = (
-        [f"{modal} of critical in {'each mode' if len(ratios) == 1 else 'the modes in turn'}"] if any(ratios) else []
-    )
-    parts += [f"material with a retardation time of {damping.material:.4g} s"] if damping.material else []
-    parts += [f"drag {damping.external:.4g} 1/s on the absolute velocity"] if damping.external else []
-    parts += [f"drag {damping.relative:.4g} 1/s on the velocity relative to the links"] if damping.relative else []
-    if (air := damping.air) is not None:
-        parts += [f"air of {air.density:.4g} kg/m^3 with a drag coefficient of {air.coefficient:.4g}"]
-    return ", ".join(parts) or "none"

@@ -26,6 +26,7 @@ Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times,
 Sizes = tuple[tuple[slice, float], ...]  # parts of the coordinates, and the root of an energy for each (sqrt(J))
 Tangents = tuple[Array, Array, Array]  # by z'', z' and z, ``(times, coordinates, coordinates)`` each
 Keep = Callable[[float, float, Curve], bool]  # takes a step's start and end (s) and its motion; says whether to stop
+Watch = Callable[[float, float, Curve], float | None]  # the same; gives the time (s) at which a step has to end instead
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class StepLimits:
     most_iterations: int = 10  # of Newton's method in a step
     fast: float = 0.03  # of the change before, down to which Newton's method keeps its tangents
     newton: float = 1e-3  # of the tolerance of a step, to which it is solved
+    rounding: float = 1e-15  # of coordinates of rigid motion, below which changes are rounding
     shortest: float = 1e-10  # step, of the longest
     margin: float = 1e-9  # of a step, that is not left over at the end
     smallest_change: float = 0.2  # factor of a step's length from one step to the next
@@ -78,6 +80,10 @@ class Collocation:
         Longest step (s).
     keep
         Is called with every step.
+    watch
+        Says where a step has to end, such as where bodies touch; None where nothing cuts steps.
+    of_motion
+        Whether errors are relative to the energy of the motion alone: coordinates of rigid motion count from anywhere.
     """
 
     equation: EquationInTime
@@ -86,6 +92,8 @@ class Collocation:
     sizes: Sizes
     longest: float
     keep: Keep
+    watch: Watch | None = None
+    of_motion: bool = False
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
 
@@ -138,8 +146,12 @@ class Collocation:
             made, error = self._trial(start, length, z, rate)
             change = STEPPING.safety * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
             change = min(max(change, STEPPING.smallest_change), STEPPING.largest_change)
-            if error <= 1:
+            cut = self._cut(start, length, z, rate, made) if error <= 1 else None
+            if error <= 1 and cut is None:
                 break
+            if cut is not None:
+                asked = cut - start
+                continue
             asked = length * change
             if asked < STEPPING.shortest * self.longest:
                 why = self._fault or "the motion grows without bound or its equation has no solution there"
@@ -154,6 +166,12 @@ class Collocation:
         ts.setTimeStep(max(asked, length * change) if last else length * change)
         if self.keep(start, ts.getTime(), curve):
             ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
+
+    def _cut(self, start: float, length: float, z: Array, rate: Array, made: Array) -> float | None:
+        """Time (s) at which a step has to end that its error would allow; None where it may stand."""
+        if self.watch is None:
+            return None
+        return self.watch(start, start + length, self._curve(start, length, z, rate, made))
 
     def _trial(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float]:
         """Accelerations at the points, and the error over the tolerance."""
@@ -193,6 +211,8 @@ class Collocation:
             change = np.linalg.solve(matrix, -self.equation.residuals(*here).ravel()).reshape(s, n)
             found = found + change
             moved = np.abs(length**2 * (self.tableau.square @ change))
+            if self.of_motion:  # many turns have fewer digits
+                limits = np.maximum(limits, STEPPING.rounding * np.abs(places).max())
             over = float(max(moved[:, part].max(initial=0.0) / limit for (part, _), limit in zip(self.sizes, limits)))
             if self.equation.linear or over <= 1:
                 return found, tangents
@@ -233,7 +253,8 @@ class Collocation:
             return float(np.sqrt(abs(q @ k @ q) + abs(v @ m @ v)))
 
         shares = [
-            energy(part, by_place, by_rate) / max(size, energy(part, z, rate), 1e-300) for part, size in self.sizes
+            energy(part, by_place, by_rate) / max(size, energy(part, 0 * z if self.of_motion else z, rate), 1e-300)
+            for part, size in self.sizes
         ]
         return max(shares) / self.tolerance
 
