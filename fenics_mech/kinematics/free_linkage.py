@@ -18,7 +18,7 @@ from fenics_mech.kinematics.assembly import assemble, newton
 from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import Motion, as_motion, rates_by_drives
+from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint
@@ -184,15 +184,36 @@ def with_freedoms(scene: Scene) -> Scene:
     AssemblyError
         When the links cannot be assembled at their rough angles.
     """
+    if not scene.open_joints or _wholly_stated(scene):
+        return _with_chosen(scene, None)
+    # as if their pins had no clearance, journals start in the middle, and move as the linkage does then
+    pinned = with_freedoms(scene.model_copy(update={"joint_laws": {}}))
+    linkage = FreeLinkage(pinned)
+    rates = np.array([[part.rate_at_start for part in pinned.freedoms.values()]])
+    places = np.array([[part.start for part in pinned.freedoms.values()]], dtype=float)
+    start = linkage.motion(np.zeros(1), places, rates, np.zeros_like(rates), linkage.start[None])
+    kept = {name: part for name, part in pinned.freedoms.items() if name not in scene.open_joints}
+    return _with_chosen(scene.model_copy(update={"freedoms": kept | scene.freedoms}), start)
+
+
+def _wholly_stated(scene: Scene) -> bool:
+    """Whether a scene states the places of all that is free."""
+    loops = Loops.of(scene)
+    return len(loops.names) >= 3 * len(loops.links) and all(part.start is not None for part in scene.freedoms.values())
+
+
+def _with_chosen(scene: Scene, start: Motion | None) -> Scene:
+    """Give a scene with a freedom for all that is free, from where the links are at their rough angles or at a start."""
     stated = {name: part for name, part in scene.freedoms.items() if part.start is not None}
     loops = Loops.of(scene.model_copy(update={"freedoms": stated}))
-    q = assemble(loops)
+    q = assemble(loops) if start is None else coordinates(start.position, start.angle)[0]
     motions = free_motions(loops, q)
     wanted = [name for name in scene.freedoms if name not in stated]
     if not len(motions) and not wanted:
         return scene
-    others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene.joints[name])]
-    places, rates = _of_joints(scene, loops, q, motions, wanted + others)
+    others = [name for name in scene.constraints if name not in scene.moved_joints and _may_state(scene.joints[name])]
+    velocity = np.zeros_like(q) if start is None else coordinates(start.velocity, start.omega)[0]
+    places, rates, speeds = _of_joints(scene, (loops, q, velocity), motions, wanted + others)
     chosen = _chosen(scene.joints, rates, wanted, others)
     if len(chosen) != len(motions):
         words = "; ".join(describe(scene.links, scene.joints, q, motions))
@@ -201,7 +222,11 @@ def with_freedoms(scene: Scene) -> Scene:
             place="freedoms",
             hint="Give free links a joint of two bodies, and no freedom at a joint that cannot move",
         )
-    starting = {name: scene.freedoms.get(name, Freedom()).model_copy(update={"start": places[name]}) for name in chosen}
+    starting = {}
+    for name in chosen:
+        part = scene.freedoms.get(name, Freedom())
+        speed = speeds[name] if part.speed is None else part.speed
+        starting[name] = part.model_copy(update={"start": places[name], "speed": speed})
     return scene.changed(freedoms=scene.freedoms | starting)
 
 
@@ -241,9 +266,13 @@ def _without(left: Array, rate: Array) -> Array:
 
 
 def _of_joints(
-    scene: Scene, loops: Loops, q: Array, motions: Array, names: list[str]
-) -> tuple[dict[str, float], dict[str, Array]]:
-    """Angle or stroke of each joint at a position, and its rates in free motions of unit size, ``(motions,)``."""
+    scene: Scene, position: tuple[Loops, Array, Array], motions: Array, names: list[str]
+) -> tuple[dict[str, float], dict[str, Array], dict[str, float]]:
+    """Angle or stroke of each joint, its rates in free motions of unit size, ``(motions,)``, and its rate.
+
+    They are those of loops at coordinates of the links and their rates, ``(3 links,)`` each.
+    """
+    loops, q, velocity = position
     freedoms = dict.fromkeys(names, Freedom())
     measured = Loops.of(scene.model_copy(update={"drive": (), "freedoms": freedoms}))  # more than can move at once
     equations = slice(len(measured.names) - len(names), None)
@@ -252,4 +281,5 @@ def _of_joints(
     flat = motions.reshape(len(motions), len(q)) / loops.unit
     flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), TINY)
     ordered = [names[i] for i in measured.drive_order]
-    return dict(zip(ordered, given.tolist())), dict(zip(ordered, rows @ flat.T))
+    speeds = measured.jacobian(q[None])[0, equations] @ velocity
+    return dict(zip(ordered, given.tolist())), dict(zip(ordered, rows @ flat.T)), dict(zip(ordered, speeds.tolist()))

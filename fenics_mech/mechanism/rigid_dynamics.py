@@ -152,6 +152,25 @@ class RigidDynamics:
         joints = self.law_states(states.links)
         return {name: law.wrench(states.time, joints[name], contacts[name]) for name, law in self.laws.items()}
 
+    def size_of(self, name: str, states: RigidStates, wrench: Wrench) -> Array:
+        """Give what a law exerts along its guide (N) or about its pin (N m), ``(states,)``.
+
+        Of a law in place of a constraint it is the size of its force.
+
+        Parameters
+        ----------
+        name
+            The law.
+        states
+            The motion.
+        wrench
+            What it exerts.
+        """
+        if name in self.open_laws:
+            return np.asarray(np.linalg.norm(wrench.force, axis=-1))
+        place = self.laws[name].joint
+        return np.sum(wrench.force * place.state(states.links).along, axis=-1) if place.slides else wrench.moment
+
     def balance(self, states: RigidStates, contacts: Contacts) -> Balance:
         """Give the forces of a motion.
 

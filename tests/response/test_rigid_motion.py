@@ -1,4 +1,4 @@
-"""Motions of rigid links against tight solutions of independent programs, and what scenes of rigid links may ask for."""
+"""Motions of rigid links against tight solutions of independent programs, and what such scenes may ask for."""
 
 import numpy as np
 import pytest

@@ -15,7 +15,6 @@ from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.motion import coordinates
@@ -36,7 +35,7 @@ class RigidMotionLimits:
 
     stages: int = 9  # of a time step, at least: few long steps, as what a step costs hardly grows with its points
     together: int = 2000  # positions of a led motion that are solved for at once
-    touching: float = 1e-4  # of a freedom's unit, to which Newton's method looks where contacts are stiff
+    peaks: int = 60  # points of a step at which the peaks of contacts are looked for
     least: float = 1e-30  # J, for the energy of what nothing moves
 
 
@@ -124,11 +123,7 @@ def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) ->
     efforts = dynamics.efforts(balance.multipliers)
     joints, exerted, depths = dynamics.law_states(states.links), {}, {}
     for name, wrench in dynamics.wrenches(states, contacts).items():
-        place: JointPlace = dynamics.laws[name].joint
-        along = np.sum(wrench.force * joints[name].along, axis=-1)
-        whole = np.linalg.norm(wrench.force, axis=-1)
-        size = whole if name in dynamics.open_laws else along if place.slides else wrench.moment
-        exerted[name] = size + balance.friction.get(name, 0.0)
+        exerted[name] = dynamics.size_of(name, states, wrench) + balance.friction.get(name, 0.0)
         if dynamics.laws[name].contacts:
             depths[name] = dynamics.laws[name].depths(joints[name])[0].max(axis=0)
     rates = (
@@ -208,18 +203,19 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     step = scene.period / analysis.sub_intervals
     times = step * np.arange((analysis.cycles if scene.drives else 1) * analysis.sub_intervals + 1)
     freedoms = scene.freedoms.values()
-    place, rate = (np.array([getattr(part, name) for part in freedoms], dtype=float) for name in ("start", "speed"))
+    place, rate = (
+        np.array([getattr(part, name) for part in freedoms], dtype=float) for name in ("start", "rate_at_start")
+    )
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
     longest = FREE.longest * scene.period
-    equation = _Scaled(state, record.weight)
     tolerance = min(rougher * analysis.time_tolerance, 0.5)
     context = Collocation(
-        equation, tableau, tolerance, record.sizes, longest, record.keep, watch=record.watch, of_motion=True
+        state, tableau, tolerance, record.sizes, longest, record.keep, watch=record.watch, of_motion=True
     )
     record.context = context
     ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    context.begin(ts, place * record.weight, rate * record.weight, min(step, longest))
+    context.begin(ts, place, rate, min(step, longest))
     ts.setTime(0.0)
     ts.setMaxTime(float(times[-1]))
     defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
@@ -231,29 +227,6 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
         raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
     record.motion.steps = steps
     return record.motion
-
-
-@dataclass(frozen=True)
-class _Scaled:
-    """The equation for scaled coordinates ``z = weight r``, in sqrt(J)."""
-
-    state: RigidState
-    weight: Array
-    linear = False
-
-    def residuals(self, time: Array, z: Array, rate: Array, second: Array) -> Array:
-        """What is left of the equation, ``(times, coordinates)``."""
-        return self.state.residual(time, (z / self.weight, rate / self.weight, second / self.weight)) / self.weight
-
-    def tangents_at(self, time: Array, z: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
-        """Tangents by z'', z' and z, ``(times, coordinates, coordinates)`` each."""
-        found = self.state.tangents(time, (z / self.weight, rate / self.weight, second / self.weight))
-        square = np.outer(self.weight, self.weight)
-        return found[0] / square, found[1] / square, found[2] / square
-
-    def accelerations(self, time: Array, z: Array, rate: Array) -> Array:
-        """Give z'' that the equation demands, ``(times, coordinates)``."""
-        return self.state.accelerations(time, z / self.weight, rate / self.weight) * self.weight
 
 
 class _Recorder:
@@ -269,8 +242,6 @@ class _Recorder:
         self.nodes, self.weights = (nodes + 1) / 2, weights / 2
         self._take(times[:1], place[None], rate[None])
         self.energy = max(self._first_energy(place, rate, step), RIGID_MOTION.least)
-        unit = RIGID_MOTION.touching if self.events.laws else 1.0
-        self.weight = np.full(len(place), math.sqrt(self.energy) / unit)
 
     @property
     def sizes(self) -> tuple[tuple[slice, float], ...]:
@@ -281,34 +252,28 @@ class _Recorder:
         """Energy of the motion at the start, and of what it is soon after."""
         state, time = self.state, np.zeros(1)
         states = place[None], rate[None], np.zeros((1, len(place)))
-        mass, left = state.tangents(time, states)[0][0], state.residual(time, states)[0]
+        mass, left = state.tangents_at(time, *states)[0][0], state.residuals(time, *states)[0]
         soon = step**2 * float(left @ np.linalg.solve(mass, left)) / 2
         return 2 * max(soon, float(rate @ mass @ rate) / 2)
 
     def watch(self, start: float, end: float, curve: Curve) -> float | None:
         """Give the time of the first contact event in a step (s)."""
-        return self.events.next_event(start, end, self._unscaled(curve))
-
-    def _unscaled(self, curve: Curve) -> Curve:
-        def motion(time: Array) -> tuple[Array, Array]:
-            place, rate = curve(time)
-            return place / self.weight, rate / self.weight
-
-        return motion
+        return self.events.next_event(start, end, curve)
 
     def keep(self, start: float, end: float, curve: Curve) -> bool:
         """Take the samples inside a step and its work; the motion is never settled."""
         known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
         samples, inside = self.times[self.known : known], start + (end - start) * self.nodes
         time, self.known = np.concatenate([samples, inside, [end]]), known
-        place, rate = self._unscaled(curve)(time)
+        place, rate = curve(time)
         states = self.state.states(time, (place, rate, self.state.accelerations(time, place, rate)))
         found = instants_of(self.state.dynamics, states, self.state.contacts)
         count = len(samples)
         for name, power in found.powers.items():
             work = float((end - start) * (self.weights @ power[count:-1]))
             self.motion.work[name] = self.motion.work.get(name, 0.0) + work
-        self._note(found)
+        self._note(found.law_efforts)
+        self._note_contacts(start, end, curve)
         if count:
             self._add(_part(found, slice(0, count)), place[:count], rate[:count])
         self.energy = max(self.energy, 2 * float(self.state.dynamics.loads.inertia.kinetic_energy(states.links)[-1]))
@@ -322,11 +287,21 @@ class _Recorder:
         states = self.state.states(time, (place, rate, self.state.accelerations(time, place, rate)))
         found = instants_of(self.state.dynamics, states, self.state.contacts)
         self.known += len(time)
-        self._note(found)
+        self._note(found.law_efforts)
         self._add(found, place, rate)
 
-    def _note(self, found: RigidInstants) -> None:
-        for name, effort in found.law_efforts.items():
+    def _note_contacts(self, start: float, end: float, curve: Curve) -> None:
+        """Look for the peaks of contacts between the points of a step: they need no accelerations."""
+        closed = {name for name in self.events.laws if self.state.contacts[name].closed.any()}
+        if closed:
+            time = np.linspace(start, end, RIGID_MOTION.peaks)
+            place, rate = curve(time)
+            states = self.state.states(time, (place, rate, np.zeros_like(place)))
+            wrenches = self.state.dynamics.wrenches(states, self.state.contacts)
+            self._note({name: self.state.dynamics.size_of(name, states, wrenches[name]) for name in closed})
+
+    def _note(self, efforts: dict[str, Array]) -> None:
+        for name, effort in efforts.items():
             self.motion.largest[name] = max(self.motion.largest.get(name, 0.0), float(np.abs(effort).max()))
 
     def _add(self, found: RigidInstants, place: Array, rate: Array) -> None:

@@ -89,6 +89,7 @@ class RigidState:
 
     scene: Scene
     linkage: FreeLinkage
+    linear: bool = field(default=False, init=False)
     contacts: dict[str, Touching] = field(init=False)  # which contacts are closed, by law
     _known: tuple[float, Array, Array] = field(init=False)  # time (s), coordinates of the links and their rates
     _last: Pose | None = field(default=None, init=False)  # that was asked for
@@ -197,25 +198,29 @@ class RigidState:
         ]
         return np.column_stack(rows)
 
-    def residual(self, time: Array, states: States) -> Array:
+    def residuals(self, time: Array, place: Array, rate: Array, second: Array) -> Array:
         """What is left of the equation (N m or N), ``(times, freedoms)``.
 
         Parameters
         ----------
-        time, states
-            As of `states`.
+        time
+            Times (s), ``(times,)``.
+        place, rate, second
+            Angles and strokes of the freedoms, and two derivatives, ``(times, freedoms)`` each.
         """
+        states = place, rate, second
         return self._left(time, states, self.states(time, states))
 
-    def tangents(self, time: Array, states: States) -> States:
+    def tangents_at(self, time: Array, place: Array, rate: Array, second: Array) -> States:
         """Tangents by r'', r' and r, ``(times, freedoms, freedoms)`` each, by central differences.
 
         Parameters
         ----------
-        time, states
-            As of `states`.
+        time, place, rate, second
+            As of `residuals`.
         """
-        count, n = states[0].shape
+        states = place, rate, second
+        count, n = place.shape
         fastest = max(1.0, float(np.abs(states[1]).max(initial=0.0)))
         steps = DIFFERENCES.place, DIFFERENCES.rate * fastest, DIFFERENCES.second
         shifted = [[np.tile(part, (2 * n, 1)) for part in states] for _ in steps]

@@ -36,11 +36,11 @@ class StepLimits:
     most_iterations: int = 10  # of Newton's method in a step
     fast: float = 0.03  # of the change before, down to which Newton's method keeps its tangents
     newton: float = 1e-3  # of the tolerance of a step, to which it is solved
-    rounding: float = 1e-15  # of coordinates of rigid motion, below which changes are rounding
     shortest: float = 1e-10  # step, of the longest
     margin: float = 1e-9  # of a step, that is not left over at the end
     smallest_change: float = 0.2  # factor of a step's length from one step to the next
     largest_change: float = 5.0  # the same
+    after_failure: float = 1.5  # the same after one for which Newton's method failed in a rigid motion
     safety: float = 0.9  # of the length that the error allows
 
 
@@ -83,7 +83,8 @@ class Collocation:
     watch
         Says where a step has to end, such as where bodies touch; None where nothing cuts steps.
     of_motion
-        Whether errors are relative to the energy of the motion alone: coordinates of rigid motion count from anywhere.
+        Whether errors are relative to the energy of the motion alone, and Newton's method ends by the energy of its
+        changes: coordinates of rigid motion count from anywhere, and have no common unit.
     """
 
     equation: EquationInTime
@@ -140,12 +141,16 @@ class Collocation:
         start, end = ts.getTime(), ts.getMaxTime()
         vector, asked = ts.getSolution(), min(ts.getTimeStep(), self.longest)
         z, rate = vector.array_r.copy().reshape(2, -1)
+        largest = STEPPING.largest_change
         while True:
             last = start + asked * (1 + STEPPING.margin) >= end
             length = end - start if last else asked
             made, error = self._trial(start, length, z, rate)
             change = STEPPING.safety * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
             change = min(max(change, STEPPING.smallest_change), STEPPING.largest_change)
+            if self.of_motion and not len(made):  # Newton's method failed: the next step is to be no bolder
+                largest = STEPPING.after_failure
+            change = min(change, largest)
             cut = self._cut(start, length, z, rate, made) if error <= 1 else None
             if error <= 1 and cut is None:
                 break
@@ -210,16 +215,24 @@ class Collocation:
                 matrix = self.tableau.stage_matrix(length, *tangents)
             change = np.linalg.solve(matrix, -self.equation.residuals(*here).ravel()).reshape(s, n)
             found = found + change
-            moved = np.abs(length**2 * (self.tableau.square @ change))
-            if self.of_motion:  # many turns have fewer digits
-                limits = np.maximum(limits, STEPPING.rounding * np.abs(places).max())
-            over = float(max(moved[:, part].max(initial=0.0) / limit for (part, _), limit in zip(self.sizes, limits)))
+            over = self._over(length, change, tangents, limits)
             if self.equation.linear or over <= 1:
                 return found, tangents
             if not over < STEPPING.fast * before:
                 tangents = None
             before = over
         return None
+
+    def _over(self, length: float, change: Array, tangents: Tangents, limits: Array) -> float:
+        """Size of the last change of the motion by Newton's method, over what it may be."""
+        moved = length**2 * (self.tableau.square @ change)
+        if not self.of_motion:
+            sizes = np.abs(moved)
+            return float(max(sizes[:, part].max(initial=0.0) / limit for (part, _), limit in zip(self.sizes, limits)))
+        mass, _, stiffness = tangents
+        quicker = length * (self.tableau.inner @ change)
+        parts = np.einsum("si,sij,sj->s", quicker, mass, quicker), np.einsum("si,sij,sj->s", moved, stiffness, moved)
+        return float(np.sqrt(np.abs(parts).sum(axis=0).max()) / limits.min())
 
     def _guess(self, length: float, size: int) -> Array:
         """Accelerations at the points on the last step's polynomial, where a law makes the equation nonlinear."""
