@@ -45,7 +45,7 @@ class JournalContact:
             How the bodies move.
         """
         size, normal = _polar(state.gap)
-        return (size - self.stated.clearance)[None], np.sum(normal * state.gap_rate, axis=-1)[None]
+        return (size - self.stated.radial)[None], np.sum(normal * state.gap_rate, axis=-1)[None]
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
         """Give what the bearing exerts on the journal: normal force and friction at the bearing's wall.

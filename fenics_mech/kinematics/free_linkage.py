@@ -186,14 +186,21 @@ def with_freedoms(scene: Scene) -> Scene:
     """
     if not scene.open_joints or _wholly_stated(scene):
         return _with_chosen(scene, None)
-    # as if their pins had no clearance, journals start in the middle, and move as the linkage does then
+    try:
+        pinned, start = _pinned(scene)
+    except (SceneError, AssemblyError):  # with tight pins it is held more often than it can move
+        return _with_chosen(scene, None)
+    kept = {name: part for name, part in pinned.freedoms.items() if name not in scene.open_joints}
+    return _with_chosen(scene.model_copy(update={"freedoms": kept | scene.freedoms}), start)
+
+
+def _pinned(scene: Scene) -> tuple[Scene, Motion]:
+    """Give a scene whose pins have no clearance, and how it starts: journals in the middle move as it does."""
     pinned = with_freedoms(scene.model_copy(update={"joint_laws": {}}))
     linkage = FreeLinkage(pinned)
     rates = np.array([[part.rate_at_start for part in pinned.freedoms.values()]])
     places = np.array([[part.start for part in pinned.freedoms.values()]], dtype=float)
-    start = linkage.motion(np.zeros(1), places, rates, np.zeros_like(rates), linkage.start[None])
-    kept = {name: part for name, part in pinned.freedoms.items() if name not in scene.open_joints}
-    return _with_chosen(scene.model_copy(update={"freedoms": kept | scene.freedoms}), start)
+    return pinned, linkage.motion(np.zeros(1), places, rates, np.zeros_like(rates), linkage.start[None])
 
 
 def _wholly_stated(scene: Scene) -> bool:

@@ -158,7 +158,7 @@ class Clearance(AtJoint):
     ----------
     joint
         The pin of two bodies.
-    clearance
+    radial
         Radius of the bearing less that of the journal (m).
     radius
         Of the bearing (m).
@@ -172,12 +172,12 @@ class Clearance(AtJoint):
     Examples
     --------
     >>> steel = fm.Contact(stiffness=6.6e10, restitution=0.9)
-    >>> fm.Clearance(joint="B", clearance="0.5 mm", radius="10 mm", contact=steel).friction
+    >>> fm.Clearance(joint="B", radial="0.5 mm", radius="10 mm", contact=steel).friction
     0.0
     """
 
     kind: Literal["clearance"] = "clearance"
-    clearance: Annotated[Length, Field(gt=0)]
+    radial: Annotated[Length, Field(gt=0)]
     radius: Annotated[Length, Field(gt=0)]
     contact: Contact
     friction: Coefficient = 0.0
@@ -185,9 +185,9 @@ class Clearance(AtJoint):
 
     @model_validator(mode="after")
     def _has_a_journal(self) -> Self:
-        if self.clearance >= self.radius:
+        if self.radial >= self.radius:
             raise ValueError(
-                f"the clearance {self.clearance:g} m is not less than the radius of the bearing, {self.radius:g} m"
+                f"the clearance {self.radial:g} m is not less than the radius of the bearing, {self.radius:g} m"
             )
         return self
 
@@ -236,7 +236,7 @@ class JointEffort(AtJoint):
     'formula'
     """
 
-    kind: Literal["effort"] = "effort"
+    kind: Literal["joint-effort"] = "joint-effort"
     effort: Effort
 
     @model_validator(mode="after")

@@ -85,7 +85,7 @@ def test_press_with_flywheel_under_a_gas_force_against_an_independent_program():
     data = fm.analyse(
         slider_crank(
             freedoms={"O": {"start": 0.3, "speed": 20.0, "effort": motor, "inertia": flywheel}},
-            joint_laws={"gas": {"kind": "effort", "joint": "G", "effort": law}},
+            joint_laws={"gas": {"kind": "joint-effort", "joint": "G", "effort": law}},
         )
     ).data
     np.testing.assert_allclose(data["freedom_place"].to_numpy()[:, 0], expected[0], rtol=1e-7)
