@@ -51,6 +51,10 @@ PAGES: dict[
         "Springs, dampers and damping",
         ["LineSpring", "HingeSpring", "LineDamper", "HingeDamper", "Damping", "AirDrag"],
     ),
+    "joint_laws": (
+        "Laws of joints",
+        ["Friction", "Stop", "Clearance", "Bushing", "JointEffort", "Contact"],
+    ),
     "analysis": ("Mesh, analysis and measurements", ["Mesh", "Analysis", "Measurement"]),
 }
 # What keys mean whose classes do not say it: by class and key, or by the key alone.

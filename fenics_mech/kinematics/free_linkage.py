@@ -210,7 +210,7 @@ def _wholly_stated(scene: Scene) -> bool:
 
 
 def _with_chosen(scene: Scene, start: Motion | None) -> Scene:
-    """Give a scene with a freedom for all that is free, from where the links are at their rough angles or at a start."""
+    """Give a scene with a freedom for all that is free, from the links' rough angles or from a start."""
     stated = {name: part for name, part in scene.freedoms.items() if part.start is not None}
     loops = Loops.of(scene.model_copy(update={"freedoms": stated}))
     q = assemble(loops) if start is None else coordinates(start.position, start.angle)[0]

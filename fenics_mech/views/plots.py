@@ -229,7 +229,7 @@ def joint_force_figure(result: Result) -> Figure:
 def freedom_figure(result: Result) -> Figure:
     """Draw the angle or stroke of each freedom, and below it their rates."""
     figure, panels = figure_of(result, rows=2, height=5.8)
-    units = {"N m": ("deg", 180 / np.pi), "N": ("mm", 1 / MILLI)}
+    units = {"N m": ("deg", 180 / np.pi), "N": ("mm", MILLI)}
     efforts = effort_units(tuple(result.scene.freedoms), result.scene.joints)
     for axes, name, title, per in zip(
         panels, ("freedom_place", "freedom_rate"), ("Freedoms", "Their rates"), ("", "/s")

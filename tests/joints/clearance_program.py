@@ -69,7 +69,8 @@ class ClearanceSliderCrank:
             crossing.direction = -1.0 if touching else 1.0
             edges = t, times[-1]
             part = solve_ivp(
-                self.rates, edges, y, "DOP853", left, True, crossing, args=(touching,), max_step=1e-6 if touching else 1e-5,
+                self.rates, edges, y, "DOP853", left, True, crossing, args=(touching,),
+                max_step=1e-6 if touching else 1e-5,
                 rtol=tolerance, atol=tolerance * np.array([1.0, 0.1, 500.0, 50.0]),
             )  # fmt: skip
             if touching:

@@ -17,6 +17,7 @@ def ball(law: dict, **changes) -> fm.Scene:
     return scene.changed(changes)
 
 
+@pytest.mark.slow  # four contacts and their flights
 def test_a_ball_bounces_as_its_closed_form():
     # contacts last 2.94 d/v, 1e-4 s at 4 m/s: the closed form has none
     data = fm.analyse(ball(FLOOR, **{"analysis.duration": 2.0})).data
@@ -117,16 +118,18 @@ def rattling(friction: float, **changes) -> fm.Scene:
     return scene.changed(changes)
 
 
+@pytest.mark.slow  # 28 contacts, and a step for each part of them
 @pytest.mark.parametrize("friction", [0.0, 0.03])
 def test_clearance_slider_crank_against_an_independent_program(friction):
     data = fm.analyse(rattling(friction)).data
     other = program.ClearanceSliderCrank(friction=friction)
     expected = other.course(data["time"].to_numpy())
     place = data["freedom_place"].sel(freedom="G").to_numpy()
-    np.testing.assert_allclose(place, expected[:, 1], atol=1e-7)  # the motion is chaotic: errors grow by e^6 in a turn
+    # the motion is chaotic: errors grow by e^6 in a turn. With 1e-6 they are 1e-5 m, and fall with the tolerance
+    np.testing.assert_allclose(place, expected[:, 1], atol=3e-7)
     assert data.attrs["contacts_closed"] == other.contacts
-    assert float(data["largest_law_effort"][0]) == pytest.approx(other.peak, rel=5e-3)
-    assert data.attrs["power_balance_error"] < 1e-7
+    assert float(data["largest_law_effort"][0]) == pytest.approx(other.peak, rel=1e-3)
+    assert data.attrs["power_balance_error"] < 1e-6
 
 
 def test_a_bushing_holds_a_bar_as_a_spring_and_a_damper():
@@ -219,8 +222,8 @@ def test_stops_that_leave_no_room_are_refused():
 
 
 def test_a_contact_that_begins_overlapped_is_refused():
-    with pytest.raises(fm.SceneError, match="bodies of joint 'G' overlap by 0.1"):
+    with pytest.raises(fm.SceneError, match=r"bodies of joint 'G' overlap by 0\.1"):
         fm.analyse(ball(FLOOR, freedoms={"G": {"start": -0.1}}))
     started = {"A": {"start": 0.0}, "G": {"start": 0.175}}
-    with pytest.raises(fm.SceneError, match="overlap by 0.0045"):
+    with pytest.raises(fm.SceneError, match=r"overlap by 0\.0045"):
         fm.analyse(rattling(0.0, freedoms=started))
