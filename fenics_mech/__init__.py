@@ -61,6 +61,7 @@ __all__ = [
     "Friction",
     "Gauge",
     "Ground",
+    "GuideClearance",
     "Harmonics",
     "HingeDamper",
     "HingeSpring",

@@ -30,6 +30,8 @@ class JointState:
         Angular velocities of both bodies (rad/s), ``(states,)`` each.
     along
         Direction of the guide, ``(states, 2)``; of a pin the x axis of the first body.
+    angle
+        Of the second body's frame against the first's (rad), ``(states,)``.
     """
 
     place: Array
@@ -39,6 +41,7 @@ class JointState:
     arms: tuple[Array, Array]
     turning: tuple[Array, Array]
     along: Array
+    angle: Array
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ class JointPlace:
         Direction of the guide in the first body's frame (rad); 0 of a pin.
     slides
         Whether the second body slides along a guide.
+    turn
+        Angle of the second body's frame in the first's that a prismatic joint holds (rad); 0 of others.
     """
 
     name: str
@@ -83,6 +88,7 @@ class JointPlace:
     points: tuple[tuple[float, float], tuple[float, float]]
     guide: float
     slides: bool
+    turn: float
 
     @classmethod
     def of(cls, scene: Scene, name: str) -> JointPlace:
@@ -99,7 +105,8 @@ class JointPlace:
         (first, at), (second, pin) = map(scene.point, joint.connect)
         slides = isinstance(joint, Slot | Prismatic)
         guide = scene.guide_angle(joint) if isinstance(joint, Slot | Prismatic) else 0.0
-        return cls(name, (index[first], index[second]), (at, pin), guide, slides)
+        turn = joint.turn if isinstance(joint, Prismatic) else 0.0
+        return cls(name, (index[first], index[second]), (at, pin), guide, slides, turn)
 
     def state(self, links: LinkStates) -> JointState:
         """Give how the bodies of the joint move.
@@ -114,13 +121,16 @@ class JointPlace:
         (at, speed), (to, other) = links.point(first, arms[0]), links.point(second, arms[1])
         gap, gap_rate = to - at, other - speed
         along = links.turned(first, (np.cos(self.guide), np.sin(self.guide)))
-        turning = links.rate[:, first, 2], links.rate[:, second, 2]
+        turning, angle = (
+            (links.rate[:, first, 2], links.rate[:, second, 2]),
+            links.pose[:, second, 2] - links.pose[:, first, 2],
+        )
         if self.slides:
             seen = gap_rate - turning[0][:, None] * quarter(gap)  # by an observer on the first body
             place, rate = np.sum(along * gap, axis=-1), np.sum(along * seen, axis=-1)
         else:
-            place, rate = links.pose[:, second, 2] - links.pose[:, first, 2], turning[1] - turning[0]
-        return JointState(place, rate, gap, gap_rate, arms, turning, along)
+            place, rate = angle, turning[1] - turning[0]
+        return JointState(place, rate, gap, gap_rate, arms, turning, along, angle)
 
     def effort(self, state: JointState, size: Array) -> Wrench:
         """Give a force along the guide, or a moment at a pin, as a wrench.

@@ -5,10 +5,11 @@ from __future__ import annotations
 from fenics_mech.joints.bushings import SoftBearing
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.given_efforts import GivenEffort
+from fenics_mech.joints.guide_clearance import SliderContact
 from fenics_mech.joints.joint_state import JointLaw, JointPlace
 from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.stops import StopContact
-from fenics_mech.scene import Bushing, Clearance, Friction, JointEffort, Scene, Stop
+from fenics_mech.scene import Bushing, Clearance, Friction, GuideClearance, JointEffort, Scene, Stop
 from fenics_mech.scene.joint_laws import AnyJointLaw
 
 
@@ -31,6 +32,8 @@ def _law(joint: JointPlace, stated: AnyJointLaw) -> JointLaw:
             return StopContact(joint, stated)
         case Clearance():
             return JournalContact(joint, stated)
+        case GuideClearance():
+            return SliderContact(joint, stated)
         case Bushing():
             return SoftBearing(joint, stated)
         case JointEffort():

@@ -16,7 +16,7 @@ from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
-from fenics_mech.scene.joint_laws import Bushing, Clearance, Contact, Friction, JointEffort, Stop
+from fenics_mech.scene.joint_laws import Bushing, Clearance, Contact, Friction, GuideClearance, JointEffort, Stop
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.measurements import Measurement
 from fenics_mech.scene.meshing import refined
@@ -57,6 +57,7 @@ __all__ = [
     "Freedom",
     "Friction",
     "Ground",
+    "GuideClearance",
     "Harmonics",
     "HingeDamper",
     "HingeSpring",

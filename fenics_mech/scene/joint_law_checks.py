@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import check_known
-from fenics_mech.scene.joint_laws import OPEN, TOUCHING, AnyJointLaw, Friction, JointEffort, Stop
+from fenics_mech.scene.joint_laws import OPEN, TOUCHING, AnyJointLaw, Friction, GuideClearance, JointEffort, Stop
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
@@ -27,7 +27,7 @@ def check_joint_laws(scene: Scene) -> None:
         joint = scene.joints[law.joint]
         if len(joint.connect) != 2:
             raise SceneError("a joint law acts between two bodies, and the joint has more", place=f"{place}.joint")
-        fitting = ("revolute",) if isinstance(law, OPEN) else ("revolute", "slot", "prismatic")
+        fitting = _fitting(law)
         if joint.kind not in fitting:
             raise SceneError(
                 f"a {law.kind} is at a joint of kind {' or '.join(fitting)}, and {law.joint!r} is of kind {joint.kind}",
@@ -54,6 +54,13 @@ def check_joint_laws(scene: Scene) -> None:
             place="joint_laws",
             hint="Give its link `rigid` instead of members, or leave the joint laws out",
         )
+
+
+def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
+    """Kinds of joints at which a law may be."""
+    if isinstance(law, GuideClearance):
+        return ("prismatic",)
+    return ("revolute",) if isinstance(law, OPEN) else ("revolute", "slot", "prismatic")
 
 
 def _check_friction(law: Friction, place: str, *, turns: bool) -> None:

@@ -192,6 +192,39 @@ class Clearance(AtJoint):
         return self
 
 
+class GuideClearance(AtJoint):
+    """Clearance of a slider in its guide: both ends of the slider may touch either wall.
+
+    Parameters
+    ----------
+    joint
+        The prismatic joint; the second body is the slider.
+    play
+        From each end of the slider to either wall, where the slider is in the middle (m).
+    length
+        Of the slider along the guide, with its point in the middle (m).
+    contact
+        How an end and a wall push each other.
+    friction
+        Coefficient of dry friction between them.
+    width
+        Sliding speed at which 76 % of the friction act (m/s).
+
+    Examples
+    --------
+    >>> steel = fm.Contact(stiffness=1e10, restitution=0.8)
+    >>> fm.GuideClearance(joint="G", play="0.2 mm", length="40 mm", contact=steel).play
+    0.0002
+    """
+
+    kind: Literal["guide-clearance"] = "guide-clearance"
+    play: Annotated[Length, Field(gt=0)]
+    length: Annotated[Length, Field(gt=0)]
+    contact: Contact
+    friction: Coefficient = 0.0
+    width: Width = 1e-3
+
+
 class Bushing(AtJoint):
     """A soft bearing in place of a pin: stiffness and damping along two directions and in rotation.
 
@@ -258,6 +291,8 @@ class JointEffort(AtJoint):
         return effort_of(self.effort, time, (place, rate), 0.0)
 
 
-AnyJointLaw = Annotated[Friction | Stop | Clearance | Bushing | JointEffort, Field(discriminator="kind")]
-OPEN = (Clearance, Bushing)  # laws in place of a joint's constraint
-TOUCHING = (Stop, Clearance)  # laws of contact
+AnyJointLaw = Annotated[
+    Friction | Stop | Clearance | GuideClearance | Bushing | JointEffort, Field(discriminator="kind")
+]
+OPEN = (Clearance, GuideClearance, Bushing)  # laws in place of a joint's constraint
+TOUCHING = (Stop, Clearance, GuideClearance)  # laws of contact

@@ -132,6 +132,61 @@ def test_clearance_slider_crank_against_an_independent_program(friction):
     assert data.attrs["power_balance_error"] < 1e-6
 
 
+def loose_slider(at: float, **changes) -> fm.Scene:
+    """Give a slider of 0.5 kg between the walls of a loose guide, at `at` from its middle on a cross of two slides."""
+    law = {"kind": "guide-clearance", "joint": "G", "play": 0.001, "length": 0.04, "contact": {"stiffness": 1e10}}
+    scene = fm.Scene(
+        name="loose slider",
+        ground=fm.Ground(points={"O": (0, 0), "Q": (0, 0)}),
+        links={
+            "along": fm.Link(points={"Q": (0, 0), "R": (0, 0)}, rigid=fm.RigidBody()),
+            "across": fm.Link(points={"R": (0, 0), "S": (0, 0)}, rigid=fm.RigidBody()),
+            "slider": fm.Link(points={"B": (0, 0), "S": (at, 0)}, rigid=fm.RigidBody(mass=0.5, inertia=1e-4)),
+        },
+        joints={
+            "X": fm.Prismatic(connect=("ground.Q", "along.Q")),
+            "Y": fm.Prismatic(connect=("along.R", "across.R"), angle="90 deg"),
+            "S": fm.Revolute(connect=("across.S", "slider.S")),
+            "G": fm.Prismatic(connect=("ground.O", "slider.B")),
+        },
+        joint_laws={"loose": law},
+        freedoms={"X": {"start": at}, "Y": {"start": 0.0, "speed": 1.0}, "S": {"start": 0.0}},
+        analysis=fm.Analysis(method="transient", duration=0.0015, sub_intervals=30, time_tolerance=1e-7),
+    )
+    return scene.changed(changes)
+
+
+def test_a_loose_slider_meets_a_wall_with_both_ends():
+    # two contacts of Hertz together: 2 K d^2.5/2.5 = m v^2/2; it comes back elastically, without turning
+    data = fm.analyse(loose_slider(0.0)).data
+    depth = (2.5 * 0.5 / (4 * 1e10)) ** 0.4
+    assert float(data["largest_law_effort"][0]) == pytest.approx(2e10 * depth**1.5, rel=1e-3)
+    assert float(data["freedom_rate"].sel(freedom="Y")[-1]) == pytest.approx(-1.0, rel=1e-6)
+    assert abs(data["freedom_rate"].sel(freedom="S")).max() < 1e-6
+    assert data.attrs["contacts_closed"] == 2
+    assert data.attrs["power_balance_error"] < 1e-7
+
+
+def test_one_end_of_a_turning_slider_meets_a_wall():
+    # the blow at an end 20 mm from the centre meets a mass 1/(1/m + a^2/J); the end comes back at its speed
+    mass = 1 / (1 / 0.5 + 0.02**2 / 1e-4)
+    turning = {"Y": {"start": 0.0, "speed": 1.0}, "S": {"start": 0.01, "speed": 5.0}, "X": {"start": 0.0}}
+    data = fm.analyse(loose_slider(0.0, freedoms=turning, **{"analysis.duration": 9.5e-4})).data
+    speed = 1.0 + 5.0 * 0.02  # of the end, to 1e-4: the slider has turned by 0.01 rad
+    depth = (5 * mass * speed**2 / (4 * 1e10)) ** 0.4
+    assert data.attrs["contacts_closed"] == 1
+    assert float(data["largest_law_effort"][0]) == pytest.approx(1e10 * depth**1.5, rel=2e-3)
+    after = data["freedom_rate"].isel(theta=-1)
+    blow = 2 * mass * speed
+    assert float(after.sel(freedom="Y")) == pytest.approx(1.0 - blow / 0.5, rel=2e-3)
+    assert float(after.sel(freedom="S")) == pytest.approx(5.0 - blow * 0.02 / 1e-4, rel=2e-3)
+
+
+def test_a_loose_guide_is_at_a_prismatic_joint():
+    with pytest.raises(fm.SceneError, match="is at a joint of kind prismatic"):
+        loose_slider(0.0, **{"joint_laws.loose.joint": "S"})
+
+
 def test_a_bushing_holds_a_bar_as_a_spring_and_a_damper():
     # a slider of 2 kg in a bushing of 1 kN/m and 20 N s/m along X: decay 5/s, and the rate of the damped motion
     scene = fm.Scene(
@@ -227,3 +282,16 @@ def test_a_contact_that_begins_overlapped_is_refused():
     started = {"A": {"start": 0.0}, "G": {"start": 0.175}}
     with pytest.raises(fm.SceneError, match=r"overlap by 0\.0045"):
         fm.analyse(rattling(0.0, freedoms=started))
+
+
+def test_contacts_where_drives_lead_all_are_refused():
+    law = {"kind": "stop", "lower": "-60 deg", "contact": {"stiffness": 1e6}}
+    led = bar(law, drive={"joint": "O", "speed": 1.0})
+    with pytest.raises(fm.SceneError, match="drives lead all links"):
+        fm.analyse(led)
+
+
+def test_a_body_that_only_a_bushing_holds_is_refused():
+    soft = {"kind": "bushing", "stiffness": (1e4, 1e4)}
+    with pytest.raises(fm.SceneError, match="do not state what is free: link bar"):
+        fm.analyse(bar(soft))

@@ -160,6 +160,12 @@ def test_what_rigid_links_have_not_is_refused(changes, place):
         bars(1, 1e-5, duration=1.0).changed(changes)
 
 
+def test_a_freedom_without_inertia_is_refused():
+    scene = bars(1, 1e-5, duration=1.0).changed({"links.b0.rigid": {"mass": 0.0}})
+    with pytest.raises(fm.SolverError, match="P0 moves no mass"):
+        fm.analyse(scene)
+
+
 def test_commands_that_need_bending_links_say_so():
     with pytest.raises(fm.SceneError, match="nothing that bends"):
         fm.modes(bars(1, 1e-5, duration=1.0))

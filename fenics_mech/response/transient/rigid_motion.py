@@ -27,6 +27,7 @@ from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
 from fenics_mech.scene import Scene
+from fenics_mech.scene.joint_laws import TOUCHING
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,19 @@ def led_course(scene: Scene) -> RigidMotion:
     ----------
     scene
         The scene, without freedoms.
+
+    Raises
+    ------
+    SceneError
+        When a joint law is of contact.
     """
+    for name, law in scene.joint_laws.items():
+        if isinstance(law, TOUCHING):
+            raise SceneError(
+                f"drives lead all links, and what touches at joint {law.joint!r} cannot move them",
+                place=f"joint_laws.{name}",
+                hint="Give a freedom with an effort in place of a drive",
+            )
     linkage = FreeLinkage(scene)
     dynamics, motion = RigidDynamics(scene, linkage.loops, linkage.start), RigidMotion(scene)
     count = scene.analysis.sub_intervals

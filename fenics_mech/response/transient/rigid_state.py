@@ -268,9 +268,16 @@ class RigidState:
             moved = self._moved(times, places, self.linkage.given(times, states), pose)
             left = self._left(times, states, moved).reshape(1 + n, count, n)
             tangent = np.moveaxis(left[1:] - left[0], 0, -1) / DIFFERENCES.second
+            self._refuse_massless(tangent[0])
             change = np.linalg.solve(tangent, -left[0][..., None])[..., 0]
             second = second + change
             linear = not self.dynamics.rubbing
             if linear or np.abs(change).max() <= DIFFERENCES.converged * max(np.abs(second).max(), 1e-6):
                 return second
         raise SolverError("the friction of the joints leaves no acceleration of the freedoms")
+
+    def _refuse_massless(self, mass: Array) -> None:
+        """Raise `SolverError` where a freedom moves no mass, by the tangent ``(freedoms, freedoms)``."""
+        for name, size in zip(self.scene.freedoms, np.diag(mass)):
+            if size == 0:
+                raise SolverError(f"the freedom at joint {name} moves no mass: give its links mass or inertia")
