@@ -60,6 +60,7 @@ __all__ = [
     "Freedom",
     "Friction",
     "Gauge",
+    "GearPair",
     "Ground",
     "GuideClearance",
     "Harmonics",

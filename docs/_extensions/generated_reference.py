@@ -53,7 +53,7 @@ PAGES: dict[
     ),
     "joint_laws": (
         "Laws of joints",
-        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "JointEffort", "Contact"],
+        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "JointEffort", "Contact"],
     ),
     "analysis": ("Mesh, analysis and measurements", ["Mesh", "Analysis", "Measurement"]),
 }

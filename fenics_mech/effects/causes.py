@@ -22,6 +22,7 @@ class Cause(StrEnum):
     CONTACTS = "contacts"
     BUSHINGS = "bushings"
     EFFORTS = "efforts"
+    GEARS = "gears"
     STORED = "stored"
 
 

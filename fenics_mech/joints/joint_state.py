@@ -32,6 +32,8 @@ class JointState:
         Direction of the guide, ``(states, 2)``; of a pin the x axis of the first body.
     angle
         Of the second body's frame against the first's (rad), ``(states,)``.
+    links
+        How all links move, for laws that look at another joint too.
     """
 
     place: Array
@@ -42,6 +44,7 @@ class JointState:
     turning: tuple[Array, Array]
     along: Array
     angle: Array
+    links: LinkStates
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,7 @@ class JointPlace:
             place, rate = np.sum(along * gap, axis=-1), np.sum(along * seen, axis=-1)
         else:
             place, rate = angle, turning[1] - turning[0]
-        return JointState(place, rate, gap, gap_rate, arms, turning, along, angle)
+        return JointState(place, rate, gap, gap_rate, arms, turning, along, angle, links)
 
     def effort(self, state: JointState, size: Array) -> Wrench:
         """Give a force along the guide, or a moment at a pin, as a wrench.

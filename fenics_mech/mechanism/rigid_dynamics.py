@@ -113,7 +113,7 @@ class RigidDynamics:
     @cached_property
     def laws(self) -> dict[str, JointLaw]:
         """Laws of the joints, by name."""
-        return laws_of(self.scene)
+        return laws_of(self.scene, self.start)
 
     @cached_property
     def rubbing(self) -> dict[str, DryFriction]:

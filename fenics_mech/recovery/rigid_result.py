@@ -45,7 +45,7 @@ def rigid_result(scene: Scene) -> Result:
     efforts = effort_units(scene.moved_joints, scene.joints)
     data = with_units(data, efforts, (), ())
     if "law_effort" in data:
-        units = [_unit_of(scene, name) for name in scene.joint_laws]
+        units = [_unit_of(scene, str(name)) for name in data["law"].to_numpy()]
         for name in ("law_effort", "largest_law_effort"):
             data[name].attrs["units"] = units[0] if len(set(units)) == 1 else ", ".join(units)
     return Result(data)
@@ -53,7 +53,7 @@ def rigid_result(scene: Scene) -> Result:
 
 def _unit_of(scene: Scene, name: str) -> str:
     """Unit of what a joint law exerts."""
-    law = scene.joint_laws[name]
+    law = scene.joint_laws[name.partition(":")[0]]
     slides = isinstance(scene.joints[law.joint], Slot | Prismatic)
     return "N" if slides or isinstance(law, OPEN) else "N m"
 

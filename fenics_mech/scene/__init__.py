@@ -16,7 +16,16 @@ from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
-from fenics_mech.scene.joint_laws import Bushing, Clearance, Contact, Friction, GuideClearance, JointEffort, Stop
+from fenics_mech.scene.joint_laws import (
+    Bushing,
+    Clearance,
+    Contact,
+    Friction,
+    GearPair,
+    GuideClearance,
+    JointEffort,
+    Stop,
+)
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.measurements import Measurement
 from fenics_mech.scene.meshing import refined
@@ -56,6 +65,7 @@ __all__ = [
     "FormulaEffort",
     "Freedom",
     "Friction",
+    "GearPair",
     "Ground",
     "GuideClearance",
     "Harmonics",

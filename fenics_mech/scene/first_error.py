@@ -13,7 +13,7 @@ from fenics_mech.errors import SceneError, shortened
 BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
     "[key]", "custom", "rectangle", "round", "tube", "I", "laminate", "polygon", "variable", "taper", "one", "many",
     "revolute", "weld", "slot", "prismatic", "harmonics", "table", "expression", "pulse", "load", "line-load", "line",
-    "hinge", "friction", "stop", "clearance", "guide-clearance", "bushing", "joint-effort",
+    "hinge", "friction", "stop", "clearance", "guide-clearance", "bushing", "joint-effort", "gear-pair",
 )  # fmt: skip
 
 ABOVE = "name", "effects", "tolerance", "gravity"  # keys of a scene itself

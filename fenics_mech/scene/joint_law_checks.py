@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import check_known
-from fenics_mech.scene.joint_laws import OPEN, TOUCHING, AnyJointLaw, Friction, GuideClearance, JointEffort, Stop
+from fenics_mech.scene.joint_laws import (
+    OPEN,
+    TOUCHING,
+    AnyJointLaw,
+    Friction,
+    GearPair,
+    GuideClearance,
+    JointEffort,
+    Stop,
+)
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
@@ -35,8 +44,10 @@ def check_joint_laws(scene: Scene) -> None:
             )
         if isinstance(law, Friction):
             _check_friction(law, place, turns=joint.kind == "revolute")
+        if isinstance(law, GearPair):
+            _check_gears(scene, law, place)
         kind = "clearance or bushing" if isinstance(law, OPEN) else law.kind
-        if (law.joint, kind) in seen and not isinstance(law, JointEffort):
+        if (law.joint, kind) in seen and not isinstance(law, JointEffort | GearPair):
             raise SceneError(
                 f"joint {law.joint!r} has a {kind} already, joint_laws.{seen[law.joint, kind]}", place=place
             )
@@ -60,7 +71,7 @@ def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
     """Kinds of joints at which a law may be."""
     if isinstance(law, GuideClearance):
         return ("prismatic",)
-    return ("revolute",) if isinstance(law, OPEN) else ("revolute", "slot", "prismatic")
+    return ("revolute",) if isinstance(law, (*OPEN, GearPair)) else ("revolute", "slot", "prismatic")
 
 
 def _check_friction(law: Friction, place: str, *, turns: bool) -> None:
@@ -73,6 +84,14 @@ def _check_friction(law: Friction, place: str, *, turns: bool) -> None:
         raise SceneError("a slider rubs along its guide, without a radius", place=f"{place}.radius")
     if turns and law.belt_speed:
         raise SceneError("a pin has no belt that runs along it", place=f"{place}.belt_speed")
+
+
+def _check_gears(scene: Scene, law: GearPair, place: str) -> None:
+    """Raise where gears drive no other pin of two bodies."""
+    check_known(law.drives, scene.joints, "joint", f"{place}.drives")
+    other = scene.joints[law.drives]
+    if other.kind != "revolute" or len(other.connect) != 2 or law.drives == law.joint:
+        raise SceneError("gears turn another pin of two bodies", place=f"{place}.drives")
 
 
 def _refuse_beside_open(law: AnyJointLaw, place: str) -> None:

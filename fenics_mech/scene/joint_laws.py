@@ -291,8 +291,44 @@ class JointEffort(AtJoint):
         return effort_of(self.effort, time, (place, rate), 0.0)
 
 
-AnyJointLaw = Annotated[
-    Friction | Stop | Clearance | GuideClearance | Bushing | JointEffort, Field(discriminator="kind")
-]
+class GearPair(AtJoint):
+    """A gear pair, belt or chain from one pin to another, with the stiffness of its teeth or strands.
+
+    It has no moment at the start. Backlash is not known.
+
+    Parameters
+    ----------
+    joint
+        The pin of two bodies whose angle it takes.
+    drives
+        The pin of two bodies that it turns.
+    ratio
+        Turn of the driven pin over that of the other: negative of two external gears, positive of a belt.
+    stiffness
+        Moment at the driven pin over the angle by which that is behind (N m/rad).
+    damping
+        The same over its rate (N m s/rad).
+
+    Examples
+    --------
+    >>> fm.GearPair(joint="O", drives="C", ratio=-2.5, stiffness="1e5 N m/rad").damping
+    0.0
+    """
+
+    kind: Literal["gear-pair"] = "gear-pair"
+    drives: Name
+    ratio: float
+    stiffness: Annotated[TorsionalRate, Field(gt=0)]
+    damping: Annotated[TorsionalDamping, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _turns_something(self) -> Self:
+        if self.ratio == 0:
+            raise ValueError("the ratio must not be 0: the driven pin would not turn")
+        return self
+
+
+OneJointLaw = Friction | Stop | Clearance | GuideClearance | Bushing | JointEffort
+AnyJointLaw = Annotated[OneJointLaw | GearPair, Field(discriminator="kind")]
 OPEN = (Clearance, GuideClearance, Bushing)  # laws in place of a joint's constraint
 TOUCHING = (Stop, Clearance, GuideClearance)  # laws of contact

@@ -62,9 +62,11 @@ def _laws(result: Result) -> Table:
     """Tabulate the largest effort of each joint law."""
     table = table_of("Joint laws", "law", "joint", "kind", "largest\nin the motion")
     units = str(result.data["largest_law_effort"].attrs["units"]).split(", ")
-    laws, largest = result.scene.joint_laws, result.data["largest_law_effort"].to_numpy()
-    for (name, law), effort, unit in zip(laws.items(), largest, units * len(laws)):
-        table.add_row(escape(name), escape(law.joint), law.kind, f"{number(float(effort))} {unit}")
+    names, largest = result.data["law"].to_numpy(), result.data["largest_law_effort"].to_numpy()
+    for name, effort, unit in zip(map(str, names), largest, units * len(names)):
+        stated, _, driven = name.partition(":")
+        law = result.scene.joint_laws[stated]
+        table.add_row(escape(name), escape(driven or law.joint), law.kind, f"{number(float(effort))} {unit}")
     return table
 
 
