@@ -166,6 +166,11 @@ def test_a_freedom_without_inertia_is_refused():
         fm.analyse(scene)
 
 
+def test_more_positions_than_a_result_holds_are_refused():
+    with pytest.raises(fm.SceneError, match="more than a result holds"):
+        fm.analyse(bars(1, 1e-5, duration=1.0, sub_intervals=200_000))
+
+
 def test_commands_that_need_bending_links_say_so():
     with pytest.raises(fm.SceneError, match="nothing that bends"):
         fm.modes(bars(1, 1e-5, duration=1.0))

@@ -6,7 +6,7 @@ The steps are those of `stepping`; they end where contacts open and close. Power
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from petsc4py import PETSc
@@ -14,14 +14,16 @@ from petsc4py import PETSc
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import configured, name_of
 from fenics_mech.effects.causes import Cause
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError, SolverError, shortened
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.transient.contact_events import ContactEvents
+from fenics_mech.response.transient.course import TRANSIENT
 from fenics_mech.response.transient.free_motion import FREE
 from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.rigid_state import RigidState
@@ -35,7 +37,7 @@ class RigidMotionLimits:
     """Limits of motions of rigid links."""
 
     stages: int = 9  # of a time step, at least: few long steps, as what a step costs hardly grows with its points
-    together: int = 2000  # positions of a led motion that are solved for at once
+    together: int = 2_000_000  # entries of the Jacobians of a led motion that are looked at together
     peaks: int = 60  # points of a step at which the peaks of contacts are looked for
     least: float = 1e-30  # J, for the energy of what nothing moves
 
@@ -184,17 +186,19 @@ def led_course(scene: Scene) -> RigidMotion:
     linkage = FreeLinkage(scene)
     dynamics, motion = RigidDynamics(scene, linkage.loops, linkage.start), RigidMotion(scene)
     count = scene.analysis.sub_intervals
+    _refuse_too_many(scene)
     if scene.analysis.method == "transient":
         whole = solve_motion_in_time(scene, scene.period / count * np.arange(scene.analysis.cycles * count + 1))
     else:
         whole = solve_motion(scene, scene.drive_angles(count))
-    for first in range(0, len(whole.theta), RIGID_MOTION.together):
-        part = whole.part(slice(first, first + RIGID_MOTION.together))
+    together = max(1, RIGID_MOTION.together // len(linkage.start) ** 2)
+    for first in range(0, len(whole.theta), together):
+        part = whole.part(slice(first, first + together))
         q = coordinates(part.position, part.angle)
         velocity, acceleration = coordinates(part.velocity, part.omega), coordinates(part.acceleration, part.alpha)
         inverse = np.linalg.inv(linkage.loops.jacobian(q))
         states = RigidStates(part.time, part.theta, q, velocity, acceleration, inverse)
-        motion.instants.append(instants_of(dynamics, states, dynamics.all_open()))
+        motion.instants.append(_part(instants_of(dynamics, states, dynamics.all_open()), slice(None)))
         none = np.zeros((len(q), 0))
         motion.places.append(none)
         motion.rates.append(none)
@@ -211,6 +215,7 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     rougher
         Factor on the tolerance of the scene.
     """
+    _refuse_too_many(scene)
     analysis, linkage = scene.analysis, FreeLinkage(scene)
     state = RigidState(scene, linkage)
     step = scene.period / analysis.sub_intervals
@@ -301,7 +306,7 @@ class _Recorder:
         found = instants_of(self.state.dynamics, states, self.state.contacts)
         self.known += len(time)
         self._note(found.law_efforts)
-        self._add(found, place, rate)
+        self._add(_part(found, slice(None)), place, rate)
 
     def _note_contacts(self, start: float, end: float, curve: Curve) -> None:
         """Look for the peaks of contacts between the points of a step: they need no accelerations."""
@@ -323,6 +328,19 @@ class _Recorder:
         self.motion.rates.append(rate)
 
 
+def _refuse_too_many(scene: Scene) -> None:
+    """Raise `SceneError` or `TooLargeError` where there are more positions than a result holds."""
+    analysis = scene.analysis
+    cycles = analysis.cycles if scene.drives and analysis.method == "transient" else 1
+    if (positions := cycles * analysis.sub_intervals + 1) > TRANSIENT.most_positions:
+        raise SceneError(
+            f"{shortened(positions)} positions are more than a result holds, {TRANSIENT.most_positions}",
+            place="analysis.sub_intervals",
+            hint="Give fewer cycles or sub_intervals",
+        )
+    require_positions(scene, positions)
+
+
 def _refuse_overlapped(events: ContactEvents, place: Array, rate: Array) -> None:
     """Raise `SceneError` where a contact is closed at the start."""
     for name, (depth, _) in events.depths(np.zeros(1), place[None], rate[None]).items():
@@ -340,13 +358,13 @@ def _states_part(states: RigidStates, part: slice) -> RigidStates:
 
 
 def _part(found: RigidInstants, part: slice) -> RigidInstants:
-    """Some instants of several."""
+    """Some instants of several, to be kept: without what the solver needed the Jacobian for."""
 
     def cut(by_name: dict[str, Array]) -> dict[str, Array]:
         return {name: values[part] for name, values in by_name.items()}
 
     return RigidInstants(
-        states=_states_part(found.states, part),
+        states=replace(_states_part(found.states, part), inverse=np.zeros((0, 0, 0))),
         efforts=found.efforts[part],
         joint_forces=cut(found.joint_forces),
         law_efforts=cut(found.law_efforts),
