@@ -208,6 +208,30 @@ def test_a_bushing_holds_a_bar_as_a_spring_and_a_damper():
     assert data.attrs["power_balance_error"] < 1e-8
 
 
+def test_a_bushing_between_two_bars_keeps_their_angular_momentum():
+    # both turn about one place, and the bushing is open by a tenth of their length
+    body = fm.RigidBody(mass=1.0, inertia=0.02, centre=(0.2, 0))
+    scene = fm.Scene(
+        name="two bars",
+        ground=fm.Ground(points={"O": (0, 0), "Q": (0, 0)}),
+        links={
+            "first": fm.Link(points={"O": (0, 0), "A": (0.4, 0)}, rigid=body),
+            "second": fm.Link(points={"Q": (0, 0), "A": (0.44, 0)}, rigid=body),
+        },
+        joints={
+            "O": fm.Revolute(connect=("ground.O", "first.O")),
+            "Q": fm.Revolute(connect=("ground.Q", "second.Q")),
+            "A": fm.Revolute(connect=("first.A", "second.A")),
+        },
+        joint_laws={"soft": fm.Bushing(joint="A", stiffness=(300.0, 200.0), damping=(3.0, 2.0), turning_stiffness=2.0)},
+        freedoms={"O": fm.Freedom(start=0.0, speed=3.0), "Q": fm.Freedom(start=0.3, speed=-1.0)},
+        analysis=fm.Analysis(method="transient", duration=0.5, sub_intervals=20, time_tolerance=1e-8),
+    )
+    rates = fm.analyse(scene).data["freedom_rate"].to_numpy()
+    np.testing.assert_allclose(rates.sum(axis=1), 2.0, atol=1e-8)
+    assert np.ptp(rates[:, 0]) > 1
+
+
 def test_a_bar_in_a_bushing_hangs_as_its_statics_say():
     # a horizontal bar of 2 kg slides up and down at its end; the bushing carries all of it and its moment
     law = fm.Bushing(
