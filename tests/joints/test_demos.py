@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech._console import text_of
+from fenics_mech.kinematics import reachable_range
+from fenics_mech.views.tables import scene_overview
 from tests.common import DEMOS
 from tests.joints import clearance_program as program
 
@@ -31,3 +34,10 @@ def test_rattling_slider_crank_has_the_peak_of_its_comment():
     assert float(data["largest_law_effort"][0]) == pytest.approx(45.87e3, rel=1e-3)
     assert other.peak == pytest.approx(45.87e3, rel=1e-3)
     assert data.attrs["contacts_closed"] == other.contacts == 28
+
+
+def test_the_check_of_a_scene_names_its_joint_laws():
+    scene = fm.load(DEMOS / "joint_laws" / "rattling_slider_crank.toml")
+    text = text_of(scene_overview(scene, reachable_range(scene)))
+    assert "joint law rattle: clearance at joint B" in text
+    assert "The drive turns through the whole cycle." in text

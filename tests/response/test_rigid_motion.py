@@ -174,6 +174,8 @@ def test_more_positions_than_a_result_holds_are_refused():
 def test_commands_that_need_bending_links_say_so():
     with pytest.raises(fm.SceneError, match="nothing that bends"):
         fm.modes(bars(1, 1e-5, duration=1.0))
+    with pytest.raises(fm.SceneError, match="a sweep compares strains"):
+        fm.sweep(bars(1, 1e-5, duration=1.0), {"links.b0.rigid.mass": [1.0, 2.0]})
 
 
 def test_a_result_of_rigid_links_is_summarised_and_plotted(tmp_path):
