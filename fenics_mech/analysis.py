@@ -25,6 +25,7 @@ from fenics_mech.planning.start_state import start_state
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
+from fenics_mech.recovery.rigid_result import rigid_result
 from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response.periodic.steady_state import stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
@@ -77,7 +78,10 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     common = common or CommonParts()
     if scene.analysis.method == "transient":
         scene = with_freedoms(scene)
-    if scene.tolerance is not None:
+    if not scene.members():
+        progress("response")
+        result = rigid_result(scene)
+    elif scene.tolerance is not None:
         trials = Trials(progress, common)
         result = within(scene, trials.analyse, common, trials.judged)
     else:

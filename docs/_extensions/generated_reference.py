@@ -50,6 +50,10 @@ PAGES: dict[
         "Springs, dampers and damping",
         ["LineSpring", "HingeSpring", "LineDamper", "HingeDamper", "Damping", "AirDrag"],
     ),
+    "joint_laws": (
+        "Laws of joints",
+        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "JointEffort", "Contact"],
+    ),
     "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
 }
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx, _gmsh
 from fenics_mech._arrays import Array, Index
+from fenics_mech.errors import SceneError
 from fenics_mech.scene import Link, Member, Scene
 from fenics_mech.scene.meshing import member_nodes
 
@@ -94,8 +95,19 @@ def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
         The scene; its `mesh` says how many elements each member has.
     loads_at_nodes
         Whether every load needs a node; see `effects.loads_at_nodes`.
+
+    Raises
+    ------
+    SceneError
+        When no link has a member.
     """
     members = scene.members()
+    if not members:
+        raise SceneError(
+            "no link has a member: there is nothing that bends",
+            place="links",
+            hint="Rigid links move by method = 'transient', or with a drive by 'quasi-static' or 'periodic'",
+        )
     points = {link: {name: np.array(at) for name, at in body.points.items()} for link, body in scene.links.items()}
     axes = [points[link][member.ends[1]] - points[link][member.ends[0]] for link, member in members.values()]
     angles, lengths = [np.arctan2(y, x) for x, y in axes], np.array([np.hypot(x, y) for x, y in axes])

@@ -65,7 +65,7 @@ def run(
         if csv:
             step("writing tables")
             written["tables"] = result.to_csv(folder)
-        if report:
+        if report and loaded.members():
             step("report")
             written[""].append(write_report(result, folder / "report.html"))
         if plots:

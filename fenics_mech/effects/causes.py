@@ -18,6 +18,11 @@ class Cause(StrEnum):
     EXTERNAL_DRAG = "external drag"
     RELATIVE_DRAG = "relative drag"
     AIR_DRAG = "air drag"
+    FRICTION = "friction"
+    CONTACTS = "contacts"
+    BUSHINGS = "bushings"
+    EFFORTS = "efforts"
+    GEARS = "gears"
     STORED = "stored"
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from fenics_mech.kinematics.assembly import assemble, newton
 from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import Motion, as_motion, rates_by_drives
+from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint
@@ -48,8 +49,9 @@ class FreeLinkage:
     def __init__(self, scene: Scene) -> None:
         self.scene, self.loops = scene, Loops.of(scene)
 
-    def at_start(self) -> Motion:
-        """Assemble the links at time 0, at rest.
+    @cached_property
+    def start(self) -> Array:
+        """Coordinates of the links at time 0, ``(3 links,)``.
 
         Raises
         ------
@@ -67,9 +69,20 @@ class FreeLinkage:
                 hint="State a freedom for each, or none: what is not stated starts at the links' rough angles",
             )
         refuse_singular(self.loops, np.zeros(1), q[None])
-        still = np.zeros((1, len(scene.freedoms)))
-        places = np.array([[freedom.start for freedom in scene.freedoms.values()]], dtype=float)
-        return self.motion(np.zeros(1), places, still, still, q[None])
+        return q
+
+    def at_start(self) -> Motion:
+        """Give the links at time 0, at rest.
+
+        Raises
+        ------
+        SceneError, AssemblyError
+            As of `start`.
+        """
+        freedoms = self.scene.freedoms.values()
+        still = np.zeros((1, len(freedoms)))
+        places = np.array([[freedom.start for freedom in freedoms]], dtype=float)
+        return self.motion(np.zeros(1), places, still, still, self.start[None])
 
     def motion(self, time: Array, places: Array, rates: Array, seconds: Array, near: Array) -> Motion:
         """Give the motion of the links.
@@ -88,16 +101,47 @@ class FreeLinkage:
         AssemblyError
             When the links cannot be assembled so, or their motion is not determined there.
         """
-        loops, driven = self.loops, self._driven(time)
-        value, first, second = (np.hstack(pair) for pair in zip(driven, (places, rates, seconds)))
-        q, closed = newton(loops, near, value)
-        if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
-            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
+        loops, (value, first, second) = self.loops, self.given(time, (places, rates, seconds))
+        q = self.pose(time, value, near)
         try:
             velocity, acceleration = rates_by_drives(loops, q, first, second)
         except np.linalg.LinAlgError as error:
             raise AssemblyError(f"the linkage is at a dead centre of its freedoms at {time[0]:.6g} s") from error
-        return as_motion(loops, self._theta(time, places), time, q, velocity, acceleration)
+        return as_motion(loops, self.theta(time, places), time, q, velocity, acceleration)
+
+    def given(self, time: Array, freedoms: tuple[Array, ...]) -> tuple[Array, ...]:
+        """Angles and strokes of the drives and the freedoms, and their derivatives, ``(times, drives)`` each.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        freedoms
+            Angles (rad) and strokes (m) of the freedoms, and up to two derivatives by time, ``(times, freedoms)`` each.
+        """
+        return tuple(np.hstack(pair) for pair in zip(self._driven(time), freedoms))
+
+    def pose(self, time: Array, given: Array, near: Array) -> Array:
+        """Give the coordinates of the links, ``(times, 3 links)``.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        given
+            Angles and strokes of the drives and the freedoms, ``(times, drives)``.
+        near
+            Coordinates of the links at positions near to these, ``(times, 3 links)``.
+
+        Raises
+        ------
+        AssemblyError
+            When the links cannot be assembled so.
+        """
+        q, closed = newton(self.loops, near, given)
+        if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
+            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
+        return q
 
     def refuse_dead_centre(self, time: float, q: Array) -> None:
         """Raise `AssemblyError` where the freedoms hardly say how the links move.
@@ -128,8 +172,16 @@ class FreeLinkage:
         acceleration: Array = np.asarray(second * rate**2 + first * change, dtype=float)  # chain rule
         return value, first * rate, acceleration
 
-    def _theta(self, time: Array, places: Array) -> Array:
-        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase."""
+    def theta(self, time: Array, places: Array) -> Array:
+        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        places
+            Angles and strokes of the freedoms, ``(times, freedoms)``.
+        """
         scene = self.scene
         if scene.drives:
             return np.asarray(scene.coordinate(time).value)
@@ -152,16 +204,45 @@ def with_freedoms(scene: Scene) -> Scene:
     AssemblyError
         When the links cannot be assembled at their rough angles.
     """
+    if not scene.open_joints or _wholly_stated(scene):
+        return _with_chosen(scene, None)
+    try:
+        pinned, start = _pinned(scene)
+    except (SceneError, AssemblyError):  # with tight pins it is held more often than it can move
+        return _with_chosen(scene, None)
+    kept = {name: part for name, part in pinned.freedoms.items() if name not in scene.open_joints}
+    return _with_chosen(scene.model_copy(update={"freedoms": kept | scene.freedoms}), start)
+
+
+def _pinned(scene: Scene) -> tuple[Scene, Motion]:
+    """Give a scene whose pins have no clearance, and how it starts: journals in the middle move as it does."""
+    pinned = with_freedoms(scene.model_copy(update={"joint_laws": {}}))
+    linkage = FreeLinkage(pinned)
+    rates = np.array([[part.rate_at_start for part in pinned.freedoms.values()]])
+    places = np.array([[part.start for part in pinned.freedoms.values()]], dtype=float)
+    return pinned, linkage.motion(np.zeros(1), places, rates, np.zeros_like(rates), linkage.start[None])
+
+
+def _wholly_stated(scene: Scene) -> bool:
+    """Whether a scene states the places of all that is free."""
+    loops = Loops.of(scene)
+    return len(loops.names) >= 3 * len(loops.links) and all(part.start is not None for part in scene.freedoms.values())
+
+
+def _with_chosen(scene: Scene, start: Motion | None) -> Scene:
+    """Give a scene with a freedom for all that is free, from the links' rough angles or from a start."""
     stated = {name: part for name, part in scene.freedoms.items() if part.start is not None}
     loops = Loops.of(scene.model_copy(update={"freedoms": stated}))
-    q = assemble(loops)
+    q = assemble(loops) if start is None else coordinates(start.position, start.angle)[0]
     motions = free_motions(loops, q)
     wanted = [name for name in scene.freedoms if name not in stated]
     if not len(motions) and not wanted:
         return scene
-    others = [name for name in scene.joints if name not in scene.moved_joints and _may_state(scene.joints[name])]
+    others = [name for name in scene.constraints if name not in scene.moved_joints and _may_state(scene.joints[name])]
     measured = dict.fromkeys(wanted + others, Freedom())  # more than can move at once
-    places, rates = _of_joints(Loops.of(scene.model_copy(update={"drive": (), "freedoms": measured})), q, motions)
+    velocity = np.zeros_like(q) if start is None else coordinates(start.velocity, start.omega)[0]
+    of_joints = Loops.of(scene.model_copy(update={"drive": (), "freedoms": measured}))
+    places, rates, speeds = _of_joints(of_joints, q, velocity, motions)
     chosen = _chosen(scene.joints, rates, wanted, others)
     if len(chosen) != len(motions):
         words = "; ".join(describe(scene.links, scene.joints, q, motions))
@@ -170,7 +251,11 @@ def with_freedoms(scene: Scene) -> Scene:
             place="freedoms",
             hint="Give free links a joint of two bodies, and no freedom at a joint that cannot move",
         )
-    starting = {name: scene.freedoms.get(name, Freedom()).model_copy(update={"start": places[name]}) for name in chosen}
+    starting = {}
+    for name in chosen:
+        part = scene.freedoms.get(name, Freedom())
+        speed = speeds[name] if part.speed is None else part.speed
+        starting[name] = part.model_copy(update={"start": places[name], "speed": speed})
     return scene.changed(freedoms=scene.freedoms | starting)
 
 
@@ -209,8 +294,13 @@ def _without(left: Array, rate: Array) -> Array:
     return np.asarray(left - np.outer(direction, direction) @ left)
 
 
-def _of_joints(loops: Loops, q: Array, motions: Array) -> tuple[dict[str, float], dict[str, Array]]:
-    """Angle or stroke of each joint that is moved, and its rates in free motions of unit size, ``(motions,)``."""
+def _of_joints(
+    loops: Loops, q: Array, velocity: Array, motions: Array
+) -> tuple[dict[str, float], dict[str, Array], dict[str, float]]:
+    """Angle or stroke of each moved joint, its rates in free motions of unit size, ``(motions,)``, and its rate.
+
+    They are those at coordinates of the links and their rates, ``(3 links,)`` each.
+    """
     names = loops.scene.moved_joints
     equations = slice(len(loops.names) - len(names), None)
     given = loops.residual(q[None], np.zeros((1, len(names))))[0, equations]
@@ -218,4 +308,5 @@ def _of_joints(loops: Loops, q: Array, motions: Array) -> tuple[dict[str, float]
     flat = motions.reshape(len(motions), len(q)) / loops.unit
     flat = flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), TINY)
     ordered = [names[i] for i in loops.drive_order]
-    return dict(zip(ordered, given.tolist())), dict(zip(ordered, rows @ flat.T))
+    speeds = loops.jacobian(q[None])[0, equations] @ velocity
+    return dict(zip(ordered, given.tolist())), dict(zip(ordered, rows @ flat.T)), dict(zip(ordered, speeds.tolist()))

@@ -93,7 +93,7 @@ class Loops:
         points: list[Row] = []
         lines: list[Row] = []
         angles: list[Row] = []
-        for name, joint in scene.joints.items():
+        for name, joint in scene.constraints.items():
             (first, at), *others = ((index[body], point) for body, point in map(scene.point, joint.connect))
             for second, pin in others:
                 row = (name, first, second, at, pin)

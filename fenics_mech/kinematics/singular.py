@@ -96,6 +96,8 @@ def reachable_range(scene: Scene) -> Range:
     if not scene.drives:
         q = assemble(loops)
         return Range(0.0, 0.0, False, (), tuple(describe(scene.links, scene.joints, q, free_motions(loops, q))))
+    if scene.open_joints:  # how far a drive goes is that of tight pins
+        loops = Loops.of(scene.model_copy(update={"joint_laws": {}}))
     whole = np.array([-2 * np.pi, 2 * np.pi])
     branch = follow_branch(loops, whole, to_the_end=True)
     limits = [

@@ -62,6 +62,17 @@ ATTRIBUTES = {
     "input_torque": ("N m", "torque of the first drive on the second body of its joint; its force where it slides"),
     "drive_effort": ("N m", "torque of each drive on the second body of its joint; its force where it slides"),
     "drive_effort_rms": ("N m", "root mean square of the drive's effort over the cycle; N along a slide"),
+    "freedom_place": ("rad", "angle of each freedom; m where it slides"),
+    "freedom_rate": ("rad/s", "rate of each freedom; m/s where it slides"),
+    "freedom_place_error": ("rad", "error of each freedom's angle or stroke by each source, estimated"),
+    "freedom_place_relative_error": ("1", "largest error of a freedom by each source, over the largest of all"),
+    "law_effort": (
+        "N m",
+        "what each joint law exerts: force (N) along the guide or moment (N m) on the second body; the size of its "
+        "force where it takes the place of a pin",
+    ),
+    "largest_law_effort": ("N m", "largest size of that in the whole motion, between the positions too"),
+    "indentation": ("m", "how far bodies are in each other at each contact, negative where they do not touch; or rad"),
     "mean_power": ("W", "mean power that the cause gives to the mechanism, negative where it takes"),
     "drive_impulse": ("N m s", "impulse of each drive's effort at each impulse; N s along a slide"),
     "drive_twist": ("rad", "angle of the crank ahead of its drive"),
@@ -121,7 +132,8 @@ def with_units(
             data[name].attrs.update(units=units.get(name, unit), long_name=meaning)
     data["theta"].attrs.update(units="rad", long_name="drive angle")
     data["time"].attrs.update(units="s", long_name="time")
-    data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
+    if "s" in data:
+        data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
     return data
 
 

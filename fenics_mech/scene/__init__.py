@@ -16,6 +16,16 @@ from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
+from fenics_mech.scene.joint_laws import (
+    Bushing,
+    Clearance,
+    Contact,
+    Friction,
+    GearPair,
+    GuideClearance,
+    JointEffort,
+    Stop,
+)
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
@@ -43,6 +53,9 @@ from fenics_mech.scene.tolerance import stated as stated_tolerance
 __all__ = [
     "AirDrag",
     "Analysis",
+    "Bushing",
+    "Clearance",
+    "Contact",
     "CustomSection",
     "Damping",
     "DirectCurrentMotor",
@@ -53,13 +66,17 @@ __all__ = [
     "FactorTable",
     "FormulaEffort",
     "Freedom",
+    "Friction",
+    "GearPair",
     "Ground",
+    "GuideClearance",
     "Harmonics",
     "HingeDamper",
     "HingeSpring",
     "ISection",
     "Impulse",
     "InductionMotor",
+    "JointEffort",
     "LaminateSection",
     "LineDamper",
     "LineLoad",
@@ -85,6 +102,7 @@ __all__ = [
     "Section",
     "Slot",
     "SpeedController",
+    "Stop",
     "StressLife",
     "Table",
     "TaperSection",

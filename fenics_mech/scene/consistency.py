@@ -11,6 +11,7 @@ from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.base import check_known
 from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.drives import common_rate
+from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ def check_references(scene: Scene) -> None:
     scene
         The scene.
     """
-    if not scene.members():
-        raise SceneError("no link has a member: there is nothing that bends", place="links")
     _ = scene.answer_units  # which names the unit that is none
     if "ground" in scene.links:
         raise SceneError("'ground' is the fixed frame's name", place="links.ground", hint="Give the link another name")
@@ -72,7 +71,10 @@ def check_references(scene: Scene) -> None:
     for kind in ("springs", "dampers"):
         for name, part in getattr(scene, kind).items():
             (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")
+    check_joint_laws(scene)
     _check_mobility(scene)
+    if not scene.members():
+        check_rigid(scene)
 
 
 def _check_point(scene: Scene, name: str, place: str) -> None:
@@ -366,7 +368,7 @@ def mobility(scene: Scene) -> int:
         The scene.
     """
     lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
-    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.joints.values())
+    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.constraints.values())
     return 3 * len(scene.links) - held
 
 

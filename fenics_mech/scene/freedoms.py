@@ -160,6 +160,23 @@ Effort = Annotated[
 ]
 
 
+def effort_of(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> Array:
+    """Effort on the second body of a joint (N m or N), ``(times,)``.
+
+    Parameters
+    ----------
+    effort
+        The law.
+    time
+        Times (s), ``(times,)``.
+    state
+        Angle (rad) or stroke (m) of the joint there, and its rate, ``(times,)`` each.
+    start
+        The joint's place at time 0.
+    """
+    return np.full_like(time, effort) if isinstance(effort, float) else effort.at(time, *state, start)
+
+
 class Freedom(Part):
     """A joint that nothing leads.
 
@@ -169,7 +186,8 @@ class Freedom(Part):
         Angle (rad) or stroke (m) of the joint's second body against its first at time 0; without it, that of the links'
         rough angles.
     speed
-        Its rate at time 0 (rad/s or m/s).
+        Its rate at time 0 (rad/s or m/s); without it, none. Where a pin has a clearance or a bushing, that of the
+        linkage with a tight pin.
     effort
         Torque (N m) or force (N) on the second body, with the opposite one on the first.
     inertia
@@ -177,14 +195,19 @@ class Freedom(Part):
 
     Examples
     --------
-    >>> fm.Freedom(start="90 deg", effort=fm.DirectCurrentMotor(stall_torque=3.0, no_load_speed=300.0)).speed
+    >>> fm.Freedom(start="90 deg", effort=fm.DirectCurrentMotor(stall_torque=3.0, no_load_speed=300.0)).rate_at_start
     0.0
     """
 
     start: AngleOrLength | None = None
-    speed: RateOfJoint = 0.0
+    speed: RateOfJoint | None = None
     effort: Effort = 0.0
     inertia: Annotated[Inertia, Field(ge=0)] = 0.0
+
+    @property
+    def rate_at_start(self) -> float:
+        """Rate at time 0 (rad/s or m/s)."""
+        return self.speed or 0.0
 
     def held(self, theta: Array) -> Jet:
         """Give the angle or stroke at the start, without derivatives, of the shape of theta.
@@ -211,6 +234,4 @@ class Freedom(Part):
         numpy.ndarray
             N m or N, ``(times,)``.
         """
-        if isinstance(self.effort, float):
-            return np.full_like(time, self.effort)
-        return self.effort.at(time, place, rate, self.start or 0.0)
+        return effort_of(self.effort, time, (place, rate), self.start or 0.0)

@@ -10,7 +10,6 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import Analysis
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import AnyLoad, Impulse, LineLoad
@@ -21,8 +20,10 @@ from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
+from fenics_mech.scene.joint_laws import OPEN, AnyJointLaw
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
 from fenics_mech.scene.observations import Measurement, TracedPoint
+from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.plugged import Tables
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
@@ -34,20 +35,6 @@ Drives = Annotated[
     Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
     Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
 ]
-
-
-def _place_in(part: Any, path: str, value: Any) -> None:
-    """Put a value into nested data, by dotted path; tables on the way are made where they are missing."""
-    *parents, last = (int(key) if key.isdecimal() else key for key in path.split("."))
-    try:
-        for parent in parents:
-            if isinstance(part, dict):
-                part.setdefault(parent, {})
-            part[parent] = list(part[parent]) if isinstance(part[parent], tuple) else part[parent]
-            part = part[parent]
-        part[last] = value
-    except (KeyError, IndexError, TypeError) as error:
-        raise SceneError("there is no such part of the scene", place=path) from error
 
 
 OF_LINKS = ("materials", "sections", "ground", "links", "joints", "masses", "mesh")  # keys that links are made of
@@ -74,6 +61,8 @@ class Scene(Part):
         Acceleration along X and Y (m/s^2).
     loads, impulses, springs, dampers
         By name.
+    joint_laws
+        Friction, stops, clearances, bushings and efforts at joints, by name. Links that bend have none.
     drive
         One drive, or several; none where nothing moves the linkage.
     freedoms
@@ -114,8 +103,8 @@ class Scene(Part):
 
     name: Annotated[str, Field(max_length=SCENE.longest_name)] = "scene"
     units: tuple[str, ...] = ()
-    materials: dict[Name, Material]
-    sections: dict[Name, AnySection]
+    materials: dict[Name, Material] = Field(default_factory=dict)
+    sections: dict[Name, AnySection] = Field(default_factory=dict)
     ground: Ground = Field(default_factory=lambda: Ground(points={}))
     links: Annotated[dict[Name, Link], Field(min_length=1, max_length=SCENE.most_links)]
     joints: dict[Name, Joint] = Field(default_factory=dict)
@@ -125,6 +114,7 @@ class Scene(Part):
     impulses: dict[Name, Impulse] = Field(default_factory=dict)
     springs: dict[Name, Spring] = Field(default_factory=dict)
     dampers: dict[Name, Damper] = Field(default_factory=dict)
+    joint_laws: dict[Name, AnyJointLaw] = Field(default_factory=dict)
     drive: Drives = ()
     freedoms: dict[Name, Freedom] = Field(default_factory=dict)
     effects: Literal["auto"] | tuple[str, ...] = ()
@@ -173,7 +163,7 @@ class Scene(Part):
         data = self.model_dump()
         dotted = {key.replace("__", "."): value for key, value in keys.items()} | dict(values or {})
         for path, value in dotted.items():
-            _place_in(data, path, value)
+            place_in(data, path, value)
         return self.read(data)
 
     @property
@@ -207,6 +197,17 @@ class Scene(Part):
     def moved_joints(self) -> tuple[str, ...]:
         """Joints whose angle or stroke says where the linkage is: those of the drives, then those of the freedoms."""
         return (*(drive.joint for drive in self.drives), *self.freedoms)
+
+    @property
+    def open_joints(self) -> frozenset[str]:
+        """Joints whose constraint is replaced by a clearance or a bushing."""
+        return frozenset(law.joint for law in self.joint_laws.values() if isinstance(law, OPEN))
+
+    @property
+    def constraints(self) -> dict[str, Joint]:
+        """Joints that have one, by name."""
+        open_joints = self.open_joints
+        return {name: joint for name, joint in self.joints.items() if name not in open_joints}
 
     @property
     def cycle_rate(self) -> float:

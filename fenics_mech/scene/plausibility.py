@@ -37,6 +37,8 @@ def implausible(scene: Scene) -> tuple[str, ...]:
         One sentence for each: the place in the scene, the value in SI, and what is likely meant.
     """
     found: dict[str, str] = {}  # the first about each place
+    if not scene.members():  # beside which numbers are looked at
+        return ()
     for checks in (ALONE, *IN_TURN):
         before = len(found)
         with np.errstate(all="ignore"):  # what overflows is beyond any limit

@@ -162,12 +162,14 @@ def run_sweep(
     Raises
     ------
     SceneError
-        When the folder holds a sweep of another scene or other values, or refinement is not possible.
+        When the folder holds a sweep of another scene or other values, refinement is not possible, or nothing bends.
     ResultError
         When a file cannot be written.
     MechanismError
         When another process ended with an error.
     """
+    if not scene.members():
+        raise SceneError("no link has a member, and a sweep compares strains", place="links")
     if refine_peaks and (len(axes) != 1 or axes[0].whole):
         message = "points can be added at peaks of a sweep over one field that is not a whole number"
         raise SceneError(message, place=", ".join(axis.path for axis in axes))

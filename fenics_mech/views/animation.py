@@ -70,7 +70,7 @@ def animate(
     Raises
     ------
     ViewError
-        When the file's ending is not known, an option is not usable, or this machine cannot render.
+        When the file's ending is not known, an option is not usable, no link bends, or this machine cannot render.
     ResultError
         When the file cannot be written.
 
@@ -83,6 +83,8 @@ def animate(
     path = Path(path)
     ending = check_ending(path)
     _check_options(magnify, frames, fps, size)
+    if "deflection" not in result.data:
+        raise ViewError("no link of the scene bends, and an animation shows how links bend")
     prepare_rendering()
     if ending == ".mp4":
         size = (size[0] + size[0] % 2, size[1] + size[1] % 2)

@@ -35,19 +35,21 @@ def key_figures(result: Result) -> dict[str, Any]:
     >>> sorted(key_figures(fm.Result.load("out/result.nc"))["members"])
     ['coupler', 'crank', 'follower']
     """
-    data, scene, closer = result.data, result.scene, between_positions(result)
-    judged = judgements(result)
-    level, sentence = verdict(judged)
+    data, scene = result.data, result.scene
+    closer = between_positions(result) if scene.members() else result
     found: dict[str, Any] = {
         "scene": scene.name,
         "method": str(scene.analysis.method),
         "positions": data.sizes["theta"],
-        "verdict": {"level": level, "sentence": sentence},
-        "judgements": [{"level": one.level, "title": one.title, "text": one.text} for one in judged],
         "warnings": list(result.warnings),
-        "members": _members(closer),
         "joints": _joints(closer),
     }
+    if scene.members():
+        judged = judgements(result)
+        level, sentence = verdict(judged)
+        found["verdict"] = {"level": level, "sentence": sentence}
+        found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
+        found["members"] = _members(closer)
     for name in ("input_torque", "shaking_force", "shaking_moment"):
         if name in closer.data:
             found[name] = _largest(closer, _size(closer, name))

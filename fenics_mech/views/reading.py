@@ -237,6 +237,8 @@ def reading_of_a_file() -> Iterator[None]:
 
 def _refuse_incomplete(data: xr.Dataset, scene: Scene) -> None:
     """Raise `ResultError` where variables are missing, or members are not those of the scene."""
+    if not scene.members():
+        raise ResultError("no link of this result bends: `run` shows its joint forces and freedoms")
     if lacking := [name for name in NEEDED if name not in data]:
         raise ResultError(
             f"the result has no {', '.join(lacking)}: an older version may have written it. Analyse its scene again"

@@ -24,6 +24,7 @@ from fenics_mech.views.plots import (
     plot_strain_map,
 )
 from fenics_mech.views.reading import Peak, Reading, reading_of_a_file
+from fenics_mech.views.rigid_figures import freedom_figure, rigid_force_figure
 
 MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
 MOST_SPECTRA = 3
@@ -48,8 +49,8 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     -------
     list of Path
         The files, none where there is only one position: strains where they are largest, strains by angle and place,
-        deflections, joint forces. A periodic motion has the spectrum of the strains, and modes have their frequencies.
-        Each place that was measured has a plot of its own.
+        deflections, joint forces, freedoms. A periodic motion has the spectrum of the strains, and modes have their
+        frequencies. Each place that was measured has a plot of its own.
 
     Raises
     ------
@@ -167,6 +168,8 @@ def force_figure(result: Result) -> Figure:
     result
         The result.
     """
+    if not _bends(result):
+        return rigid_force_figure(result)
     driven = Reading(result).effort is not None
     figure, panels = empty_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
     plot_joint_forces(result, panels[0])
@@ -197,11 +200,17 @@ def spectrum_figure(result: Result) -> Figure:
     return figure
 
 
+def _bends(result: Result) -> bool:
+    """Whether a link bends."""
+    return bool(result.scene.members())
+
+
 FIGURES: dict[str, tuple[Callable[[Result], bool], Callable[[Result], Figure]]] = {
-    "strain": (lambda result: True, strain_figure),
-    "strain_map": (lambda result: True, map_figure),
-    "deflection": (lambda result: True, lambda result: figure_in(plot_deflection(result))),
+    "strain": (_bends, strain_figure),
+    "strain_map": (_bends, map_figure),
+    "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
+    "freedoms": (lambda result: "freedom_place" in result.data, freedom_figure),
     "spectrum": (lambda result: "strain_amplitude" in result.data, spectrum_figure),
     "frequencies": (
         lambda result: "frequency" in result.data,

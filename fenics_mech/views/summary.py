@@ -18,6 +18,7 @@ from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
 from fenics_mech.views.reading import Reading
+from fenics_mech.views.rigid_report import rigid_parts
 from fenics_mech.views.words import share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
@@ -58,6 +59,8 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
+    if not result.scene.members():
+        return Summary(*rigid_parts(result))
     units = units or result.scene.answer_units
     if details:
         return Summary(all_details(result, units))

@@ -85,9 +85,10 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     turns = "The drive turns through the whole cycle." if reach.turns else f"The drive turns from {low} to {high} only."
     if not scene.drives:
         turns = "Nothing drives it" + (", and it is free to move: " + "; ".join(reach.free) if reach.free else "") + "."
-    lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}"), table]
+    lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}")]
     turns += f" Mobility {mobility(scene)} by Gruebler's count."
-    lines += [_in_si(scene), *(Text(line) for line in _acting(scene)), Text(turns)]
+    lines += [table, _in_si(scene)] if scene.members() else []
+    lines += [*(Text(line) for line in _acting(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
             lines.append(Text(f"{critical.kind} at {_degrees(critical.theta)} ({', '.join(critical.links)})"))
@@ -122,7 +123,7 @@ def _count(number: int, name: str) -> str:
 
 
 def _acting(scene: Scene) -> Iterator[str]:
-    """Say which rigid links, masses, springs and dampers there are, and which loads act, in SI."""
+    """Say which rigid links, masses, springs, dampers and joint laws there are, and which loads act, in SI."""
     for name, link in scene.links.items():
         if body := link.rigid:
             yield (
@@ -137,6 +138,8 @@ def _acting(scene: Scene) -> Iterator[str]:
     for name, damper in scene.dampers.items():
         where = f"N m s/rad at joint {damper.joint}" if isinstance(damper, HingeDamper) else f"N s/m {_span(damper)}"
         yield f"damper {name}: {number(damper.damping)} {where}"
+    for name, law in scene.joint_laws.items():
+        yield f"joint law {name}: {law.kind} at joint {law.joint}"
     if any(scene.gravity):
         yield f"gravity: {_pair(scene.gravity)} m/s^2"
     for name, load in scene.loads.items():

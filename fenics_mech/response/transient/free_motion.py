@@ -121,7 +121,7 @@ def start_of(state: FreeState) -> StartState:
         When no smooth start is found.
     """
     freedoms = state.scene.freedoms.values()
-    places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "speed"))
+    places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "rate_at_start"))
     n, start = state.size, state.scene.analysis.start
     y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
     if start == "smooth":

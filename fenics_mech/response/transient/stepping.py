@@ -26,6 +26,7 @@ Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times,
 Sizes = tuple[tuple[slice, float], ...]  # parts of the coordinates, and the root of an energy for each (sqrt(J))
 Tangents = tuple[Array, Array, Array]  # by z'', z' and z, ``(times, coordinates, coordinates)`` each
 Keep = Callable[[float, Curve], bool]  # takes the end of a step (s) and its motion; says whether to stop
+Watch = Callable[[float, float, Curve], float | None]  # takes both ends (s) too; gives the time at which to end instead
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class StepLimits:
     margin: float = 1e-9  # of a step, that is not left over at the end
     smallest_change: float = 0.2  # factor of a step's length from one step to the next
     largest_change: float = 5.0  # the same
+    after_failure: float = 1.5  # the same after one for which Newton's method failed in a rigid motion
     safety: float = 0.9  # of the length that the error allows
 
 
@@ -78,6 +80,11 @@ class Collocation:
         Longest step (s).
     keep
         Is called with every step.
+    watch
+        Says where a step has to end, such as where bodies touch; None where nothing cuts steps.
+    of_motion
+        Whether errors are relative to the energy of the motion alone, and Newton's method ends by the energy of its
+        changes: coordinates of rigid motion count from anywhere, and have no common unit.
     """
 
     equation: EquationInTime
@@ -86,6 +93,8 @@ class Collocation:
     sizes: Sizes
     longest: float
     keep: Keep
+    watch: Watch | None = None
+    of_motion: bool = False
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
 
@@ -132,14 +141,22 @@ class Collocation:
         start, end = ts.getTime(), ts.getMaxTime()
         vector, asked = ts.getSolution(), min(ts.getTimeStep(), self.longest)
         z, rate = vector.array_r.copy().reshape(2, -1)
+        largest = STEPPING.largest_change
         while True:
             last = start + asked * (1 + STEPPING.margin) >= end
             length = end - start if last else asked
             made, error = self._trial(start, length, z, rate)
             change = STEPPING.safety * max(error, 1e-12) ** (-1 / (len(self.tableau.points) + 1))
             change = min(max(change, STEPPING.smallest_change), STEPPING.largest_change)
-            if error <= 1:
+            if self.of_motion and not len(made):  # Newton's method failed: the next step is to be no bolder
+                largest = STEPPING.after_failure
+            change = min(change, largest)
+            cut = self._cut(start, length, z, rate, made) if error <= 1 else None
+            if error <= 1 and cut is None:
                 break
+            if cut is not None:
+                asked = cut - start
+                continue
             asked = length * change
             if asked < STEPPING.shortest * self.longest:
                 why = self._fault or "the motion grows without bound or its equation has no solution there"
@@ -154,6 +171,12 @@ class Collocation:
         ts.setTimeStep(max(asked, length * change) if last else length * change)
         if self.keep(ts.getTime(), curve):
             ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
+
+    def _cut(self, start: float, length: float, z: Array, rate: Array, made: Array) -> float | None:
+        """Time (s) at which a step has to end that its error would allow; None where it may stand."""
+        if self.watch is None:
+            return None
+        return self.watch(start, start + length, self._curve(start, length, z, rate, made))
 
     def _trial(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, float]:
         """Accelerations at the points, and the error over the tolerance."""
@@ -192,14 +215,24 @@ class Collocation:
                 matrix = self.tableau.stage_matrix(length, *tangents)
             change = np.linalg.solve(matrix, -self.equation.residuals(*here).ravel()).reshape(s, n)
             found = found + change
-            moved = np.abs(length**2 * (self.tableau.square @ change))
-            over = float(max(moved[:, part].max(initial=0.0) / limit for (part, _), limit in zip(self.sizes, limits)))
+            over = self._over(length, change, tangents, limits)
             if self.equation.linear or over <= 1:
                 return found, tangents
             if not over < STEPPING.fast * before:
                 tangents = None
             before = over
         return None
+
+    def _over(self, length: float, change: Array, tangents: Tangents, limits: Array) -> float:
+        """Size of the last change of the motion by Newton's method, over what it may be."""
+        moved = length**2 * (self.tableau.square @ change)
+        if not self.of_motion:
+            sizes = np.abs(moved)
+            return float(max(sizes[:, part].max(initial=0.0) / limit for (part, _), limit in zip(self.sizes, limits)))
+        mass, _, stiffness = tangents
+        quicker = length * (self.tableau.inner @ change)
+        parts = np.einsum("si,sij,sj->s", quicker, mass, quicker), np.einsum("si,sij,sj->s", moved, stiffness, moved)
+        return float(np.sqrt(np.abs(parts).sum(axis=0).max()) / limits.min())
 
     def _guess(self, length: float, size: int) -> Array:
         """Accelerations at the points on the last step's polynomial, where a law makes the equation nonlinear."""
@@ -233,7 +266,8 @@ class Collocation:
             return float(np.sqrt(abs(q @ k @ q) + abs(v @ m @ v)))
 
         shares = [
-            energy(part, by_place, by_rate) / max(size, energy(part, z, rate), 1e-300) for part, size in self.sizes
+            energy(part, by_place, by_rate) / max(size, energy(part, 0 * z if self.of_motion else z, rate), 1e-300)
+            for part, size in self.sizes
         ]
         return max(shares) / self.tolerance
 

@@ -1,0 +1,37 @@
+"""Torques and forces at joints that are no freedoms, by formulas and characteristics of motors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fenics_mech._arrays import Array
+from fenics_mech.effects.causes import Cause
+from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
+from fenics_mech.scene import JointEffort
+
+
+@dataclass(frozen=True)
+class GivenEffort(WithoutContact):
+    """An effort at a joint.
+
+    Parameters
+    ----------
+    joint
+        Where it acts.
+    stated
+        What the scene states.
+    """
+
+    joint: JointPlace
+    stated: JointEffort
+    cause = Cause.EFFORTS
+
+    def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
+        """Give the effort on the second body.
+
+        Parameters
+        ----------
+        time, state, touching
+            As of `JointLaw`.
+        """
+        return self.joint.effort(state, self.stated.effort_at(time, state.place, state.rate))

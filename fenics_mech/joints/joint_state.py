@@ -1,0 +1,235 @@
+"""Where a joint of two bodies is, how its bodies move against each other, and what a law exerts on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import Array
+from fenics_mech.effects.causes import Cause
+from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
+from fenics_mech.scene import Prismatic, Scene, Slot
+
+
+@dataclass(frozen=True)
+class JointState:
+    """How the second body of a joint moves against the first, at many states.
+
+    Parameters
+    ----------
+    place, rate
+        Angle (rad) or stroke (m), and its rate, ``(states,)``.
+    gap, gap_rate
+        From the point of the first body to that of the second (m, m/s), in the fixed frame, ``(states, 2)``.
+    arms
+        The points, seen from the origins of their bodies (m), ``(states, 2)`` each.
+    turning
+        Angular velocities of both bodies (rad/s), ``(states,)`` each.
+    along
+        Direction of the guide, ``(states, 2)``; of a pin the x axis of the first body.
+    angle
+        Of the second body's frame against the first's (rad), ``(states,)``.
+    links
+        How all links move, for laws that look at another joint too.
+    """
+
+    place: Array
+    rate: Array
+    gap: Array
+    gap_rate: Array
+    arms: tuple[Array, Array]
+    turning: tuple[Array, Array]
+    along: Array
+    angle: Array
+    links: LinkStates
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """What a law exerts on the second body of a joint; the opposite acts on the first.
+
+    Parameters
+    ----------
+    force
+        Along X and Y (N), ``(states, 2)``.
+    moment
+        N m, ``(states,)``.
+    offset
+        Where the force acts, seen from the second body's point (m), ``(states, 2)``.
+    """
+
+    force: Array
+    moment: Array
+    offset: Array
+
+
+@dataclass(frozen=True)
+class JointPlace:
+    """Two bodies and their points at a joint.
+
+    Parameters
+    ----------
+    name
+        The joint.
+    bodies
+        Their indices among the links; -1 is the ground.
+    points
+        The points in the frames of their bodies (m).
+    guide
+        Direction of the guide in the first body's frame (rad); 0 of a pin.
+    slides
+        Whether the second body slides along a guide.
+    turn
+        Angle of the second body's frame in the first's that a prismatic joint holds (rad); 0 of others.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    points: tuple[tuple[float, float], tuple[float, float]]
+    guide: float
+    slides: bool
+    turn: float
+
+    @classmethod
+    def of(cls, scene: Scene, name: str) -> JointPlace:
+        """Find a joint of two bodies.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        name
+            The joint.
+        """
+        joint, index = scene.joints[name], {"ground": -1} | {link: i for i, link in enumerate(scene.links)}
+        (first, at), (second, pin) = map(scene.point, joint.connect)
+        slides = isinstance(joint, Slot | Prismatic)
+        guide = scene.guide_angle(joint) if isinstance(joint, Slot | Prismatic) else 0.0
+        turn = joint.turn if isinstance(joint, Prismatic) else 0.0
+        return cls(name, (index[first], index[second]), (at, pin), guide, slides, turn)
+
+    def state(self, links: LinkStates) -> JointState:
+        """Give how the bodies of the joint move.
+
+        Parameters
+        ----------
+        links
+            How all links move.
+        """
+        first, second = self.bodies
+        arms = links.turned(first, self.points[0]), links.turned(second, self.points[1])
+        (at, speed), (to, other) = links.point(first, arms[0]), links.point(second, arms[1])
+        gap, gap_rate = to - at, other - speed
+        along = links.turned(first, (np.cos(self.guide), np.sin(self.guide)))
+        turning, angle = (
+            (links.rate[:, first, 2], links.rate[:, second, 2]),
+            links.pose[:, second, 2] - links.pose[:, first, 2],
+        )
+        if self.slides:
+            seen = gap_rate - turning[0][:, None] * quarter(gap)  # by an observer on the first body
+            place, rate = np.sum(along * gap, axis=-1), np.sum(along * seen, axis=-1)
+        else:
+            place, rate = angle, turning[1] - turning[0]
+        return JointState(place, rate, gap, gap_rate, arms, turning, along, angle, links)
+
+    def effort(self, state: JointState, size: Array) -> Wrench:
+        """Give a force along the guide, or a moment at a pin, as a wrench.
+
+        Parameters
+        ----------
+        state
+            How the bodies move.
+        size
+            N or N m, ``(states,)``.
+        """
+        none = np.zeros((len(size), 2))
+        if self.slides:
+            return Wrench(size[:, None] * state.along, np.zeros_like(size), none)
+        return Wrench(none, size, none)
+
+    def exert(self, on: BodyForces, state: JointState, wrench: Wrench) -> None:
+        """Add a wrench on the second body, and the opposite one on the first.
+
+        Parameters
+        ----------
+        on
+            Forces on all bodies.
+        state
+            How the bodies of the joint move.
+        wrench
+            What acts on the second body.
+        """
+        (first, second), (arm, other) = self.bodies, state.arms
+        on.add(second, other + wrench.offset, wrench.force)
+        on.turn(second, wrench.moment)
+        on.add(first, arm + state.gap + wrench.offset, -wrench.force)
+        on.turn(first, -wrench.moment)
+
+
+@dataclass(frozen=True)
+class Touching:
+    """Which contacts of a law are closed, and how fast they closed.
+
+    Parameters
+    ----------
+    closed
+        ``(contacts,)``.
+    speed
+        Rate of indentation at the beginning of each (m/s or rad/s), ``(contacts,)``.
+    """
+
+    closed: NDArray[np.bool_]
+    speed: Array
+
+    @classmethod
+    def open(cls, contacts: int) -> Touching:
+        """Give contacts that are all open.
+
+        Parameters
+        ----------
+        contacts
+            Their number.
+        """
+        return cls(np.zeros(contacts, dtype=bool), np.ones(contacts))
+
+
+class JointLaw(Protocol):
+    """A law by which a joint's bodies push each other, from their state."""
+
+    @property
+    def joint(self) -> JointPlace:
+        """Where it acts."""
+
+    @property
+    def cause(self) -> Cause:
+        """Under which cause its power is listed."""
+
+    @property
+    def contacts(self) -> int:
+        """Number of places at which the bodies may touch."""
+
+    def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
+        """What acts on the second body at times (s), ``(states,)``."""
+
+    def depths(self, state: JointState) -> tuple[Array, Array]:
+        """Indentation at each contact, negative where it is open, and its rate, ``(contacts, states)`` each."""
+
+
+class WithoutContact:
+    """A law by which bodies do not touch."""
+
+    contacts = 0
+
+    def depths(self, state: JointState) -> tuple[Array, Array]:
+        """Give no contact.
+
+        Parameters
+        ----------
+        state
+            As of `JointLaw`.
+        """
+        none = np.zeros((0, len(state.place)))
+        return none, none

@@ -1,0 +1,55 @@
+"""The laws of a scene's joints, as they are stated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.joints.bushings import SoftBearing
+from fenics_mech.joints.dry_friction import DryFriction
+from fenics_mech.joints.gears import both_sides
+from fenics_mech.joints.given_efforts import GivenEffort
+from fenics_mech.joints.guide_clearance import SliderContact
+from fenics_mech.joints.joint_state import JointLaw, JointPlace
+from fenics_mech.joints.pin_clearance import JournalContact
+from fenics_mech.joints.stops import StopContact
+from fenics_mech.kinematics.link_states import LinkStates
+from fenics_mech.scene import Bushing, Clearance, Friction, GearPair, GuideClearance, JointEffort, Scene, Stop
+from fenics_mech.scene.joint_laws import OneJointLaw
+
+
+def laws_of(scene: Scene, start: Array) -> dict[str, JointLaw]:
+    """Give the laws of a scene's joints, by name; the driven side of a gear pair as "name:joint".
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    start
+        Coordinates of the links at the start, ``(3 links,)``.
+    """
+    links, found = LinkStates.of(start[None], np.zeros_like(start[None])), dict[str, JointLaw]()
+    for name, stated in scene.joint_laws.items():
+        joint = JointPlace.of(scene, stated.joint)
+        if isinstance(stated, GearPair):
+            pair = joint, JointPlace.of(scene, stated.drives)
+            found[name], found[f"{name}:{stated.drives}"] = both_sides(stated, pair, joint.state(links))
+        else:
+            found[name] = _law(joint, stated)
+    return found
+
+
+def _law(joint: JointPlace, stated: OneJointLaw) -> JointLaw:
+    match stated:
+        case Friction():
+            return DryFriction(joint, stated)
+        case Stop():
+            return StopContact(joint, stated)
+        case Clearance():
+            return JournalContact(joint, stated)
+        case GuideClearance():
+            return SliderContact(joint, stated)
+        case Bushing():
+            return SoftBearing(joint, stated)
+        case JointEffort():
+            return GivenEffort(joint, stated)

@@ -1,0 +1,309 @@
+"""Balance of forces on a linkage of rigid links: what its joints transmit, and the efforts of drives and freedoms.
+
+With coordinates x of the links, J the Jacobian of the loop equations, and friction of unknown size F in its joints,
+``J^T l = m x'' - f - sum e F``: l holds the forces of the joints, and the efforts at drives and freedoms. The friction
+is a share of the joint's force, ``F = s |l|``, which Newton's method finds.
+Source: Nikravesh, Computer-Aided Analysis of Mechanical Systems (1988), chapter 11.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.effects.causes import Cause
+from fenics_mech.errors import SolverError
+from fenics_mech.joints.dry_friction import DryFriction
+from fenics_mech.joints.joint_state import JointLaw, JointState, Touching, Wrench
+from fenics_mech.joints.laws import laws_of
+from fenics_mech.kinematics.link_states import BodyForces, LinkStates
+from fenics_mech.kinematics.loops import Loops
+from fenics_mech.mechanism.rigid_loads import RigidLoads
+from fenics_mech.scene import Scene
+from fenics_mech.scene.joint_laws import OPEN
+
+Contacts = Mapping[str, Touching]  # by law
+
+
+@dataclass(frozen=True)
+class FrictionLimits:
+    """Limits of Newton's method for the friction in joints."""
+
+    most_iterations: int = 30
+    converged: float = 1e-13  # of the largest friction
+    small_force: float = 1e-9  # of the largest force of a joint, over which the size of a small one is rounded
+
+
+FRICTION = FrictionLimits()
+
+
+@dataclass(frozen=True)
+class RigidStates:
+    """A motion of the links at many states.
+
+    Parameters
+    ----------
+    time, theta
+        Times (s) and drive angles (rad), ``(states,)`` each.
+    q, velocity, acceleration
+        Coordinates of the links and two derivatives, ``(states, 3 links)`` each.
+    inverse
+        Inverse of the loop equations' Jacobian, ``(states, 3 links, equations)``.
+    """
+
+    time: Array
+    theta: Array
+    q: Array
+    velocity: Array
+    acceleration: Array
+    inverse: Array
+
+    @cached_property
+    def links(self) -> LinkStates:
+        """How the bodies move."""
+        return LinkStates.of(self.q, self.velocity)
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What acts in a motion.
+
+    Parameters
+    ----------
+    multipliers
+        Forces of the joints and efforts of drives and freedoms, by loop equation, ``(states, equations)``.
+    friction
+        Dry friction on the second body (N or N m) by law, ``(states,)`` each.
+    forces
+        Forces on the coordinates of the links by cause, ``(states, 3 links)`` each.
+    """
+
+    multipliers: Array
+    friction: dict[str, Array]
+    forces: dict[Cause, Array]
+
+
+@dataclass(frozen=True)
+class RigidDynamics:
+    """Forces of a linkage of rigid links.
+
+    Parameters
+    ----------
+    scene
+        The scene, of which no link bends.
+    loops
+        Its loop equations, as many as coordinates.
+    start
+        Coordinates of the links at the start, ``(3 links,)``.
+    """
+
+    scene: Scene
+    loops: Loops
+    start: Array
+
+    @cached_property
+    def loads(self) -> RigidLoads:
+        """Forces that are no joints'."""
+        return RigidLoads(self.scene, self.start)
+
+    @cached_property
+    def laws(self) -> dict[str, JointLaw]:
+        """Laws of the joints, by name."""
+        return laws_of(self.scene, self.start)
+
+    @cached_property
+    def rubbing(self) -> dict[str, DryFriction]:
+        """Those of them that are dry friction."""
+        return {name: law for name, law in self.laws.items() if isinstance(law, DryFriction)}
+
+    @cached_property
+    def open_laws(self) -> frozenset[str]:
+        """Names of the laws that take the place of a joint's constraint."""
+        return frozenset(name for name, law in self.scene.joint_laws.items() if isinstance(law, OPEN))
+
+    def all_open(self) -> dict[str, Touching]:
+        """Give all contacts open."""
+        return {name: Touching.open(law.contacts) for name, law in self.laws.items()}
+
+    def law_states(self, links: LinkStates) -> dict[str, JointState]:
+        """Give the state of each law's joint, by law.
+
+        Parameters
+        ----------
+        links
+            How the links move.
+        """
+        return {name: law.joint.state(links) for name, law in self.laws.items()}
+
+    def wrenches(self, states: RigidStates, contacts: Contacts) -> dict[str, Wrench]:
+        """Give what each law exerts, but for dry friction.
+
+        Parameters
+        ----------
+        states
+            The motion.
+        contacts
+            Which contacts are closed.
+        """
+        joints = self.law_states(states.links)
+        return {name: law.wrench(states.time, joints[name], contacts[name]) for name, law in self.laws.items()}
+
+    def size_of(self, name: str, states: RigidStates, wrench: Wrench) -> Array:
+        """Give what a law exerts along its guide (N) or about its pin (N m), ``(states,)``.
+
+        Of a law in place of a constraint it is the size of its force.
+
+        Parameters
+        ----------
+        name
+            The law.
+        states
+            The motion.
+        wrench
+            What it exerts.
+        """
+        if name in self.open_laws:
+            return np.asarray(np.linalg.norm(wrench.force, axis=-1))
+        place = self.laws[name].joint
+        return np.sum(wrench.force * place.state(states.links).along, axis=-1) if place.slides else wrench.moment
+
+    def balance(self, states: RigidStates, contacts: Contacts) -> Balance:
+        """Give the forces of a motion.
+
+        Parameters
+        ----------
+        states
+            The motion.
+        contacts
+            Which contacts are closed.
+
+        Raises
+        ------
+        SolverError
+            When friction locks the linkage.
+        """
+        links = states.links
+        forces = self.loads.by_cause(states.theta, links)
+        joints = self.law_states(links)
+        for name, law in self.laws.items():
+            wrench = law.wrench(states.time, joints[name], contacts[name])
+            forces[law.cause] = forces.get(law.cause, 0.0) + self._on_coordinates(law, joints[name], wrench)
+        needed = self.loads.inertia.needed(links, states.acceleration) - sum(forces.values())
+        transposed = states.inverse.transpose(0, 2, 1)
+        multipliers = (transposed @ needed[..., None])[..., 0]
+        if not self.rubbing:
+            return Balance(multipliers, {}, forces)
+        units = np.stack([self._unit(law, joints[name]) for name, law in self.rubbing.items()], axis=-1)
+        shares = np.stack([law.share(joints[name]) for name, law in self.rubbing.items()], axis=-1)
+        multipliers, found = self._with_friction(multipliers, transposed @ units, shares)
+        forces[Cause.FRICTION] = forces[Cause.FRICTION] + (units @ found[..., None])[..., 0]
+        return Balance(multipliers, dict(zip(self.rubbing, found.T)), forces)
+
+    def _on_coordinates(self, law: JointLaw, state: JointState, wrench: Wrench) -> Array:
+        on = BodyForces.none(len(state.place), len(self.loops.links))
+        law.joint.exert(on, state, wrench)
+        return on.on_coordinates
+
+    def _unit(self, law: DryFriction, state: JointState) -> Array:
+        """Forces on the coordinates by friction of size 1, ``(states, 3 links)``."""
+        return self._on_coordinates(law, state, law.joint.effort(state, np.ones_like(state.place)))
+
+    @cached_property
+    def _pressed(self) -> list[Index]:
+        """Loop equations whose multipliers press the bodies of each friction's joint against each other."""
+        points, lines = self.loops.points.name, self.loops.lines.name
+        found = []
+        for law in self.rubbing.values():
+            name = law.joint.name
+            if law.joint.slides:
+                found.append(np.array([2 * len(points) + lines.index(name)]))
+            else:
+                found.append(2 * points.index(name) + np.arange(2))
+        return found
+
+    def _with_friction(self, alone: Array, by_friction: Array, shares: Array) -> tuple[Array, Array]:
+        """Find the friction F of each joint, ``(states, laws)``, and the multipliers with it.
+
+        These are ``alone - by_friction F``, and ``F = shares |multipliers of the joint|``.
+        """
+        floor = FRICTION.small_force * np.abs(alone).max(axis=1, initial=0.0) + np.finfo(float).tiny
+        friction = np.zeros_like(shares)
+        one = np.eye(shares.shape[1])
+        for _ in range(FRICTION.most_iterations):
+            multipliers = alone - (by_friction @ friction[..., None])[..., 0]
+            sizes, slopes = [], []
+            for rows in self._pressed:
+                size = np.sqrt(np.sum(multipliers[:, rows] ** 2, axis=1) + floor**2)
+                sizes.append(size)
+                along = multipliers[:, rows] / size[:, None]
+                slopes.append(-np.einsum("tr,trk->tk", along, by_friction[:, rows]))
+            left = friction - shares * np.stack(sizes, axis=-1)
+            tangent = one - shares[..., None] * np.stack(slopes, axis=1)
+            change = np.linalg.solve(tangent, -left[..., None])[..., 0]
+            friction = friction + change
+            if np.abs(change).max() <= FRICTION.converged * np.abs(friction).max() + np.finfo(float).tiny:
+                return alone - (by_friction @ friction[..., None])[..., 0], friction
+        raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
+
+    def efforts(self, multipliers: Array) -> Array:
+        """Efforts at the drives, then at the freedoms (N m or N), ``(states, drives)``.
+
+        Parameters
+        ----------
+        multipliers
+            Those of a balance.
+        """
+        count = self.loops.drives
+        found = np.empty((len(multipliers), count))
+        found[:, list(self.loops.drive_order)] = multipliers[:, multipliers.shape[1] - count :]
+        return found
+
+    def joint_forces(self, states: RigidStates, balance: Balance, contacts: Contacts) -> dict[str, Array]:
+        """Force of each joint's first body on its second (N), ``(states, 2)`` each, or of its pin on a body.
+
+        Parameters
+        ----------
+        states, balance, contacts
+            A motion, what acts in it, and which contacts are closed.
+        """
+        loops, multipliers = self.loops, balance.multipliers
+        found: dict[str, list[Array]] = {name: [] for name in self.scene.joints}
+        for i, name in enumerate(loops.points.name):
+            found[name].append(multipliers[:, 2 * i : 2 * i + 2])
+        normals = loops.tangents(states.q, loops.lines)[..., ::-1] * [-1.0, 1.0]
+        for i, name in enumerate(loops.lines.name):
+            found[name].append(multipliers[:, 2 * len(loops.points) + i, None] * normals[:, i])
+        strokes = loops.driven_strokes
+        along, first = loops.tangents(states.q, strokes), multipliers.shape[1] - len(strokes)
+        for i, name in enumerate(strokes.name):
+            found[name][0] = found[name][0] + multipliers[:, first + i, None] * along[:, i]
+        joints = self.law_states(states.links)
+        for name, wrench in self.wrenches(states, contacts).items():
+            self._add_to(found, self.laws[name], wrench)
+        for name, size in balance.friction.items():
+            law = self.rubbing[name]
+            self._add_to(found, law, law.joint.effort(joints[name], size))
+        return {
+            label: force
+            for name, joint in self.scene.joints.items()
+            for label, force in _labelled(name, joint.connect, found[name])
+        }
+
+    def _add_to(self, found: dict[str, list[Array]], law: JointLaw, wrench: Wrench) -> None:
+        """Add a law's force to that of its joint."""
+        forces = found[law.joint.name]
+        if forces:
+            forces[0] = forces[0] + wrench.force
+        else:
+            forces.append(wrench.force)
+
+
+def _labelled(name: str, connect: tuple[str, ...], forces: list[Array]) -> list[tuple[str, Array]]:
+    """Names of a joint's forces, as `joint_names` gives them."""
+    if len(connect) == 2:
+        return [(name, forces[0])]
+    return [(f"{name}:{point.split('.')[0]}", force) for point, force in zip(connect[1:], forces)]

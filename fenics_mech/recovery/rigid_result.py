@@ -1,0 +1,156 @@
+"""The result of a motion of rigid links: forces of joints and laws, efforts, powers, and the freedoms' motion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
+from fenics_mech.accuracy.corrected_response import ESTIMATES
+from fenics_mech.accuracy.quantities import MEASURE
+from fenics_mech.effects.causes import Cause
+from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.recovery.result import Result, stamp
+from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.joint_laws import OPEN
+
+UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
+
+
+def rigid_result(scene: Scene) -> Result:
+    """Find the motion of a scene of which no link bends, and label everything that was computed.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that can move and no drive leads.
+
+    Raises
+    ------
+    SceneError
+        When contacts begin overlapped.
+    SolverError
+        When the time steps fail.
+    AssemblyError
+        When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
+    """
+    motion = by_rigid_motion(scene)
+    data = _of_motion(scene, motion)
+    data = xr.merge([data, _of_powers(scene, motion), _errors(scene, motion, data)], combine_attrs="no_conflicts")
+    efforts = effort_units(scene.moved_joints, scene.joints)
+    data = with_units(data, efforts, (), ())
+    if "law_effort" in data:
+        units = [_unit_of(scene, str(name)) for name in data["law"].to_numpy()]
+        for name in ("law_effort", "largest_law_effort"):
+            data[name].attrs["units"] = units[0] if len(set(units)) == 1 else ", ".join(units)
+    return Result(data)
+
+
+def _unit_of(scene: Scene, name: str) -> str:
+    """Unit of what a joint law exerts."""
+    law = scene.joint_laws[name.partition(":")[0]]
+    slides = isinstance(scene.joints[law.joint], Slot | Prismatic)
+    return "N" if slides or isinstance(law, OPEN) else "N m"
+
+
+def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
+    """Motion, forces and efforts, over the positions."""
+    states = [part.states for part in motion.instants]
+    attributes = stamp(scene) | {"solver": str(scene.analysis.method), "effects": "[]", "dofs": len(scene.freedoms)}
+    attributes |= {"elements": 0, "time_steps": motion.steps}
+    forces = _joined(motion, "joint_forces")
+    coordinates: dict[str, Any] = {
+        "theta": np.concatenate([part.theta for part in states]),
+        "time": ("theta", np.concatenate([part.time for part in states])),
+        "joint": list(forces),
+        "component": ["x", "y"],
+    }
+    shape = len(coordinates["theta"]), len(forces), 2
+    by_joint = np.stack(list(forces.values()), axis=1) if forces else np.zeros(shape)
+    variables: dict[str, Any] = {"joint_force": (("theta", "joint", "component"), by_joint)}
+    if scene.moved_joints:
+        efforts = np.concatenate([part.efforts for part in motion.instants])
+        variables |= {"drive_effort": (("theta", "drive"), efforts), "input_torque": ("theta", efforts[:, 0])}
+        coordinates["drive"] = list(scene.moved_joints)
+    if scene.freedoms:
+        along = "theta", "freedom"
+        variables["freedom_place"] = (along, np.concatenate(motion.places))
+        variables["freedom_rate"] = (along, np.concatenate(motion.rates))
+        coordinates["freedom"] = list(scene.freedoms)
+    if scene.joint_laws:
+        found = _joined(motion, "law_efforts")
+        variables["law_effort"] = (("theta", "law"), np.stack(list(found.values()), axis=1))
+        coordinates["law"] = list(found)
+        largest = {name: float(np.abs(values).max()) for name, values in found.items()} | motion.largest
+        variables["largest_law_effort"] = (("law",), [largest[name] for name in found])
+    if depths := _joined(motion, "depths"):
+        variables["indentation"] = (("theta", "contact"), np.stack(list(depths.values()), axis=1))
+        coordinates["contact"] = list(depths)
+        attributes["contacts_closed"] = motion.contacts
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:
+    """Parts of a motion put one after the other, by name."""
+    names = getattr(motion.instants[0], what)
+    return {name: np.concatenate([getattr(part, what)[name] for part in motion.instants]) for name in names}
+
+
+def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
+    """Mean power of every cause, and how far they are from a balance; see `energy_balance`."""
+    powers = _joined(motion, "powers")
+    time = np.concatenate([part.states.time for part in motion.instants])
+    energy = np.concatenate([part.energy for part in motion.instants])
+    if motion.work:
+        duration = float(time[-1])
+        mean = {name: work / duration for name, work in motion.work.items()}
+    elif scene.analysis.method == "transient":
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
+
+        duration = float(np.ptp(time))
+        whole = {name: float(CubicSpline(time, power).integrate(*time[[0, -1]])) for name, power in powers.items()}
+        mean = {name: work / duration for name, work in whole.items()}
+    else:
+        mean = {name: float(power.mean()) for name, power in powers.items()}
+    if scene.analysis.method == "transient":
+        mean[Cause.STORED] = -float(energy[-1] - energy[0]) / duration
+    if not any(power.any() for power in powers.values()):
+        return xr.Dataset()
+    residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
+    passed = max(float(np.abs(power).mean()) for power in powers.values())
+    found = xr.Dataset({"mean_power": (("cause",), list(mean.values()))}, {"cause": list(map(str, mean))})
+    error = abs(residual) / max(largest, passed, TINY)
+    return found.assign_attrs(power_residual=residual, power_balance_error=error, power_error=0.0)
+
+
+def _small_effort(scene: Scene, data: xr.Dataset) -> float:
+    """Effort that the error of a smaller one is relative to (N m or N)."""
+    arms = [scene.size_at(name) for name in scene.moved_joints]
+    return MEASURE.small_effort * max([*arms, TINY]) * max(float(abs(data["joint_force"]).max()), TINY)
+
+
+def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
+    """Errors by the time steps, from a motion with a larger tolerance, unless bodies touched."""
+    if not scene.freedoms:
+        return xr.Dataset()
+    if motion.contacts:
+        return xr.Dataset(attrs={"not_estimated": UNKNOWN_AFTER_CONTACT})
+    rough = _of_motion(scene, free_course(scene, ESTIMATES.rougher))
+    found: dict[str, Any] = {}
+    attributes = {}
+    for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
+        if name not in data:
+            continue
+        change = ESTIMATES.rough_share * np.abs(rough[name].to_numpy() - data[name].to_numpy())
+        by_part = np.moveaxis(change, 1, 0).reshape(change.shape[1], -1).max(axis=1)
+        found[f"{name}_error"] = (("source", axis), by_part[None])
+        least = _small_effort(scene, data) if name == "drive_effort" else TINY
+        relative = float(by_part.max(initial=0.0)) / max(float(abs(data[name]).max()), least)
+        found[f"{name}_relative_error"] = (("source",), [relative])
+        attributes[f"{name}_error_estimate"] = relative
+    return xr.Dataset(found, {"source": ["time"]}, attributes)

@@ -1,0 +1,150 @@
+"""Where contacts of a motion open and close: steps end there, so that no step runs over a kink of its equation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fenics_mech._arrays import Array
+from fenics_mech.joints.joint_state import JointLaw
+from fenics_mech.response.transient.rigid_state import RigidState
+from fenics_mech.response.transient.stepping import Curve
+
+
+@dataclass(frozen=True)
+class EventLimits:
+    """Limits of the search for contacts in a step."""
+
+    nodes: int = 13  # at which a step is looked at
+    between: int = 5  # points between two nodes, on cubics
+    at_end: float = 1e-7  # of a step, before whose end an event counts as there
+    found: float = 1e-13  # of a step, to which its time is found
+
+
+EVENT = EventLimits()
+
+
+@dataclass
+class ContactEvents:
+    """Watches the contacts of a motion.
+
+    Parameters
+    ----------
+    state
+        The equation, which knows which contacts are closed.
+    """
+
+    state: RigidState
+    laws: dict[str, JointLaw] = field(init=False)
+    _due: tuple[float, str, int] | None = field(default=None, init=False)  # time (s), law and contact of an event
+
+    def __post_init__(self) -> None:
+        """Look at the laws that have contacts."""
+        self.laws = {name: law for name, law in self.state.dynamics.laws.items() if law.contacts}
+
+    def depths(self, time: Array, place: Array, rate: Array) -> dict[str, tuple[Array, Array]]:
+        """Indentation and its rate by law, ``(contacts, times)`` each.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(times,)``.
+        place, rate
+            Angles and strokes of the freedoms, and their rates, ``(times, freedoms)`` each.
+        """
+        links = self.state.states(time, (place, rate, np.zeros_like(place))).links
+        return {name: law.depths(law.joint.state(links)) for name, law in self.laws.items()}
+
+    def next_event(self, start: float, end: float, curve: Curve) -> float | None:
+        """Give the time (s) of the first event in a step; None where there is none before its end.
+
+        Parameters
+        ----------
+        start, end
+            Of the step (s).
+        curve
+            Angles and strokes of the freedoms over time, and their rates.
+        """
+        before, self._due = self._due, None
+        if not self.laws:
+            return None
+        times = np.linspace(start, end, EVENT.nodes)
+        depths, found = self.depths(times, *curve(times)), []
+        for name, contact, sign in self._signed():
+            depth, rate = (sign * part[contact] for part in depths[name])
+            fine, values = _between_nodes(times, depth, rate)
+            crossed = np.flatnonzero((values[1:] > 0) & (values[:-1] <= 0))
+            if len(crossed):
+                bracket = fine[crossed[0]], fine[crossed[0] + 1]
+                if (time := self._crossing(curve, bracket, (name, contact, sign))) is not None:
+                    found.append((time, name, contact))
+        if not found:
+            if before is not None and end - before[0] <= EVENT.at_end * (end - start):  # for which the step was cut
+                self._due = end, *before[1:]
+            return None
+        self._due = min(found)
+        if self._due[0] >= end - EVENT.at_end * (end - start):
+            self._due = end, *self._due[1:]
+            return None
+        return self._due[0]
+
+    def _signed(self) -> Iterator[tuple[str, int, float]]:
+        """Each law and contact, with the sign of an indentation that is an event."""
+        for name, law in self.laws.items():
+            for contact in range(law.contacts):
+                yield name, contact, -1.0 if self.state.contacts[name].closed[contact] else 1.0
+
+    def _crossing(self, curve: Curve, bracket: tuple[float, float], which: tuple[str, int, float]) -> float | None:
+        """Time at which a contact opens or closes; None where it only comes near."""
+        name, contact, sign = which
+
+        def depth(time: float) -> float:
+            at = np.array([time])
+            return float(sign * self.depths(at, *curve(at))[name][0][contact, 0])
+
+        ends = depth(bracket[0]), depth(bracket[1])
+        if ends[0] > 0 or ends[1] <= 0:
+            return None
+        return float(brentq(depth, *bracket, xtol=EVENT.found * (bracket[1] - bracket[0]) + 1e-300, rtol=1e-15))
+
+    def settle(self, time: float, place: Array, rate: Array) -> int:
+        """Open and close contacts at the end of a step; give how many closed.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        place, rate
+            Angles and strokes of the freedoms there, and their rates, ``(freedoms,)`` each.
+        """
+        if not self.laws:
+            return 0
+        depths, count = self.depths(np.array([time]), place[None], rate[None]), 0
+        for name, contact, sign in list(self._signed()):
+            depth, speed = (float(part[contact, 0]) for part in depths[name])
+            due = self._due is not None and self._due[1:] == (name, contact)  # in the step that ends here
+            if (due or sign * depth > 0) and sign * speed > 0:
+                known = self.state.contacts[name]
+                closed, speeds = known.closed.copy(), known.speed.copy()
+                closed[contact] = sign > 0
+                if sign > 0:
+                    speeds[contact], count = speed, count + 1
+                self.state.contacts[name] = replace(known, closed=closed, speed=speeds)
+        self._due = None
+        return count
+
+
+def _between_nodes(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:
+    """Times and values on cubics between nodes, ``(points,)`` each, with the nodes."""
+    share = np.arange(EVENT.between + 1) / (EVENT.between + 1)
+    step = np.diff(times)[:, None]
+    first, second = values[:-1, None], values[1:, None]
+    slope, bend = step * rates[:-1, None], step * rates[1:, None]
+    back = 1 - share
+    fine = back**2 * (1 + 2 * share) * first + share**2 * (3 - 2 * share) * second
+    fine += back**2 * share * slope - share**2 * back * bend
+    places = times[:-1, None] + share * step
+    return np.append(places.ravel(), times[-1]), np.append(fine.ravel(), values[-1])

@@ -1,0 +1,375 @@
+"""Motion of a linkage of rigid links: in time where something is free, and led by its drives where nothing is.
+
+The steps are those of `stepping`; they end where contacts open and close. Powers are integrated along with the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from petsc4py import PETSc
+
+from fenics_mech._arrays import Array
+from fenics_mech._petsc import configured, name_of
+from fenics_mech.effects.causes import Cause
+from fenics_mech.errors import SceneError, SolverError, shortened
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics.free_linkage import FreeLinkage
+from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics.run_up import solve_motion_in_time
+from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.sampling_checks import require_positions
+from fenics_mech.response.transient.contact_events import ContactEvents
+from fenics_mech.response.transient.course import TRANSIENT
+from fenics_mech.response.transient.free_motion import FREE
+from fenics_mech.response.transient.integration import INTEGRATION
+from fenics_mech.response.transient.rigid_state import RigidState
+from fenics_mech.response.transient.stepping import Collocation, Curve
+from fenics_mech.scene import Scene
+from fenics_mech.scene.joint_laws import TOUCHING
+
+
+@dataclass(frozen=True)
+class RigidMotionLimits:
+    """Limits of motions of rigid links."""
+
+    stages: int = 9  # of a time step, at least: few long steps, as what a step costs hardly grows with its points
+    together: int = 2_000_000  # entries of the Jacobians of a led motion that are looked at together
+    peaks: int = 60  # points of a step at which the peaks of contacts are looked for
+    least: float = 1e-30  # J, for the energy of what nothing moves
+
+
+RIGID_MOTION = RigidMotionLimits()
+
+
+@dataclass(frozen=True)
+class RigidInstants:
+    """What acts at some instants of a motion.
+
+    Parameters
+    ----------
+    states
+        The motion.
+    efforts
+        Of the drives, then of the freedoms (N m or N), ``(times, drives)``.
+    joint_forces
+        Force of each joint (N), ``(times, 2)`` each, by its name.
+    law_efforts
+        What each joint law exerts (N or N m), ``(times,)`` each: along the guide or about the pin; the size of its
+        force where it takes the place of a pin.
+    depths
+        Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each: the largest of its
+        contacts, negative where none touches.
+    powers
+        Power of each cause (W), ``(times,)`` each.
+    energy
+        Of motion and of springs (J), ``(times,)``.
+    """
+
+    states: RigidStates
+    efforts: Array
+    joint_forces: dict[str, Array]
+    law_efforts: dict[str, Array]
+    depths: dict[str, Array]
+    powers: dict[str, Array]
+    energy: Array
+
+
+@dataclass
+class RigidMotion:
+    """A motion of rigid links.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    instants
+        Parts of the motion, in turn.
+    places, rates
+        Angles and strokes of the freedoms and their rates, ``(times, freedoms)``, in the same parts.
+    work
+        Work of each cause over the whole motion (J).
+    steps
+        Time steps that were made.
+    largest
+        Largest effort of each joint law, between the instants too.
+    contacts
+        How often each law's contacts closed.
+    """
+
+    scene: Scene
+    instants: list[RigidInstants] = field(default_factory=list)
+    places: list[Array] = field(default_factory=list)
+    rates: list[Array] = field(default_factory=list)
+    work: dict[str, float] = field(default_factory=dict)
+    steps: int = 0
+    largest: dict[str, float] = field(default_factory=dict)
+    contacts: int = 0
+
+
+def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) -> RigidInstants:
+    """Give what acts in a motion.
+
+    Parameters
+    ----------
+    dynamics
+        The forces of the linkage.
+    states
+        The motion.
+    contacts
+        Which contacts are closed, by law.
+    """
+    balance = dynamics.balance(states, contacts)
+    efforts = dynamics.efforts(balance.multipliers)
+    joints, exerted, depths = dynamics.law_states(states.links), {}, {}
+    for name, wrench in dynamics.wrenches(states, contacts).items():
+        exerted[name] = dynamics.size_of(name, states, wrench) + balance.friction.get(name, 0.0)
+        if dynamics.laws[name].contacts:
+            depths[name] = dynamics.laws[name].depths(joints[name])[0].max(axis=0)
+    rates = (
+        dynamics.loops.jacobian(states.q)[:, len(dynamics.loops.names) - dynamics.loops.drives :]
+        @ states.velocity[..., None]
+    )
+    ordered = np.empty(efforts.shape)
+    ordered[:, list(dynamics.loops.drive_order)] = rates[..., 0]
+    powers = {"drives" if efforts.shape[1] > 1 else "drive": np.sum(efforts * ordered, axis=1)}
+    powers |= {name: np.sum(force * states.velocity, axis=1) for name, force in balance.forces.items()}
+    energy = dynamics.loads.inertia.kinetic_energy(states.links) + dynamics.loads.spring_energy(states.links)
+    powers.pop(Cause.SPRINGS, None)
+    forces = dynamics.joint_forces(states, balance, contacts)
+    return RigidInstants(states, efforts, forces, exerted, depths, powers, energy)
+
+
+def by_rigid_motion(scene: Scene) -> RigidMotion:
+    """Find the motion of a linkage of rigid links, and what acts in it.
+
+    Parameters
+    ----------
+    scene
+        A scene of which no link bends, with a freedom for all that can move and no drive leads.
+
+    Raises
+    ------
+    SceneError
+        When contacts begin overlapped, or the scene has something that such a motion has not.
+    SolverError
+        When the time steps fail.
+    AssemblyError
+        When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
+    """
+    return free_course(scene) if scene.freedoms else led_course(scene)
+
+
+def led_course(scene: Scene) -> RigidMotion:
+    """Give a motion that the drives lead: what acts follows position by position.
+
+    Parameters
+    ----------
+    scene
+        The scene, without freedoms.
+
+    Raises
+    ------
+    SceneError
+        When a joint law is of contact.
+    """
+    for name, law in scene.joint_laws.items():
+        if isinstance(law, TOUCHING):
+            raise SceneError(
+                f"drives lead all links, and what touches at joint {law.joint!r} cannot move them",
+                place=f"joint_laws.{name}",
+                hint="Give a freedom with an effort in place of a drive",
+            )
+    linkage = FreeLinkage(scene)
+    dynamics, motion = RigidDynamics(scene, linkage.loops, linkage.start), RigidMotion(scene)
+    count = scene.analysis.sub_intervals
+    _refuse_too_many(scene)
+    if scene.analysis.method == "transient":
+        whole = solve_motion_in_time(scene, scene.period / count * np.arange(scene.analysis.cycles * count + 1))
+    else:
+        whole = solve_motion(scene, scene.drive_angles(count))
+    together = max(1, RIGID_MOTION.together // len(linkage.start) ** 2)
+    for first in range(0, len(whole.theta), together):
+        part = whole.part(slice(first, first + together))
+        q = coordinates(part.position, part.angle)
+        velocity, acceleration = coordinates(part.velocity, part.omega), coordinates(part.acceleration, part.alpha)
+        inverse = np.linalg.inv(linkage.loops.jacobian(q))
+        states = RigidStates(part.time, part.theta, q, velocity, acceleration, inverse)
+        motion.instants.append(_part(instants_of(dynamics, states, dynamics.all_open()), slice(None)))
+        none = np.zeros((len(q), 0))
+        motion.places.append(none)
+        motion.rates.append(none)
+    return motion
+
+
+def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
+    """Integrate the motion of the freedoms.
+
+    Parameters
+    ----------
+    scene
+        The scene, with freedoms.
+    rougher
+        Factor on the tolerance of the scene.
+    """
+    _refuse_too_many(scene)
+    analysis, linkage = scene.analysis, FreeLinkage(scene)
+    state = RigidState(scene, linkage)
+    step = scene.period / analysis.sub_intervals
+    times = step * np.arange((analysis.cycles if scene.drives else 1) * analysis.sub_intervals + 1)
+    freedoms = scene.freedoms.values()
+    place, rate = (
+        np.array([getattr(part, name) for part in freedoms], dtype=float) for name in ("start", "rate_at_start")
+    )
+    record = _Recorder(state, times, place, rate, step)
+    tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
+    longest = FREE.longest * scene.period
+    tolerance = min(rougher * analysis.time_tolerance, 0.5)
+    context = Collocation(
+        state, tableau, tolerance, record.sizes, longest, record.keep, watch=record.watch, of_motion=True
+    )
+    record.context = context
+    ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
+    context.begin(ts, place, rate, min(step, longest))
+    ts.setTime(0.0)
+    ts.setMaxTime(float(times[-1]))
+    defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
+    with configured(ts, "transient_", defaults, scene.petsc):
+        ts.solve(ts.getSolution())
+        reason, steps = ts.getConvergedReason(), ts.getStepNumber()
+    reasons = PETSc.TS.ConvergedReason
+    if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
+        raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
+    record.motion.steps = steps
+    return record.motion
+
+
+class _Recorder:
+    """Takes samples of the motion step by step, integrates powers, and opens and closes contacts."""
+
+    context: Collocation
+
+    def __init__(self, state: RigidState, times: Array, place: Array, rate: Array, step: float) -> None:
+        self.state, self.times, self.known, self.reached = state, times, 0, 0.0
+        self.events, self.motion = ContactEvents(state), RigidMotion(state.scene)
+        _refuse_overlapped(self.events, place, rate)
+        nodes, weights = np.polynomial.legendre.leggauss(RIGID_MOTION.stages)
+        self.nodes, self.weights = (nodes + 1) / 2, weights / 2
+        self._take(times[:1], place[None], rate[None])
+        self.energy = max(self._first_energy(place, rate, step), RIGID_MOTION.least)
+
+    @property
+    def sizes(self) -> tuple[tuple[slice, float], ...]:
+        """What errors are relative to: the largest energy of the motion so far."""
+        return ((slice(None), math.sqrt(self.energy)),)
+
+    def _first_energy(self, place: Array, rate: Array, step: float) -> float:
+        """Energy of the motion at the start, and of what it is soon after."""
+        state, time = self.state, np.zeros(1)
+        states = place[None], rate[None], np.zeros((1, len(place)))
+        mass, left = state.tangents_at(time, *states)[0][0], state.residuals(time, *states)[0]
+        soon = step**2 * float(left @ np.linalg.solve(mass, left)) / 2
+        return 2 * max(soon, float(rate @ mass @ rate) / 2)
+
+    def watch(self, start: float, end: float, curve: Curve) -> float | None:
+        """Give the time of the first contact event in a step (s)."""
+        return self.events.next_event(start, end, curve)
+
+    def keep(self, end: float, curve: Curve) -> bool:
+        """Take the samples inside a step and its work; the motion is never settled."""
+        start, self.reached = self.reached, end
+        known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
+        samples, inside = self.times[self.known : known], start + (end - start) * self.nodes
+        time, self.known = np.concatenate([samples, inside, [end]]), known
+        place, rate = curve(time)
+        states = self.state.states(time, (place, rate, self.state.accelerations(time, place, rate)))
+        found = instants_of(self.state.dynamics, states, self.state.contacts)
+        count = len(samples)
+        for name, power in found.powers.items():
+            work = float((end - start) * (self.weights @ power[count:-1]))
+            self.motion.work[name] = self.motion.work.get(name, 0.0) + work
+        self._note(found.law_efforts)
+        self._note_contacts(start, end, curve)
+        if count:
+            self._add(_part(found, slice(0, count)), place[:count], rate[:count])
+        self.energy = max(self.energy, 2 * float(self.state.dynamics.loads.inertia.kinetic_energy(states.links)[-1]))
+        self.context.sizes = self.sizes
+        self.state.move_on(_states_part(states, slice(-1, None)))
+        self.motion.contacts += self.events.settle(end, place[-1], rate[-1])
+        return False
+
+    def _take(self, time: Array, place: Array, rate: Array) -> None:
+        """Take samples near to where the equation is."""
+        states = self.state.states(time, (place, rate, self.state.accelerations(time, place, rate)))
+        found = instants_of(self.state.dynamics, states, self.state.contacts)
+        self.known += len(time)
+        self._note(found.law_efforts)
+        self._add(_part(found, slice(None)), place, rate)
+
+    def _note_contacts(self, start: float, end: float, curve: Curve) -> None:
+        """Look for the peaks of contacts between the points of a step: they need no accelerations."""
+        closed = {name for name in self.events.laws if self.state.contacts[name].closed.any()}
+        if closed:
+            time = np.linspace(start, end, RIGID_MOTION.peaks)
+            place, rate = curve(time)
+            states = self.state.states(time, (place, rate, np.zeros_like(place)))
+            wrenches = self.state.dynamics.wrenches(states, self.state.contacts)
+            self._note({name: self.state.dynamics.size_of(name, states, wrenches[name]) for name in closed})
+
+    def _note(self, efforts: dict[str, Array]) -> None:
+        for name, effort in efforts.items():
+            self.motion.largest[name] = max(self.motion.largest.get(name, 0.0), float(np.abs(effort).max()))
+
+    def _add(self, found: RigidInstants, place: Array, rate: Array) -> None:
+        self.motion.instants.append(found)
+        self.motion.places.append(place)
+        self.motion.rates.append(rate)
+
+
+def _refuse_too_many(scene: Scene) -> None:
+    """Raise `SceneError` or `TooLargeError` where there are more positions than a result holds."""
+    analysis = scene.analysis
+    cycles = analysis.cycles if scene.drives and analysis.method == "transient" else 1
+    if (positions := cycles * analysis.sub_intervals + 1) > TRANSIENT.most_positions:
+        raise SceneError(
+            f"{shortened(positions)} positions are more than a result holds, {TRANSIENT.most_positions}",
+            place="analysis.sub_intervals",
+            hint="Give fewer cycles or sub_intervals",
+        )
+    require_positions(scene, positions)
+
+
+def _refuse_overlapped(events: ContactEvents, place: Array, rate: Array) -> None:
+    """Raise `SceneError` where a contact is closed at the start."""
+    for name, (depth, _) in events.depths(np.zeros(1), place[None], rate[None]).items():
+        if depth.max() > 0:
+            raise SceneError(
+                f"at the start the bodies of joint {events.laws[name].joint.name!r} overlap by {depth.max():.3g}",
+                place=f"joint_laws.{name}",
+                hint="Start from another place, where they do not touch",
+            )
+
+
+def _states_part(states: RigidStates, part: slice) -> RigidStates:
+    names = ("time", "theta", "q", "velocity", "acceleration", "inverse")
+    return RigidStates(*(getattr(states, name)[part] for name in names))
+
+
+def _part(found: RigidInstants, part: slice) -> RigidInstants:
+    """Some instants of several, to be kept: without what the solver needed the Jacobian for."""
+
+    def cut(by_name: dict[str, Array]) -> dict[str, Array]:
+        return {name: values[part] for name, values in by_name.items()}
+
+    return RigidInstants(
+        states=replace(_states_part(found.states, part), inverse=np.zeros((0, 0, 0))),
+        efforts=found.efforts[part],
+        joint_forces=cut(found.joint_forces),
+        law_efforts=cut(found.law_efforts),
+        depths=cut(found.depths),
+        powers=cut(found.powers),
+        energy=found.energy[part],
+    )

@@ -1,0 +1,134 @@
+"""Checks of joint laws against the rest of a scene, and of scenes in which no link bends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import check_known
+from fenics_mech.scene.joint_laws import (
+    OPEN,
+    TOUCHING,
+    AnyJointLaw,
+    Friction,
+    GearPair,
+    GuideClearance,
+    JointEffort,
+    Stop,
+)
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Scene
+
+
+def check_joint_laws(scene: Scene) -> None:
+    """Raise `SceneError` where a joint law has no joint that it fits, or contradicts another.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    seen: dict[tuple[str, str], str] = {}
+    for name, law in scene.joint_laws.items():
+        place = f"joint_laws.{name}"
+        check_known(law.joint, scene.joints, "joint", f"{place}.joint")
+        joint = scene.joints[law.joint]
+        if len(joint.connect) != 2:
+            raise SceneError("a joint law acts between two bodies, and the joint has more", place=f"{place}.joint")
+        fitting = _fitting(law)
+        if joint.kind not in fitting:
+            raise SceneError(
+                f"a {law.kind} is at a joint of kind {' or '.join(fitting)}, and {law.joint!r} is of kind {joint.kind}",
+                place=f"{place}.joint",
+            )
+        if isinstance(law, Friction):
+            _check_friction(law, place, turns=joint.kind == "revolute")
+        if isinstance(law, GearPair):
+            _check_gears(scene, law, place)
+        kind = "clearance or bushing" if isinstance(law, OPEN) else law.kind
+        if (law.joint, kind) in seen and not isinstance(law, JointEffort | GearPair):
+            raise SceneError(
+                f"joint {law.joint!r} has a {kind} already, joint_laws.{seen[law.joint, kind]}", place=place
+            )
+        seen[law.joint, kind] = name
+        if law.joint in scene.open_joints and not isinstance(law, OPEN):
+            _refuse_beside_open(law, place)
+        if law.joint in scene.open_joints and law.joint in scene.moved_joints:
+            raise SceneError(
+                f"joint {law.joint!r} has no constraint: nothing drives it, and its angle states no freedom",
+                place=f"{place}.joint",
+            )
+    if scene.joint_laws and scene.members():
+        raise SceneError(
+            f"joint laws act between rigid links, and {next(iter(scene.members()))!r} bends",
+            place="joint_laws",
+            hint="Give its link `rigid` instead of members, or leave the joint laws out",
+        )
+
+
+def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
+    """Kinds of joints at which a law may be."""
+    if isinstance(law, GuideClearance):
+        return ("prismatic",)
+    return ("revolute",) if isinstance(law, (*OPEN, GearPair)) else ("revolute", "slot", "prismatic")
+
+
+def _check_friction(law: Friction, place: str, *, turns: bool) -> None:
+    """Raise where a pin has no radius at which it rubs, or a slider has one."""
+    if turns and law.radius is None:
+        raise SceneError(
+            "the friction of a pin needs the radius at which it rubs", place=f"{place}.radius", hint="Such as '10 mm'"
+        )
+    if not turns and law.radius is not None:
+        raise SceneError("a slider rubs along its guide, without a radius", place=f"{place}.radius")
+    if turns and law.belt_speed:
+        raise SceneError("a pin has no belt that runs along it", place=f"{place}.belt_speed")
+
+
+def _check_gears(scene: Scene, law: GearPair, place: str) -> None:
+    """Raise where gears drive no other pin of two bodies."""
+    check_known(law.drives, scene.joints, "joint", f"{place}.drives")
+    other = scene.joints[law.drives]
+    if other.kind != "revolute" or len(other.connect) != 2 or law.drives == law.joint:
+        raise SceneError("gears turn another pin of two bodies", place=f"{place}.drives")
+
+
+def _refuse_beside_open(law: AnyJointLaw, place: str) -> None:
+    """Raise where a law needs the constraint that a clearance or a bushing has replaced."""
+    if isinstance(law, Friction):
+        raise SceneError(
+            f"joint {law.joint!r} has no constraint whose force could rub",
+            place=place,
+            hint="A clearance has a `friction` of its own",
+        )
+    if isinstance(law, Stop):
+        raise SceneError(f"joint {law.joint!r} has no constraint, and a stop beside it is not known", place=place)
+
+
+def check_rigid(scene: Scene) -> None:
+    """Raise `SceneError` where a scene in which no link bends asks for what bends.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    led = bool(scene.drives)
+    touching = [name for name, law in scene.joint_laws.items() if isinstance(law, TOUCHING)]
+    refused = (
+        (scene.analysis.method == "static", "analysis.method", "no link has a member: there is nothing that bends"),
+        (not led and scene.analysis.method != "transient", "analysis.method", "nothing drives the rigid links"),
+        (scene.tolerance is not None, "tolerance", "rigid links have no strain, and their motion has `time_tolerance`"),
+        (bool(scene.impulses), "impulses", "a motion of rigid links has no impulses"),
+        (scene.damping.air is not None, "damping.air", "a motion of rigid links has no drag of the air"),
+        (any(drive.motor is not None for drive in scene.drives), "drive.motor", "rigid links have no vibration"),
+        (
+            bool(touching) and scene.analysis.method != "transient",
+            f"joint_laws.{touching[0] if touching else ''}",
+            "bodies that touch move in time: write method = 'transient'",
+        ),
+    )
+    for wrong, place, why in refused:
+        if wrong:
+            raise SceneError(why, place=place)

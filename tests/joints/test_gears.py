@@ -1,0 +1,67 @@
+"""A gear pair between two rotors against its closed form."""
+
+import numpy as np
+import pytest
+
+import fenics_mech as fm
+
+RATIO, STIFFNESS, TORQUE = -2.5, 200.0, 3.0
+FIRST, SECOND = 0.02, 0.05  # kg m^2
+
+
+def rotors(**changes) -> fm.Scene:
+    """Give two rotors; a torque turns the first, and a gear pair the second."""
+    scene = fm.Scene(
+        name="gears",
+        ground=fm.Ground(points={"O": (0, 0), "C": (0.2, 0)}),
+        links={
+            "pinion": fm.Link(points={"O": (0, 0)}, rigid=fm.RigidBody(inertia=FIRST)),
+            "wheel": fm.Link(points={"C": (0, 0)}, rigid=fm.RigidBody(inertia=SECOND), angle="40 deg"),
+        },
+        joints={
+            "O": fm.Revolute(connect=("ground.O", "pinion.O")),
+            "C": fm.Revolute(connect=("ground.C", "wheel.C")),
+        },
+        joint_laws={"teeth": fm.GearPair(joint="O", drives="C", ratio=RATIO, stiffness=STIFFNESS)},
+        freedoms={"O": fm.Freedom(effort=TORQUE)},
+        analysis=fm.Analysis(method="transient", duration=0.5, sub_intervals=40, time_tolerance=1e-9),
+    )
+    return scene.changed(changes)
+
+
+def test_two_rotors_turn_and_vibrate_as_their_closed_form():
+    # e = b - i a swings about where it drives the wheel, and J1 a + i J2 b moves by the torque alone
+    data = fm.analyse(rotors()).data
+    time, place = data["time"].to_numpy(), data["freedom_place"]
+    square = STIFFNESS * (1 / SECOND + RATIO**2 / FIRST)
+    behind = -RATIO * TORQUE / FIRST / square * (1 - np.cos(np.sqrt(square) * time))
+    together = TORQUE * time**2 / 2
+    first = (together - RATIO * SECOND * behind) / (FIRST + RATIO**2 * SECOND)
+    np.testing.assert_allclose(place.sel(freedom="O"), first, atol=1e-9)
+    turned = place.sel(freedom="C").to_numpy() - np.radians(40)
+    np.testing.assert_allclose(turned, behind + RATIO * first, atol=1e-9)
+    np.testing.assert_allclose(data["law_effort"].sel(law="teeth:C"), -STIFFNESS * behind, atol=1e-6)
+    np.testing.assert_allclose(data["law_effort"].sel(law="teeth"), RATIO * STIFFNESS * behind, atol=1e-6)
+    assert data.attrs["power_balance_error"] < 1e-9
+    assert "teeth:C" in str(fm.summary(fm.analyse(rotors())))
+
+
+def test_damped_teeth_lead_to_the_rigid_ratio():
+    data = fm.analyse(rotors(**{"joint_laws.teeth.damping": 2.0, "analysis.time_tolerance": 1e-6})).data
+    rate = data["freedom_rate"].isel(theta=-1)
+    assert float(rate.sel(freedom="C") / rate.sel(freedom="O")) == pytest.approx(RATIO, rel=1e-4)
+    assert float(rate.sel(freedom="O")) == pytest.approx(TORQUE * 0.5 / (FIRST + RATIO**2 * SECOND), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"joint_laws.teeth.ratio": 0.0}, "must not be 0"),
+        ({"joint_laws.teeth.drives": "X"}, "no joint 'X'"),
+        ({"joint_laws.teeth.drives": "O"}, "another pin"),
+        ({"joint_laws.teeth.stiffness": -1.0}, "stiffness"),
+    ],
+)
+def test_gears_that_turn_nothing_are_refused(changes, message):
+    with pytest.raises(fm.SceneError, match=message):
+        rotors(**changes)

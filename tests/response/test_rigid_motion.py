@@ -1,0 +1,189 @@
+"""Motions of rigid links against tight solutions of independent programs, and what such scenes may ask for."""
+
+import numpy as np
+import pytest
+
+import fenics_mech as fm
+from tests.response.rigid_programs import G, SliderCrank, chain_of_bars
+
+MACHINE = SliderCrank()
+
+
+def bars(count: int, tolerance: float, **analysis) -> fm.Scene:
+    """Give a chain of equal rigid bars that hangs on the ground and starts along X."""
+    body = fm.RigidBody(mass=1.0, inertia=1 / 12, centre=(0.5, 0))
+    joints = {"P0": fm.Revolute(connect=("ground.O", "b0.O"))}
+    joints |= {f"P{i}": fm.Revolute(connect=(f"b{i - 1}.A", f"b{i}.O")) for i in range(1, count)}
+    return fm.Scene(
+        name="bars",
+        ground=fm.Ground(points={"O": (0, 0)}),
+        links={f"b{i}": fm.Link(points={"O": (0, 0), "A": (1.0, 0)}, rigid=body) for i in range(count)},
+        joints=joints,
+        gravity=(0, -G),
+        analysis=fm.Analysis(method="transient", time_tolerance=tolerance, **analysis),
+    )
+
+
+def slider_crank(**changes) -> fm.Scene:
+    """Give the linkage of `SliderCrank`: the crank's inertia is about its pin, the rod's centre in its middle."""
+    a, rod = MACHINE.a, MACHINE.rod
+    scene = fm.Scene(
+        name="press",
+        ground=fm.Ground(points={"O": (0, 0)}),
+        links={
+            "crank": fm.Link(points={"O": (0, 0), "A": (a, 0)}, rigid=fm.RigidBody(inertia=MACHINE.crank_inertia)),
+            "rod": fm.Link(
+                points={"A": (0, 0), "B": (rod, 0)},
+                rigid=fm.RigidBody(mass=MACHINE.rod_mass, inertia=MACHINE.rod_inertia, centre=(rod / 2, 0)),
+            ),
+            "piston": fm.Link(points={"B": (0, 0), "P": (0, 0)}, rigid=fm.RigidBody(mass=MACHINE.slider_mass)),
+        },
+        joints={
+            "O": fm.Revolute(connect=("ground.O", "crank.O")),
+            "A": fm.Revolute(connect=("crank.A", "rod.A")),
+            "B": fm.Revolute(connect=("rod.B", "piston.B")),
+            "G": fm.Prismatic(connect=("ground.O", "piston.P"), angle=0.0),
+        },
+        analysis=fm.Analysis(method="transient", duration=1.0, sub_intervals=10, time_tolerance=1e-9),
+    )
+    return scene.changed(changes)
+
+
+@pytest.mark.slow  # tight tolerances
+@pytest.mark.parametrize(("count", "end"), [(2, 3.0), (3, 2.0)])
+def test_pendulum_of_bars_against_a_tight_solution(count, end):
+    result = fm.analyse(bars(count, 1e-10, duration=end, sub_intervals=6))
+    angles = np.cumsum(result.data["freedom_place"].to_numpy()[-1])
+    np.testing.assert_allclose(angles, chain_of_bars(count, end), rtol=0, atol=1e-8)
+    assert result.data.attrs["power_balance_error"] < 1e-10
+    assert 0 < result.data.attrs["freedom_place_error_estimate"] < 1e-8
+
+
+@pytest.mark.slow
+def test_energy_of_a_double_pendulum_over_a_long_time():
+    # it falls by m g L/2 + m g 3 L/2 at most: the energy is kept to 1e-8 of that over 100 s, in which it is chaotic
+    scene = bars(2, 1e-9, duration=100.0, sub_intervals=100)
+    data = fm.analyse(scene.changed({"analysis.scheme": "gauss"})).data
+    power = dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy()))
+    assert 100 * abs(power["weight"] + power["stored"]) < 1e-8 * 2 * G
+
+
+@pytest.mark.slow  # a second of a motor's start
+def test_press_with_flywheel_under_a_gas_force_against_an_independent_program():
+    flywheel, torque, no_load = 0.05, 12.0, 157.0
+
+    def gas(stroke):
+        return -120 * ((0.112 / (0.182 - stroke)) ** 1.3 - 1)  # N on the piston
+
+    def effort(angle, omega):
+        (place, rate, _), _ = MACHINE.slider(angle)
+        return torque * (1 - omega / no_load) + gas(place) * rate
+
+    times, heavier = np.linspace(0, 1, 11), SliderCrank()
+    heavier.crank_inertia += flywheel
+    expected = heavier.course(effort, [0.3, 20.0], times)
+    motor = {"kind": "dc-motor", "stall_torque": torque, "no_load_speed": no_load}
+    law = {"kind": "formula", "formula": "-120 * ((0.112 / (0.182 - theta))**1.3 - 1)"}
+    data = fm.analyse(
+        slider_crank(
+            freedoms={"O": {"start": 0.3, "speed": 20.0, "effort": motor, "inertia": flywheel}},
+            joint_laws={"gas": {"kind": "joint-effort", "joint": "G", "effort": law}},
+        )
+    ).data
+    np.testing.assert_allclose(data["freedom_place"].to_numpy()[:, 0], expected[0], rtol=1e-7)
+    np.testing.assert_allclose(data["freedom_rate"].to_numpy()[:, 0], expected[1], rtol=1e-7)
+    assert data.attrs["power_balance_error"] < 1e-9
+    strokes = np.array([MACHINE.slider(angle)[0][0] for angle in expected[0]])
+    np.testing.assert_allclose(data["law_effort"].to_numpy()[:, 0], gas(strokes), rtol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["quasi-static", "periodic", "transient"])
+def test_torque_of_a_led_crank_against_an_independent_program(method):
+    speed = 60.0
+    analysis = {"method": method, "sub_intervals": 24, "cycles": 1}
+    data = fm.analyse(slider_crank(drive={"joint": "O", "speed": speed}, analysis=analysis)).data
+    theta = data["theta"].to_numpy()
+    expected = [MACHINE.inertia(angle)[1] * speed**2 for angle in theta]
+    np.testing.assert_allclose(data["input_torque"], expected, rtol=1e-9, atol=1e-9)
+    # what presses the piston against its guide and drives it is the force of its pin
+    guide, pin = (data["joint_force"].sel(joint=name).to_numpy() for name in "GB")
+    accelerated = np.array([MACHINE.slider(angle)[0][2] * speed**2 * MACHINE.slider_mass for angle in theta])
+    np.testing.assert_allclose(guide[:, 0], 0, atol=1e-9)
+    np.testing.assert_allclose((guide + pin)[:, 0], accelerated, rtol=1e-9, atol=1e-9)
+
+
+def test_springs_dampers_and_loads_act_on_rigid_links():
+    # a slider of 2 kg on a spring of 50 N/m that a constant force displaces by 0.04 m, critically damped
+    scene = fm.Scene(
+        name="oscillator",
+        ground=fm.Ground(points={"O": (0, 0), "W": (-0.3, 0)}),
+        links={"block": fm.Link(points={"B": (0, 0)}, rigid=fm.RigidBody(mass=2.0))},
+        joints={"G": fm.Prismatic(connect=("ground.O", "block.B"))},
+        loads={"pull": fm.Load(at="block.B", force=(2.0, 0))},
+        springs={"s": fm.LineSpring(between=("ground.W", "block.B"), stiffness=50.0)},
+        dampers={"d": fm.LineDamper(between=("ground.W", "block.B"), damping=20.0)},
+        analysis=fm.Analysis(method="transient", duration=2.0, sub_intervals=20, time_tolerance=1e-9),
+    )
+    data = fm.analyse(scene).data
+    time = data["time"].to_numpy()
+    np.testing.assert_allclose(data["freedom_place"][:, 0], 0.04 * (1 - (1 + 5 * time) * np.exp(-5 * time)), atol=1e-9)
+    assert data.attrs["power_balance_error"] < 1e-9
+
+
+def test_a_torsional_spring_and_damper_swing_a_rigid_bar():
+    scene = bars(1, 1e-9, duration=1.0, sub_intervals=10).changed(
+        {
+            "gravity": (0, 0),
+            "springs": {"s": {"joint": "P0", "stiffness": 3.0, "angle": 0.2}},
+            "dampers": {"d": {"joint": "P0", "damping": 0.4}},
+        }
+    )
+    data = fm.analyse(scene).data
+    decay, rate = 0.6, np.sqrt(9 - 0.36)  # c/(2 J) and the damped frequency, with J = 1/3 kg m^2
+    time = data["time"].to_numpy()
+    expected = 0.2 - 0.2 * np.exp(-decay * time) * (np.cos(rate * time) + decay / rate * np.sin(rate * time))
+    np.testing.assert_allclose(data["freedom_place"][:, 0], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"analysis.method": "static"}, "nothing that bends"),
+        ({"analysis.method": "periodic"}, "nothing drives"),
+        ({"tolerance": 0.01}, "tolerance"),
+        ({"damping.air": {"density": 1.2, "coefficient": 1.1}}, "damping.air"),
+        ({"impulses": {"p": {"at": "b0.A", "impulse": (1, 0), "angle": 0.0}}}, "impulses"),
+    ],
+)
+def test_what_rigid_links_have_not_is_refused(changes, place):
+    with pytest.raises(fm.SceneError, match=place):
+        bars(1, 1e-5, duration=1.0).changed(changes)
+
+
+def test_a_freedom_without_inertia_is_refused():
+    scene = bars(1, 1e-5, duration=1.0).changed({"links.b0.rigid": {"mass": 0.0}})
+    with pytest.raises(fm.SolverError, match="P0 moves no mass"):
+        fm.analyse(scene)
+
+
+def test_more_positions_than_a_result_holds_are_refused():
+    with pytest.raises(fm.SceneError, match="more than a result holds"):
+        fm.analyse(bars(1, 1e-5, duration=1.0, sub_intervals=200_000))
+
+
+def test_commands_that_need_bending_links_say_so():
+    with pytest.raises(fm.SceneError, match="nothing that bends"):
+        fm.modes(bars(1, 1e-5, duration=1.0))
+    with pytest.raises(fm.SceneError, match="a sweep compares strains"):
+        fm.sweep(bars(1, 1e-5, duration=1.0), {"links.b0.rigid.mass": [1.0, 2.0]})
+
+
+def test_a_result_of_rigid_links_is_summarised_and_plotted(tmp_path):
+    result = fm.analyse(bars(1, 1e-5, duration=0.5, sub_intervals=8))
+    text = str(fm.summary(result))
+    assert "rigid: no link has a member that bends" in text
+    assert "P0" in text
+    loaded = fm.Result.load(result.save(tmp_path / "result.nc"))
+    assert sorted(path.name for path in fm.plot_all(loaded, tmp_path)) == ["freedoms.png", "joint_forces.png"]
+    with pytest.raises(fm.ViewError, match="bends"):
+        fm.animate(loaded, tmp_path / "motion.png")
