@@ -61,14 +61,18 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
         *_of_kind(solution, fields.system),
         *([] if errors is None else [_of_errors(errors)]),
     )
-    data = xr.merge([data, *parts], combine_attrs="no_conflicts")
+    data = _joined(data, *parts)
     still = data.get("strain_quasi_static")
     cycle = last_cycle(scene.analysis, scene.drives, data)
-    data = data.merge(stress_figures(scene, data, cycle))
-    if cycle is not None:
-        data = xr.merge([data, of_cycle(data, cycle, scene.period, still)], combine_attrs="no_conflicts")
+    of_stress = stress_figures(scene, data, cycle)
+    data = _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result(with_units(data, units, scene.springs.values(), scene.dampers.values()))
+
+
+def _joined(*parts: xr.Dataset) -> xr.Dataset:
+    """Put datasets with the same labels together, without a look at whether these are the same."""
+    return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 
 
 def _of_drives(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Errors | None) -> xr.Dataset:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -64,22 +65,22 @@ def link_motion(forces: Forces) -> xr.Dataset:
         `transmission_angle` by `pair`, `slide_place` by `slide`. A mechanism at rest has no rates.
     """
     motion, scene = forces.system.motion, forces.scene
-    found = xr.Dataset(coords={"theta": motion.theta, "link": list(motion.links), "component": ["x", "y"]})
+    labels: dict[str, Any] = {"theta": motion.theta, "link": list(motion.links), "component": ["x", "y"]}
+    found, labels["point"] = _of_points(forces)
     if motion.omega.any() or motion.velocity.any():
         found["link_omega"] = (("theta", "link"), motion.omega)
         found["link_alpha"] = (("theta", "link"), motion.alpha)
         found["instant_centre"] = (("theta", "link", "component"), instant_centres(motion))
-    found = found.merge(_of_points(forces))
     slides = dict(_slide_places(scene, motion))
     if slides:
         found["slide_place"] = (("theta", "slide"), np.stack(list(slides.values()), axis=1))
-        found = found.assign_coords(slide=list(slides))
+        labels["slide"] = list(slides)
     loops = Loops.of(scene)
     pairs = transmission_angles(loops, coordinates(motion.position, motion.angle)) if scene.drives else None
     if pairs:
         found["transmission_angle"] = (("theta", "pair"), np.stack(list(pairs.values()), axis=1))
-        found = found.assign_coords(pair=[f"{joint} ({', '.join(links)})" for joint, links in pairs])
-    return found
+        labels["pair"] = [f"{joint} ({', '.join(links)})" for joint, links in pairs]
+    return xr.Dataset(found, labels)
 
 
 def instant_centres(motion: Motion) -> Array:
@@ -95,8 +96,8 @@ def instant_centres(motion: Motion) -> Array:
     return motion.position + motion.velocity @ QUARTER.T / rate
 
 
-def _of_points(forces: Forces) -> xr.Dataset:
-    """Position, velocity and acceleration of all points, on links that do not bend and on bent ones."""
+def _of_points(forces: Forces) -> tuple[dict[str, Any], list[str]]:
+    """Position, velocity and acceleration of all points, on links that do not bend and on bent ones; their names."""
     system, along = forces.system, ("theta", "point", "component")
     motion, places = system.motion, dict(_traced(forces.scene, system.beams))
     jets = [forces.displacement]
@@ -108,13 +109,13 @@ def _of_points(forces: Forces) -> xr.Dataset:
         rigid.append(still)
         own = [v[:, place.dofs] @ place.shift.T for v in jets]
         bent.append([a + b for a, b in zip(still, _carried(motion, place.link, own))])
-    found = xr.Dataset(coords={"point": list(places)})
+    found: dict[str, Any] = {}
     names = ("position", "velocity", "acceleration")[: 3 if motion.omega.any() or motion.velocity.any() else 1]
     for name, of_all in zip(names, zip(*rigid)):
         found[f"point_{name}"] = (along, np.stack(of_all, axis=1))
     for name, of_all in zip(names, zip(*bent)):
         found[f"point_{name}_bent"] = (along, np.stack(of_all, axis=1))
-    return found
+    return found, list(places)
 
 
 def _carried(motion: Motion, link: str, own: list[Array]) -> list[Array]:

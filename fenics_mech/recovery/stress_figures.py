@@ -38,20 +38,20 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
         `stress_range`, `stress_mean` (half of the largest and the least) and `stress_ratio` (the least over the
         largest) of a cycle, by member, s and fibre; `utilisation` by member where a material states its strength.
     """
-    found = xr.Dataset()
+    stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
+    along, found = ("member", "s", "fibre"), {}
     if part is not None:
-        cycle = data["stress"].isel(theta=part)
-        largest, least = cycle.max("theta"), cycle.min("theta")
-        found["stress_range"], found["stress_mean"] = largest - least, (largest + least) / 2
-        found["stress_ratio"] = least / largest.where(largest != 0)
-    shares = np.full(data.sizes["member"], np.nan)
-    for i, (member, allowed) in enumerate(_by_fibre(scene, "strength").items()):
-        stress = abs(data["stress"].sel(member=member))
-        used = [float(stress.sel(fibre=fibre).max()) / value for fibre, value in allowed.items() if value is not None]
+        largest, least = stress[part].max(axis=0), stress[part].min(axis=0)
+        found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
+        found["stress_ratio"] = (along, least / np.where(largest, largest, np.nan))
+    peaks, fibres = np.abs(stress).max(axis=(0, 2)), [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
+    shares = np.full(len(peaks), np.nan)
+    for i, allowed in enumerate(_by_fibre(scene, "strength").values()):
+        used = [peaks[i, fibres.index(fibre)] / value for fibre, value in allowed.items() if value is not None]
         shares[i] = max(used, default=np.nan)
     if np.isfinite(shares).any():
-        found["utilisation"] = ("member", shares)
-    return found
+        found["utilisation"] = (("member",), shares)
+    return xr.Dataset(found)
 
 
 def _by_fibre(scene: Scene, what: str) -> dict[str, dict[str, Any]]:

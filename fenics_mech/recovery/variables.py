@@ -129,11 +129,13 @@ def with_units(
     units = _units(efforts, springs, dampers)
     for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:
-            data[name].attrs.update(units=units.get(name, unit), long_name=meaning)
-    data["theta"].attrs.update(units="rad", long_name="drive angle")
-    data["time"].attrs.update(units="s", long_name="time")
+            data.variables[name].attrs.update(units=units.get(name, unit), long_name=meaning)
+    data.variables["theta"].attrs.update(units="rad", long_name="drive angle")
+    data.variables["time"].attrs.update(units="s", long_name="time")
     if "s" in data:
-        data["s"].attrs.update(units="1", long_name="place along the member, from its first to its second end")
+        data.variables["s"].attrs.update(
+            units="1", long_name="place along the member, from its first to its second end"
+        )
     return data
 
 
