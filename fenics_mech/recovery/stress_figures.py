@@ -39,7 +39,8 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
         largest) of a cycle, by member, s and fibre; `utilisation` by member where a material states its strength.
     """
     stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
-    along, found = ("member", "s", "fibre"), {}
+    found: dict[str, Any] = {}
+    along = ("member", "s", "fibre")
     if part is not None:
         largest, least = stress[part].max(axis=0), stress[part].min(axis=0)
         found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
