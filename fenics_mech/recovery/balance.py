@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
@@ -55,21 +57,46 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
         efforts = forces.efforts()
     rates = drive_rates(scene, forces.system.motion)
     powers = _powers(forces, efforts, rates)
-    mean = _mean_in_time(forces, powers) if in_time else {name: float(weights @ p) for name, p in powers.items()}
+    if in_time:
+        time = forces.system.motion.time
+        mean = mean_in_time(time, powers) | stored(time, stored_energy(forces))
+    else:
+        mean = {name: float(weights @ power) for name, power in powers.items()}
     if points is not None and points.impulses is not None:
         impulses = ImpulseWork(scene, points.impulses)
         mean[next(iter(mean))] += float(impulses.by_drives.sum()) / scene.period
         mean[Cause.IMPULSES] = float(impulses.by_impulses.sum()) / scene.period
         found["drive_impulse"] = (("impulse", "drive"), impulses.efforts)
         found = found.assign_coords(impulse=list(scene.impulses), drive=list(efforts))
-    residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
     passed = max(float(np.abs(power).mean()) for power in powers.values())
-    found["mean_power"] = (("cause",), list(mean.values()))
-    return found.assign_coords(cause=list(mean)).assign_attrs(
-        power_residual=residual,
-        power_balance_error=abs(residual) / max(largest, MEASURE.small_power * passed, TINY),
-        power_error=float(errors @ np.abs(rates).mean(axis=0)),
-    )
+    balance = balance_of(mean, MEASURE.small_power * passed, float(errors @ np.abs(rates).mean(axis=0)))
+    return found.merge(balance, combine_attrs="no_conflicts")
+
+
+def balance_of(mean: Mapping[str, float], small: float, bound: float) -> xr.Dataset:
+    """Label the mean power of every cause, and how far they are from a balance.
+
+    Parameters
+    ----------
+    mean
+        Mean power of each cause (W).
+    small
+        Power that the imbalance is relative to where all means are smaller (W).
+    bound
+        What the estimated errors of the efforts make of the drives' mean power at most (W).
+
+    Returns
+    -------
+    xarray.Dataset
+        `mean_power` (W) by `cause`, and the attributes that `energy_balance` names.
+    """
+    residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
+    attributes = {
+        "power_residual": residual,
+        "power_balance_error": abs(residual) / max(largest, small, TINY),
+        "power_error": bound,
+    }
+    return xr.Dataset({"mean_power": (("cause",), list(mean.values()))}, {"cause": list(map(str, mean))}, attributes)
 
 
 def drive_figures(solution: Solution, forces: Forces, efforts: dict[str, Array]) -> xr.Dataset:
@@ -115,16 +142,35 @@ def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str
     return {"drives" if len(efforts) > 1 else "drive": given} | others
 
 
-def _mean_in_time(forces: Forces, powers: dict[str, Array]) -> dict[str, float]:
-    """Mean of powers over a motion in time, and of what is stored (W)."""
+def mean_in_time(time: Array, powers: Mapping[str, Array]) -> dict[str, float]:
+    """Give the mean of powers over a motion in time (W), by cubic splines.
+
+    Parameters
+    ----------
+    time
+        Times (s), ``(times,)``.
+    powers
+        Power of each cause (W), ``(times,)`` each.
+    """
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
 
-    time, energy = forces.system.motion.time, stored_energy(forces)
     duration = float(np.ptp(time))
-    mean = {
+    return {
         name: float(CubicSpline(time, power).integrate(*time[[0, -1]])) / duration for name, power in powers.items()
     }
-    return mean | {Cause.STORED: -float(energy[-1] - energy[0]) / duration}
+
+
+def stored(time: Array, energy: Array) -> dict[str, float]:
+    """Give minus the mean rate of what motion, links and springs store (W), as the power of `Cause.STORED`.
+
+    Parameters
+    ----------
+    time
+        Times (s), ``(times,)``.
+    energy
+        The stored energy (J), ``(times,)``.
+    """
+    return {Cause.STORED: -float(energy[-1] - energy[0]) / float(np.ptp(time))}
 
 
 def stored_energy(forces: Forces) -> Array:

@@ -11,8 +11,8 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.quantities import MEASURE
-from fenics_mech.effects.causes import Cause
 from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
@@ -104,28 +104,19 @@ def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:
 def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
     """Mean power of every cause, and how far they are from a balance; see `energy_balance`."""
     powers = _joined(motion, "powers")
-    time = np.concatenate([part.states.time for part in motion.instants])
-    energy = np.concatenate([part.energy for part in motion.instants])
-    if motion.work:
-        duration = float(time[-1])
-        mean = {name: work / duration for name, work in motion.work.items()}
-    elif scene.analysis.method == "transient":
-        from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
-
-        duration = float(np.ptp(time))
-        whole = {name: float(CubicSpline(time, power).integrate(*time[[0, -1]])) for name, power in powers.items()}
-        mean = {name: work / duration for name, work in whole.items()}
-    else:
-        mean = {name: float(power.mean()) for name, power in powers.items()}
-    if scene.analysis.method == "transient":
-        mean[Cause.STORED] = -float(energy[-1] - energy[0]) / duration
     if not any(power.any() for power in powers.values()):
         return xr.Dataset()
-    residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
-    passed = max(float(np.abs(power).mean()) for power in powers.values())
-    found = xr.Dataset({"mean_power": (("cause",), list(mean.values()))}, {"cause": list(map(str, mean))})
-    error = abs(residual) / max(largest, passed, TINY)
-    return found.assign_attrs(power_residual=residual, power_balance_error=error, power_error=0.0)
+    time = np.concatenate([part.states.time for part in motion.instants])
+    in_time = scene.analysis.method == "transient"
+    if motion.work:
+        mean = {name: work / float(time[-1]) for name, work in motion.work.items()}
+    elif in_time:
+        mean = mean_in_time(time, powers)
+    else:
+        mean = {name: float(power.mean()) for name, power in powers.items()}
+    if in_time:
+        mean |= stored(time, np.concatenate([part.energy for part in motion.instants]))
+    return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
 
 
 def _small_effort(scene: Scene, data: xr.Dataset) -> float:

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from fenics_mech.recovery.result import Saved, write_whole
+from fenics_mech._files import write_whole
+from fenics_mech.recovery.result import Saved
 
 FAILURE = {"failure": "kind of error that the run ended with", "message": "what it said"}
 

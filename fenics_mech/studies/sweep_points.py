@@ -16,13 +16,14 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
-from fenics_mech.recovery.result import at_place, write_whole
+from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene

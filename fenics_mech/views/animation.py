@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fenics_mech._arrays import Array
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
 from fenics_mech.views.joint_drawings import ground_guides, ground_points
 from fenics_mech.views.rendering import prepare_rendering

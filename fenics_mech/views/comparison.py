@@ -13,8 +13,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from fenics_mech._constants import MICRO, MILLI, TINY
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError, percent
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.studies.compare import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED

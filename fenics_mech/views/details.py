@@ -20,10 +20,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.views.force_summary import degrees as _degrees
-from fenics_mech.views.force_summary import drive_lines, joints_table
-from fenics_mech.views.force_summary import peak as _peak
-from fenics_mech.views.force_summary import values as _of
+from fenics_mech.views.force_summary import degrees_of, drive_lines, joints_table, peak_of, values_of
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.judgements import (
     SOURCES,
@@ -80,8 +77,8 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
         parts += [joints_table(closer, units), *drive_lines(result, units)]
     parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result, units)]
     if "frequency" in result.data:
-        frequency, assurance = (_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
-        parts.append(frequency_table(frequency, assurance, _of(result, "frequency_error", "mode")))
+        frequency, assurance = (values_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
+        parts.append(frequency_table(frequency, assurance, values_of(result, "frequency_error", "mode")))
         if any(effect.nonlinear for effect in acting(result)):
             parts.append(Text("These frequencies leave out the axial forces in the links."))
     if "mean_power" in result.data:
@@ -104,19 +101,31 @@ def energy(result: Result) -> str:
     result
         The result.
     """
-    data = result.data
-    power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
-    whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
-    factor, unit = (1.0, "W") if max(map(abs, power.values()), default=0.0) >= REPORT.watts else (MILLI, "mW")
-    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items()]
-    residual, error, bound = (data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
-    text = f"Mean power over the {whole}: {', '.join(parts)}; imbalance {number(factor * residual)} {unit}"
+    residual, error, bound = (result.data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
+    text, (factor, unit) = mean_powers(result)
     if not any(effect.couples for effect in acting(result)):
         return f"{text}, as the equation leaves out the coupling, without which energy does not balance."
     text = f"{text} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
     return f"{text}."
+
+
+def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
+    """Tell the mean power of every cause and their sum, the imbalance; then the factor from watts and the unit.
+
+    Parameters
+    ----------
+    result
+        The result, of links that bend or that do not.
+    """
+    data = result.data
+    power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
+    whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
+    factor, unit = (1.0, "W") if max(map(abs, power.values()), default=0.0) >= REPORT.watts else (MILLI, "mW")
+    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items()]
+    imbalance = f"imbalance {number(factor * data.attrs['power_residual'])} {unit}"
+    return f"Mean power over the {whole}: {', '.join(parts)}; {imbalance}", (factor, unit)
 
 
 def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
@@ -212,13 +221,13 @@ def _members(result: Result, units: AnswerUnits) -> Table:
     columns = "member", strain_head, stress_head, "at angle,\ns, side", bent_head, "at angle,\ns"
     table = table_of("Peaks of the members", *columns)
     table.caption, table.caption_justify = f"{PLACE}\n", "left"
-    theta, s = _degrees(result), result.data["s"].to_numpy()
+    theta, s = degrees_of(result), result.data["s"].to_numpy()
     fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
-    strain, stress = (_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
-    deflection = np.linalg.norm(_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
+    strain, stress = (values_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
+    deflection = np.linalg.norm(values_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
     for i, member in enumerate(result.data["member"].to_numpy()):
-        k, place, fibre = _peak(strain[:, i])
-        bent, station = _peak(deflection[:, i])
+        k, place, fibre = peak_of(strain[:, i])
+        bent, station = peak_of(deflection[:, i])
         table.add_row(
             escape(str(member)),
             number(units.number(strain[k, i, place, fibre], "strain")),
@@ -262,7 +271,7 @@ def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
     vibrates, unit = "vibration_frequency" in data, units.label("strain")
     head = [f"vibration\n({unit})", "frequency\n(Hz)", "mode"] if vibrates else []
     table = table_of("Strain at mid-span, + side", "member", f"largest harmonics\nof the drive: {unit}", *head)
-    amplitude = _of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
+    amplitude = values_of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
         heard = np.flatnonzero(amplitude[i] > REPORT.rounding * amplitude[i].max())
         largest = heard[np.argsort(-amplitude[i, heard])][: REPORT.harmonics]

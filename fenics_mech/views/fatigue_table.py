@@ -10,8 +10,8 @@ from rich.console import Group
 from rich.markup import escape
 from rich.text import Text
 
+from fenics_mech._files import write_whole
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.tables import number, table_of
 
 MEANING = "range, mean and ratio (least over largest stress) at the place of the largest damage"

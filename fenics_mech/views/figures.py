@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from fenics_mech._arrays import Array
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.geometry import one_turn
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito

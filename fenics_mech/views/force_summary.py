@@ -18,20 +18,28 @@ ON_FRAME = "shaking: total on the frame; the moment is about the ground's origin
 
 
 def joints_table(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate the peaks of the joint forces, the torque or force of the first drive, and the total on the frame."""
-    data, theta = result.data, degrees(result)
+    """Tabulate the peaks of the joint forces, the torque or force of the first drive, and the total on the frame.
+
+    Parameters
+    ----------
+    result
+        The result, of links that bend or that do not.
+    units
+        Units of the numbers.
+    """
+    data, theta = result.data, degrees_of(result)
     table = table_of("Peaks of the joint forces", "joint", "peak", "at angle")
-    forces = np.linalg.norm(values(result, "joint_force", "theta", "joint", "component"), axis=-1)
+    forces = np.linalg.norm(values_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
     peaks = [(escape(str(joint)), force, "force") for joint, force in zip(data["joint"].to_numpy(), forces.T)]
     if "input_torque" in data:
         name, kind = effort_of(result)
         peaks.append((name, data["input_torque"].to_numpy(), kind))
     if "shaking_force" in data:
-        total = np.linalg.norm(values(result, "shaking_force", "theta", "component"), axis=-1)
+        total = np.linalg.norm(values_of(result, "shaking_force", "theta", "component"), axis=-1)
         peaks += [("shaking force", total, "force"), ("shaking moment", data["shaking_moment"].to_numpy(), "moment")]
         table.caption, table.caption_justify = f"{ON_FRAME}\n", "left"
     for name, curve, kind in peaks:
-        (k,) = peak(curve)
+        (k,) = peak_of(curve)
         table.add_row(name, shown(curve[k], kind, units), f"{theta[k]:.4g}\N{DEGREE SIGN}")
     return table
 
@@ -60,16 +68,38 @@ def drive_lines(result: Result, units: AnswerUnits) -> list[Text]:
     return [Text(f"{text}.")]
 
 
-def values(result: Result, name: str, *dimensions: str) -> Array:
-    """Give the values of a variable with its dimensions in an order."""
+def values_of(result: Result, name: str, *dimensions: str) -> Array:
+    """Give the values of a variable with its dimensions in an order.
+
+    Parameters
+    ----------
+    result
+        The result.
+    name
+        Of the variable.
+    dimensions
+        Their order.
+    """
     return np.asarray(result.data[name].transpose(*dimensions).to_numpy())
 
 
-def degrees(result: Result) -> Array:
-    """Drive angles of a result, 0 to below 360 (deg)."""
+def degrees_of(result: Result) -> Array:
+    """Drive angles of a result, 0 to below 360 (deg), ``(angles,)``.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
     return np.degrees(result.data["theta"].to_numpy()) % 360
 
 
-def peak(curves: Array) -> tuple[int, ...]:
-    """Index of the value of largest magnitude."""
+def peak_of(curves: Array) -> tuple[int, ...]:
+    """Index of the value of largest magnitude.
+
+    Parameters
+    ----------
+    curves
+        Any array.
+    """
     return tuple(int(i) for i in np.unravel_index(np.abs(curves).argmax(), curves.shape))

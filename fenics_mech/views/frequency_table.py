@@ -10,8 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from fenics_mech._arrays import Array
+from fenics_mech._files import write_whole
 from fenics_mech.accuracy.frequency_errors import FREQUENCY
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.tables import number, table_of
 
 MEANING = (

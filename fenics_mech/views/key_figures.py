@@ -9,7 +9,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.views.force_summary import degrees, peak, values
+from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import judgements, verdict
 
 ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
@@ -54,7 +54,7 @@ def key_figures(result: Result) -> dict[str, Any]:
         if name in closer.data:
             found[name] = _largest(closer, _size(closer, name))
     if "frequency" in data:
-        frequency = values(result, "frequency", "theta", "mode")
+        frequency = values_of(result, "frequency", "theta", "mode")
         found["frequencies"] = [
             {"mode": mode, "lowest": float(curve.min()), "highest": float(curve.max())}
             for mode, curve in enumerate(frequency.T, 1)
@@ -67,13 +67,13 @@ def _members(result: Result) -> dict[str, Any]:
     """Peaks of strain, stress and deflection of each member, with angle, place and side."""
     s, fibres = result.data["s"].to_numpy(), result.data["fibre"].to_numpy()
     found: dict[str, Any] = {}
-    bent = np.linalg.norm(values(result, "deflection", "member", "theta", "s", "component"), axis=-1)[..., None]
+    bent = np.linalg.norm(values_of(result, "deflection", "member", "theta", "s", "component"), axis=-1)[..., None]
     for i, member in enumerate(result.data["member"].to_numpy()):
-        curves = {name: values(result, name, "member", "theta", "s", "fibre")[i] for name in ("strain", "stress")}
+        curves = {name: values_of(result, name, "member", "theta", "s", "fibre")[i] for name in ("strain", "stress")}
         peaks: dict[str, Any] = {}
         for name, curve in (curves | {"deflection": bent[i]}).items():
-            k, j, f = peak(curve)
-            peaks[name] = {"value": float(curve[k, j, f]), "angle": float(degrees(result)[k]), "s": float(s[j])}
+            k, j, f = peak_of(curve)
+            peaks[name] = {"value": float(curve[k, j, f]), "angle": float(degrees_of(result)[k]), "s": float(s[j])}
             if name != "deflection":
                 peaks[name]["fibre"] = str(fibres[f])
         found[str(member)] = peaks
@@ -81,7 +81,7 @@ def _members(result: Result) -> dict[str, Any]:
 
 
 def _joints(result: Result) -> dict[str, Any]:
-    forces = np.linalg.norm(values(result, "joint_force", "joint", "theta", "component"), axis=-1)
+    forces = np.linalg.norm(values_of(result, "joint_force", "joint", "theta", "component"), axis=-1)
     return {str(joint): _largest(result, curve) for joint, curve in zip(result.data["joint"].to_numpy(), forces)}
 
 
@@ -92,8 +92,8 @@ def _size(result: Result, name: str) -> Array:
 
 
 def _largest(result: Result, curve: Array) -> dict[str, float]:
-    (k,) = peak(curve)
-    return {"value": float(curve[k]), "angle": float(degrees(result)[k])}
+    (k,) = peak_of(curve)
+    return {"value": float(curve[k]), "angle": float(degrees_of(result)[k])}
 
 
 def _plain(part: Any) -> Any:

@@ -11,8 +11,8 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
+from fenics_mech._files import write_whole
 from fenics_mech.errors import percent
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.refine import RATIO, Refinement
 from fenics_mech.views.figures import empty_figure, finish, save

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.scene.answer_units import AnswerUnits
 from tests.response.rigid_programs import G, SliderCrank, chain_of_bars
 
 MACHINE = SliderCrank()
@@ -183,6 +184,8 @@ def test_a_result_of_rigid_links_is_summarised_and_plotted(tmp_path):
     text = str(fm.summary(result))
     assert "rigid: no link has a member that bends" in text
     assert "P0" in text
+    assert " lbf " not in text
+    assert " lbf " in str(fm.summary(result, units=AnswerUnits.of(["lbf"])))
     loaded = fm.Result.load(result.save(tmp_path / "result.nc"))
     assert sorted(path.name for path in fm.plot_all(loaded, tmp_path)) == ["freedoms.png", "joint_forces.png"]
     with pytest.raises(fm.ViewError, match="bends"):

@@ -9,9 +9,9 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.result import write_whole
 from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.curves import payload
 from fenics_mech.views.page.html import Html, json_in_page, tag
