@@ -204,7 +204,7 @@ def _effects(result: Result) -> str:
 
 
 def _members(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate the peak strain, with its stress, and the peak deflection of each member."""
+    """Tabulate the peak stress, with its strain, and the peak deflection of each member."""
     strain_head, stress_head, bent_head = (
         f"{name}\n({units.label(kind)})"
         for name, kind in (("strain", "strain"), ("stress", "stress"), ("deflection", "length"))
@@ -217,7 +217,7 @@ def _members(result: Result, units: AnswerUnits) -> Table:
     strain, stress = (_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
     deflection = np.linalg.norm(_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
     for i, member in enumerate(result.data["member"].to_numpy()):
-        k, place, fibre = _peak(strain[:, i])
+        k, place, fibre = _peak(stress[:, i])
         bent, station = _peak(deflection[:, i])
         table.add_row(
             escape(str(member)),
