@@ -10,37 +10,41 @@ from rich.text import Text
 
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of
-from fenics_mech.views.peak_tables import joint_table
+from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.tables import drive_of, number, table_of
 
+KINDS = {"N": "force", "N m": "moment"}  # of units of laws
 NAMES = {"joint_force": "joint force", "drive_effort": "effort", "freedom_place": "angles and strokes"}  # of errors
 
 
-def rigid_parts(result: Result) -> list[RenderableType]:
+def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     """Give the parts of a summary.
 
     Parameters
     ----------
     result
         A result of a scene of which no link bends.
+    units
+        Units of the numbers.
     """
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result), Text()]
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
     if result.data.sizes["joint"]:
-        parts.append(joint_table(result))
+        parts.append(joints_table(result, units))
     if "law" in result.data.sizes:
-        parts.append(_laws(result))
+        parts.append(_laws(result, units))
     if "freedom" in result.data.sizes:
-        parts.append(_freedoms(result))
+        parts.append(_freedoms(result, units))
     if "mean_power" in result.data:
         parts.append(_energy(result))
     return parts
 
 
-def _decisions(result: Result) -> Table:
+def _decisions(result: Result, units: AnswerUnits) -> Table:
     """Tell how the result was computed."""
     scene, data = result.scene, result.data
-    rows = {"drive": drive_of(scene), "method": f"{scene.analysis.method}, {data.sizes['theta']} positions"}
+    rows = {"drive": drive_of(scene, units), "method": f"{scene.analysis.method}, {data.sizes['theta']} positions"}
     rows["links"] = "rigid: no link has a member that bends"
     if scene.freedoms:
         rows["steps"] = f"{data.attrs['time_steps']} time steps, tolerance {scene.analysis.time_tolerance:g}"
@@ -59,27 +63,27 @@ def _decisions(result: Result) -> Table:
     return table
 
 
-def _laws(result: Result) -> Table:
+def _laws(result: Result, units: AnswerUnits) -> Table:
     """Tabulate the largest effort of each joint law."""
     table = table_of("Joint laws", "law", "joint", "kind", "largest\nin the motion")
-    units = str(result.data["largest_law_effort"].attrs["units"]).split(", ")
+    stated_in = str(result.data["largest_law_effort"].attrs["units"]).split(", ")
     names, largest = result.data["law"].to_numpy(), result.data["largest_law_effort"].to_numpy()
-    for name, effort, unit in zip(map(str, names), largest, units * len(names)):
+    for name, effort, unit in zip(map(str, names), largest, stated_in * len(names)):
         stated, _, driven = name.partition(":")
         law = result.scene.joint_laws[stated]
-        table.add_row(escape(name), escape(driven or law.joint), law.kind, f"{number(float(effort))} {unit}")
+        table.add_row(escape(name), escape(driven or law.joint), law.kind, shown(float(effort), KINDS[unit], units))
     return table
 
 
-def _freedoms(result: Result) -> Table:
+def _freedoms(result: Result, units: AnswerUnits) -> Table:
     """Tabulate how far each freedom goes, and its fastest rate."""
     table = table_of("Freedoms", "joint", "least", "largest", "at the end", "fastest rate")
     places, rates = (result.data[f"freedom_{what}"].to_numpy() for what in ("place", "rate"))
     for i, name in enumerate(result.scene.freedoms):
         slides = result.scene.joints[name].kind in ("slot", "prismatic")
-        factor, unit = (1e3, "mm") if slides else (float(np.degrees(1.0)), "\N{DEGREE SIGN}")
-        place = factor * places[:, i]
-        cells = [f"{number(float(value))} {unit}" for value in (place.min(), place.max(), place[-1])]
+        ends = [float(value) for value in (places[:, i].min(), places[:, i].max(), places[-1, i])]
+        turned = [f"{number(value)} \N{DEGREE SIGN}" for value in np.degrees(ends)]
+        cells = [shown(value, "length", units) for value in ends] if slides else turned
         rate = rates[np.abs(rates[:, i]).argmax(), i]
         table.add_row(escape(name), *cells, f"{number(float(rate))} {'m/s' if slides else 'rad/s'}")
     return table

@@ -59,9 +59,9 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
-    if not result.scene.members():
-        return Summary(*rigid_parts(result))
     units = units or result.scene.answer_units
+    if not result.scene.members():
+        return Summary(*rigid_parts(result, units))
     if details:
         return Summary(all_details(result, units))
     reading, judged = Reading(result, units), judgements(result)
