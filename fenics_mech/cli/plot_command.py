@@ -28,5 +28,7 @@ def plot(
     loaded = Result.load(result)
     make_folder(folder)
     if not (written := plot_all(loaded, folder, only or (), f".{ending.lower().lstrip('.')}")):
-        raise ViewError("there is nothing to plot over one position: `fenics-mech report` shows it")
+        if loaded.data.sizes["theta"] == 1:
+            raise ViewError("there is nothing to plot over one position: `fenics-mech report` shows it")
+        raise ViewError(f"the result has nothing for {' and '.join(only or ())}: leave --only out to draw what it has")
     tell_written(written, folder)

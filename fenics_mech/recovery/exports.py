@@ -37,6 +37,10 @@ def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
         raise ResultError(f"{path}: a time series for ParaView must end in .pvd")
     if every < 1:
         raise ResultError(f"every position that is written is one of {every}: it must be 1 or more")
+    if "member" not in data.coords:
+        raise ResultError(
+            "no link of this result bends, and a .pvd holds members that do: write a .mat, or run with --csv"
+        )
     if "position" not in data:
         raise ResultError("the result has no position of its members, as of an older version: analyse its scene again")
     data = data.isel(theta=slice(None, None, every))

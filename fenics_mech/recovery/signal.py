@@ -8,6 +8,7 @@ that the frequency is known to about that of the drive.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -72,7 +73,7 @@ def last_cycle(analysis: Analysis, drives: Sequence[Drive], data: xr.Dataset) ->
         return None
     if analysis.method != "transient":
         return slice(0, count)
-    periodic = count >= analysis.sub_intervals and data.attrs["cycle_change"] <= VIBRATION.same
+    periodic = count >= analysis.sub_intervals and data.attrs.get("cycle_change", math.inf) <= VIBRATION.same
     return slice(count - analysis.sub_intervals, count) if periodic else None
 
 

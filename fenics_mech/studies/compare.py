@@ -12,7 +12,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import ResultError
+from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle
@@ -110,8 +110,8 @@ def curves_of_result(result: Result, label: str) -> Curves:
     if part is None:
         raise ResultError(f"{label}: there is no cycle in it to compare: the motion is static or not periodic")
     cycle = data.isel(theta=part)
-    names = [Quantity("strain", str(member)) for member in data["member"].to_numpy()]
-    names += [Quantity("deflection", str(member)) for member in data["member"].to_numpy()]
+    bend = [str(member) for member in data["member"].to_numpy()] if "member" in data.coords else []
+    names = [Quantity(kind, member) for kind in ("strain", "deflection") for member in bend]
     names += [Quantity("joint_force", str(joint)) for joint in data["joint"].to_numpy()]
     names += [Quantity(kind) for kind in ("input_torque", "shaking_force") if kind in data]
 
@@ -166,9 +166,13 @@ def by_theories(scene: Scene, progress: Callable[[str], None] = lambda name: Non
 
     Raises
     ------
+    SceneError
+        When no link bends.
     MechanismError
         When one of the analyses fails.
     """
+    if not scene.members():
+        raise SceneError("no link has a member: the theories differ by how links bend. Name two files", place="links")
     found, common = [], CommonParts()
     for label, changes in THEORIES.items():
         progress(label)

@@ -74,7 +74,7 @@ def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lamb
     Raises
     ------
     SceneError
-        When there are fewer than 3 levels, or too few sub-intervals.
+        When there are fewer than 3 levels, too few sub-intervals, or no link bends.
     MechanismError
         When a level cannot be analysed.
 
@@ -88,6 +88,8 @@ def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lamb
     """
     if levels < 3:
         raise SceneError(f"{levels} levels show no order: 3 or more are needed", place="levels")
+    if not scene.members():
+        raise SceneError("no link has a member, and a refinement is of strains and frequencies", place="links")
     if scene.analysis.method == "periodic" and scene.tolerance is None:
         _counts(scene.analysis.sub_intervals, levels)  # before the first analysis
     progress("the scene as it is")

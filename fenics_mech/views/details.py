@@ -20,7 +20,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.views.force_summary import degrees_of, drive_lines, joints_table, peak_of, values_of
+from fenics_mech.views.force_summary import at, at_head, drive_lines, joints_table, peak_of, values_of
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.judgements import (
     SOURCES,
@@ -213,28 +213,28 @@ def _effects(result: Result) -> str:
 
 
 def _members(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate the peak strain, with its stress, and the peak deflection of each member."""
+    """Tabulate the peak stress, with its strain, and the peak deflection of each member."""
     strain_head, stress_head, bent_head = (
         f"{name}\n({units.label(kind)})"
         for name, kind in (("strain", "strain"), ("stress", "stress"), ("deflection", "length"))
     )
-    columns = "member", strain_head, stress_head, "at angle,\ns, side", bent_head, "at angle,\ns"
+    columns = "member", strain_head, stress_head, f"{at_head(result)},\ns, side", bent_head, f"{at_head(result)},\ns"
     table = table_of("Peaks of the members", *columns)
     table.caption, table.caption_justify = f"{PLACE}\n", "left"
-    theta, s = degrees_of(result), result.data["s"].to_numpy()
+    s = result.data["s"].to_numpy()
     fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
     strain, stress = (values_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
     deflection = np.linalg.norm(values_of(result, "deflection", "theta", "member", "s", "component"), axis=-1)
     for i, member in enumerate(result.data["member"].to_numpy()):
-        k, place, fibre = peak_of(strain[:, i])
+        k, place, fibre = peak_of(stress[:, i])
         bent, station = peak_of(deflection[:, i])
         table.add_row(
             escape(str(member)),
             number(units.number(strain[k, i, place, fibre], "strain")),
             number(units.number(stress[k, i, place, fibre], "stress")),
-            f"{theta[k]:.4g}\N{DEGREE SIGN}, {s[place]:.3g}, {fibres[fibre]}",
+            f"{at(result, k)}, {s[place]:.3g}, {fibres[fibre]}",
             number(units.number(deflection[bent, i, station], "length")),
-            f"{theta[bent]:.4g}\N{DEGREE SIGN}, {s[station]:.3g}",
+            f"{at(result, bent)}, {s[station]:.3g}",
         )
     return table
 

@@ -27,11 +27,11 @@ def joints_table(result: Result, units: AnswerUnits) -> Table:
     units
         Units of the numbers.
     """
-    data, theta = result.data, degrees_of(result)
-    table = table_of("Peaks of the joint forces", "joint", "peak", "at angle")
+    data = result.data
+    table = table_of("Peaks of the joint forces", "joint", "peak", at_head(result))
     forces = np.linalg.norm(values_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
     peaks = [(escape(str(joint)), force, "force") for joint, force in zip(data["joint"].to_numpy(), forces.T)]
-    if "input_torque" in data:
+    if "input_torque" in data and (result.scene.drives or data["input_torque"].any()):
         name, kind = effort_of(result)
         peaks.append((name, data["input_torque"].to_numpy(), kind))
     if "shaking_force" in data:
@@ -40,7 +40,7 @@ def joints_table(result: Result, units: AnswerUnits) -> Table:
         table.caption, table.caption_justify = f"{ON_FRAME}\n", "left"
     for name, curve, kind in peaks:
         (k,) = peak_of(curve)
-        table.add_row(name, shown(curve[k], kind, units), f"{theta[k]:.4g}\N{DEGREE SIGN}")
+        table.add_row(name, shown(curve[k], kind, units), at(result, k))
     return table
 
 
@@ -92,6 +92,32 @@ def degrees_of(result: Result) -> Array:
         The result.
     """
     return np.degrees(result.data["theta"].to_numpy()) % 360
+
+
+def at_head(result: Result) -> str:
+    """Head of a column of drive angles, or of times of a motion in time.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    return "at time" if result.scene.analysis.method == "transient" else "at angle"
+
+
+def at(result: Result, k: int) -> str:
+    """Write the drive angle of a position, or its time in a motion in time.
+
+    Parameters
+    ----------
+    result
+        The result.
+    k
+        Number of the position.
+    """
+    if result.scene.analysis.method == "transient":
+        return f"{float(result.data['time'][k]):.4g} s"
+    return f"{degrees_of(result)[k]:.4g}\N{DEGREE SIGN}"
 
 
 def peak_of(curves: Array) -> tuple[int, ...]:

@@ -44,7 +44,9 @@ FEWEST_BARS = 12  # so that the natural frequencies beside them are shown too
 def plot_strain(
     result: Result, member: str, axes: Axes | None = None, *, s: float | None = None, fibre: str = "+"
 ) -> Axes:
-    """Plot the strain of a member where it is largest, with its value and the curve without vibration.
+    """Plot the strain of a member where its stress is largest, with its value there and the curve without vibration.
+
+    The summary and the report name the same place, drive angle and strain.
 
     Parameters
     ----------
@@ -80,7 +82,7 @@ def plot_strain(
     'Strain of follower, 149 mm from C, + side'
     """
     axes, reading = axes or new_axes(), Reading(result)
-    peak = reading.peak(reading.strain, number_of(reading, member))
+    peak = reading.peaks[number_of(reading, member)]
     if s is None:
         values, where = reading.strain[:, peak.i, peak.j, peak.f], f"{reading.place(peak)}, {reading.side(peak)}"
         without = still_at(reading, peak)
@@ -100,7 +102,7 @@ def plot_strain(
 
 
 def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Axes:
-    """Plot the strain of a member by place and drive angle, on the side of its peak, which has a ring.
+    """Plot the strain of a member by place and drive angle, on the side of its largest stress, which has a ring.
 
     The colours end at the largest strain of all members.
 
@@ -132,7 +134,7 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
     True
     """
     axes, reading = axes or new_axes(), Reading(result)
-    peak = reading.peak(reading.strain, number_of(reading, member))
+    peak = reading.peaks[number_of(reading, member)]
     x, values = over(reading, reading.strain[:, peak.i, :, peak.f])
     limit, length = float(np.abs(reading.strain).max()) or 1.0, MILLI * reading.lengths[peak.i]
     step = (x[-1] - x[0]) / max(len(x) - 1, 1) / 2

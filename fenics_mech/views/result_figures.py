@@ -86,7 +86,7 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
 
 
 def strain_figure(result: Result) -> Figure:
-    """Draw the strain of each member where it is largest, the most strained on top, and where on the member that is.
+    """Draw the strain of each member where its stress is largest, the most strained on top, and where on it that is.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def strain_figure(result: Result) -> Figure:
         The result.
     """
     reading = Reading(result)
-    size = np.abs(reading.strain).max(axis=(0, 2, 3))
+    size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_MEMBERS]
     with mpl.rc_context(STYLE):
         widths = {"width_ratios": [9, 2.1]}
@@ -108,7 +108,7 @@ def strain_figure(result: Result) -> Figure:
             with mpl.rc_context(STYLE):
                 left.set_title(left.get_title("left"), pad=8)
         left.margins(y=0.14)
-        _draw_place(right, reading, reading.peak(reading.strain, i), float(size[i] / (size.max() or 1.0)))
+        _draw_place(right, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure
 

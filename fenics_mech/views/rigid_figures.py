@@ -25,7 +25,7 @@ def rigid_force_figure(result: Result) -> Figure:
     result
         The result of a scene of which no link bends.
     """
-    driven = "input_torque" in result.data
+    driven = "input_torque" in result.data and bool(result.scene.drives or result.data["input_torque"].any())
     figure, panels = _panels(result, rows=1 + driven)
     forces = result.data["joint_force"].transpose("joint", "theta", "component")
     for joint, force in zip(forces["joint"].to_numpy(), forces.to_numpy()):

@@ -6,6 +6,7 @@ import pprint
 from pathlib import Path
 from typing import Any
 
+from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.studies.peers.beam_linkage import Beam, BeamLinkage, beam_linkage, with_material_damping
 
@@ -46,6 +47,8 @@ def exudyn_script(scene: Scene) -> str:
     """
     from fenics_mech._version import __version__  # noqa: PLC0415
 
+    if not scene.members():
+        raise SceneError("no link has a member, and the script is of links that bend", place="links")
     linkage = beam_linkage(with_material_damping(scene))
     name = ascii(scene.name)[1:-1].replace('"', "'")
     head = HEAD.format(name=name, version=__version__, retardation=linkage.retardation)

@@ -1,0 +1,112 @@
+"""What is asked of a linkage of which no link bends is answered, or refused by one message that says why."""
+
+import re
+
+import pytest
+
+from fenics_mech import cli
+from fenics_mech.recovery import Result
+
+FOUR_BAR = """
+name = "rigid four-bar"
+[ground]
+points = { O = [0, 0], C = [0.254, 0] }
+[links.crank]
+points = { O = [0, 0], A = [0.108, 0] }
+rigid = { mass = 0.3, inertia = 1e-4 }
+[links.coupler]
+points = { A = [0, 0], B = [0.2794, 0] }
+angle = "70 deg"
+rigid = { mass = 0.3, inertia = 1e-3, centre = [0.1, 0] }
+[links.follower]
+points = { C = [0, 0], B = [0.27, 0] }
+angle = "100 deg"
+rigid = { mass = 0.3, inertia = 1e-3, centre = [0.1, 0] }
+[joints]
+O.connect = ["ground.O", "crank.O"]
+A.connect = ["crank.A", "coupler.A"]
+B.connect = ["coupler.B", "follower.B"]
+C.connect = ["ground.C", "follower.C"]
+[drive]
+joint = "O"
+speed = 30
+[points]
+P = { at = "coupler.A", offset = [0.14, 0.06] }
+[analysis]
+method = "periodic"
+sub_intervals = 36
+"""
+POUND = 4.4482216152605
+
+
+@pytest.fixture
+def call(monkeypatch, capsys, tmp_path):
+    """Run `fenics-mech` in a folder with the scene, that in time, and their results."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "led.toml").write_text(FOUR_BAR)
+    (tmp_path / "time.toml").write_text(FOUR_BAR.replace('"periodic"', '"transient"\ncycles = 1'))
+
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["fenics-mech", *arguments])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code
+        printed = capsys.readouterr()
+        return code or 0, printed.out, printed.err
+
+    for name in ("led", "time"):
+        assert run("run", f"{name}.toml", "-o", name, "--no-plots", "--quiet")[0] == 0
+    return run
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("refine led.toml", "no link has a member, and a refinement"),
+        ("compare led.toml", "no link has a member: the theories differ"),
+        ("compare time/result.nc led/result.nc", "there is no cycle in it to compare"),
+        ("export led.toml model.py", "no link has a member, and the script"),
+        ("export led/result.nc motion.pvd", "no link of this result bends"),
+        ("report led/result.nc", "no link of this result bends"),
+        ("plot led/result.nc --only strain", "the result has nothing for strain"),
+        ("fatigue led.toml", "no material states `fatigue`"),
+        ("animate led.toml", "no link of the scene bends"),
+        ("modes led.toml", "no link has a member"),
+        ("sweep led.toml --over drive.speed=10:20:2", "no link has a member"),
+    ],
+)
+def test_what_needs_links_that_bend_is_refused(call, words, said):
+    code, _, error = call(*words.split())
+    assert code == 1
+    assert said in re.sub(r"\s+", " ", error)
+
+
+def test_joint_forces_of_two_runs_are_compared(call, tmp_path):
+    (tmp_path / "heavier.toml").write_text(FOUR_BAR.replace("mass = 0.3", "mass = 0.6").replace("1e-", "2e-"))
+    code, _, error = call("compare", "led/result.nc", "heavier.toml", "-o", "out")
+    assert code == 0, error
+    table = [line.split(",") for line in (tmp_path / "out" / "compare.csv").read_text().splitlines()]
+    peaks = {row[table[0].index("quantity")]: row for row in table[1:]}
+    one, two = (float(peaks["joint force O"][table[0].index(name)]) for name in ("peak_reference", "peak"))
+    assert two == pytest.approx(2 * one)
+
+
+def test_units_that_are_asked_for_are_those_of_rigid_links_too(call):
+    forces = []
+    for more in ((), ("--units", "lbf, rpm, lbf in")):
+        text = call("run", "led.toml", "-o", "out", "--no-plots", *more)[1]
+        forces.append(next(line.split() for line in text.splitlines() if line.split()[:1] == ["B"]))
+    assert forces[1][2] == "lbf"
+    assert float(forces[1][1]) == pytest.approx(float(forces[0][1]) / POUND, rel=1e-3)
+    assert "at 286.5 rpm;" in text
+
+
+def test_a_motion_in_time_has_its_peaks_at_times(call, tmp_path):
+    text = call("run", "time.toml", "-o", "out", "--no-plots")[1]
+    row = next(line.split() for line in text.splitlines() if line.split()[:1] == ["C"])
+    force = (Result.load(tmp_path / "time" / "result.nc").data["joint_force"].sel(joint="C") ** 2).sum("component")
+    assert "at time" in text
+    assert float(row[3]) == pytest.approx(float(force["time"][int(force.argmax("theta"))]), rel=1e-3)
+    assert row[4] == "s"
