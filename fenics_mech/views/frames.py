@@ -12,11 +12,11 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.views.geometry import at_angles, ends_of, member_ends
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
+from fenics_mech.views.symbols import BLOCK_CORNERS, turned
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
 COVERED = 0.98
 ROUND = np.array([1, 2, 2.5, 5, 10])
-BLOCK_CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,6 @@ def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
     motion = solve_motion(scene, theta)
     pins = pin_places(scene, motion, path)
     where, angle = slider_angles(scene, motion)
-    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, :, None]
-    across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)[:, :, None]
     return Frames(
         theta=theta,
         rigid=ends,
@@ -72,7 +70,7 @@ def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
         strain=MICRO * strain,
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
-        sliders=along * BLOCK_CORNERS[:, :1] + across * BLOCK_CORNERS[:, 1:],
+        sliders=turned(BLOCK_CORNERS, angle),
         slider_pins=pins[:, where],
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,28 +11,11 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.views.frames import Frames
+from fenics_mech.views.symbols import DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
 
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"
-INK, SHADE, RIGID = "#222222", "#d9d9d9", "#a0a0a0"
 
-
-@dataclass(frozen=True)
-class Proportions:
-    """Half widths and radii over the extent of the motion, and margins of the picture."""
-
-    ribbon: float = 0.008
-    outline: float = 0.0102
-    pin: float = 0.013
-    hole: float = 0.008
-    support: float = 0.045
-    block: float = 0.018
-    margin: float = 0.06  # around the motion
-    bar: float = 0.17  # of the picture's width, kept free for the colour bar
-    text: float = 0.1  # of its height, kept free for text above and below
-
-
-DRAWN = Proportions()
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
 LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "pin": 4, "hole": 5}
 
@@ -119,14 +101,10 @@ class Stage:
 
     def _add_supports(self, ground: Array) -> None:
         """Draw each point of the ground as a triangle on a hatched line."""
-        triangle = np.array([[0, 0], [-0.6, -1], [0.6, -1]])
-        left = np.linspace(-0.9, 0.7, 6)
-        hatch = np.stack([np.stack([left, left * 0 - 1.35], -1), np.stack([left + 0.3, left * 0 - 1], -1)], axis=1)
-        lines = np.concatenate([[[[-0.95, -1], [0.95, -1]]], hatch])
-        size, first = DRAWN.support * self.extent, ground[:, None]
+        size, first, lines = DRAWN.support * self.extent, ground[:, None], support_strokes()
         if not len(ground):
             return
-        corners = self._raised(first + size * triangle, "ground")
+        corners = self._raised(first + size * TRIANGLE, "ground")
         strokes = self._raised(first + size * lines.reshape(-1, 2), "ground")
         look = {"lighting": False, "color": INK, "line_width": self.size[1] / 450}
         self.plotter.add_mesh(pv.PolyData(corners, faces=_cells(len(ground), 3)), color=SHADE, lighting=False)
@@ -135,14 +113,8 @@ class Stage:
 
     def _add_guides(self, guides: Array) -> None:
         """Draw each guide as a hatched line under its slider's block."""
-        for first, second in guides:
-            along = (second - first) / max(float(np.linalg.norm(second - first)), 1e-300)
-            normal = np.array([-along[1], along[0]])
-            below = DRAWN.block * self.extent * normal
-            count = max(int(np.linalg.norm(second - first) / (0.32 * DRAWN.support * self.extent)), 2)
-            tops = np.linspace(first - below, second - below, count)
-            feet = tops - 0.35 * DRAWN.support * self.extent * (normal + 0.85 * along)
-            strokes = np.concatenate([[[tops[0], tops[-1]]], np.stack([feet, tops], axis=1)])
+        for guide in guides:
+            strokes = guide_strokes(guide, self.extent)
             lines = pv.PolyData(self._raised(strokes, "ground"), lines=_cells(len(strokes), 2))
             self.plotter.add_mesh(lines, lighting=False, color=INK, line_width=self.size[1] / 450)
 
