@@ -17,6 +17,8 @@ FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the de
 COLOUR_MAP = "RdBu_r"
 
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
+RING = np.stack([CLOSED := np.concatenate([CIRCLE, CIRCLE[:1]]), 0.72 * CLOSED], axis=1).reshape(-1, 2)
+PEAK = "#E69F00"  # colour of the ring at the largest strain
 LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "pin": 4, "hole": 5}
 
 
@@ -32,8 +34,10 @@ class Stage:
     size
         Of the picture (pixels).
     limit
-        Strain at the ends of the colour bar (micrometres per metre), and whether some strains lie beyond.
-    title, caption
+        Strain at the ends of the colour bar (micrometres per metre).
+    names
+        Names of the joints that are written beside them, in the order of the pins; none where none shall be.
+    text
         Text above and below the mechanism.
     """
 
@@ -42,9 +46,9 @@ class Stage:
         frames: Frames,
         ground: tuple[Array, Array],
         size: tuple[int, int],
-        limit: tuple[float, bool],
-        title: str,
-        caption: str,
+        limit: float,
+        names: tuple[str, ...],
+        text: tuple[str, str],
     ) -> None:
         shown = (frames.path, frames.rigid, frames.bars, *ground)
         points = np.concatenate([part.reshape(-1, 2) for part in shown])
@@ -57,10 +61,11 @@ class Stage:
         self._look_at(low - DRAWN.margin * self.extent, high + DRAWN.margin * self.extent)
         self._add_supports(ground[0])
         self._add_guides(ground[1])
-        self.meshes = self._add_mechanism(limit[0])
-        self._add_bar(*limit)
-        self._add_text(title, 0.03, 0.94)
-        self._add_text(caption, 0.03, 0.03)
+        self.meshes = self._add_mechanism(limit)
+        self._add_bar(limit)
+        self._add_text(text[0], 0.03, 0.94)
+        self._add_text(text[1], 0.03, 0.03)
+        self.names = [self._add_text(name, 0, 0) for name in names]
         self.angle = self._add_text("", 0.03, 0.895)
 
     def picture(self, index: int) -> NDArray[np.uint8]:
@@ -78,6 +83,9 @@ class Stage:
             self.meshes[name].points = self._raised(corners, "block")
         for name, radius in (("pin", DRAWN.pin), ("hole", DRAWN.hole)):
             self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
+        self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
+        for text, place in zip(self.names, pins + DRAWN.name * self.extent):
+            text.position = tuple((place - self.corner) / (self.pixel * np.array(self.size)))
         self.angle.input = f"drive angle {np.degrees(frames.theta[index]) % 360:.0f}\N{DEGREE SIGN}"
         self.plotter.render()
         return self.plotter.screenshot(return_img=True)
@@ -131,10 +139,11 @@ class Stage:
             "ribbon": pv.PolyData(blank, faces=strips),
             "pin": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
             "hole": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
+            "peak": pv.PolyData(np.zeros((len(RING), 3)), faces=_strips(1, len(RING) // 2)),
         }
         meshes["ribbon"]["strain"] = np.zeros(len(blank))
         meshes |= self._add_rigid_parts()
-        for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white")):
+        for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white"), ("peak", PEAK)):
             if meshes[name].n_points:
                 self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
         self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
@@ -155,7 +164,7 @@ class Stage:
                 self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
         return meshes
 
-    def _add_bar(self, limit: float, beyond: bool) -> None:
+    def _add_bar(self, limit: float) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
         x, low, high = 1 - 0.8 * DRAWN.bar, 0.22, 0.78  # of the picture
         corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
@@ -165,11 +174,14 @@ class Stage:
         self.plotter.add_mesh(bar, **_coloured(limit))
         frame = pv.PolyData(points, lines=_cells(1, 4, closed=True))
         self.plotter.add_mesh(frame, color=INK, lighting=False, line_width=self.size[1] / 600)
+        at = self.frames.peak_strain / (2 * limit) + 0.5  # of the bar, where the largest strain is
+        across = [[x - 0.012, low + at * (high - low)], [x + 0.022, low + at * (high - low)]]
+        line = self._raised(self.corner + np.array(across) * self.size * self.pixel, "rigid")
+        look = {"color": PEAK, "lighting": False, "line_width": self.size[1] / 180}
+        self.plotter.add_mesh(pv.PolyData(line, lines=_cells(1, 2)), **look)
         for share in np.linspace(0, 1, 5):
             value = limit * (2 * share - 1)
             label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
-            if beyond and abs(value) == limit:
-                label = ("\N{GREATER-THAN OR EQUAL TO} " if value > 0 else "\N{LESS-THAN OR EQUAL TO} ") + label
             self._add_text(label, x + 0.03, low + share * (high - low) - 0.011)
         self._add_text("strain (\N{MICRO SIGN}m/m)", x - 0.04, high + 0.03)
 

@@ -19,6 +19,8 @@ class Proportions:
     outline: float = 0.0102
     pin: float = 0.013
     hole: float = 0.008
+    peak: float = 0.026
+    name: float = 0.018  # from a pin to its name, in both directions
     support: float = 0.045
     block: float = 0.018
     margin: float = 0.06  # around the motion
