@@ -17,6 +17,7 @@ def animate(
     file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
     magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="selected")] = None,
     frames: Annotated[int, typer.Option(min=2, max=10_000, help="Pictures in one cycle.")] = 120,
+    names: Annotated[bool, typer.Option("--names", help="Write the joints' names beside them.")] = False,
     refine: Refine = 0,
 ) -> None:
     """Draw the moving linkage with magnified deflection, coloured by strain. SCENE may also be a result.nc."""
@@ -35,7 +36,9 @@ def animate(
         with progress_bar(len(STEPS)) as step:
             result = analyse(loaded, step)
     with progress_bar(frames) as step:
-        animation.animate(
-            result, file, magnify=magnify, frames=frames, progress=lambda i, n: step(f"frame {i + 1} of {n}")
-        )
+
+        def tell_frame(index: int, count: int) -> None:
+            step(f"frame {index + 1} of {count}")
+
+        animation.animate(result, file, magnify=magnify, frames=frames, names=names, progress=tell_frame)
     tell(f"Wrote {file}")

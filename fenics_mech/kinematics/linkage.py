@@ -196,13 +196,34 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     return linkage.path(theta, known).motion(scene.cycle_rate)
 
 
+def start_motion(scene: Scene) -> Motion:
+    """Give the positions of the links at the start, at rest, one angle; joints with a clearance or a bushing are tight.
+
+    Parameters
+    ----------
+    scene
+        The linkage, with or without drives and freedoms.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be assembled.
+    """
+    loops = Loops.of(scene.model_copy(update={"joint_laws": {}}) if scene.open_joints else scene)
+    return _held_at(loops, assemble(loops), np.zeros(1))
+
+
 def _at_rest(loops: Loops, theta: Array) -> Motion:
     """Give the motion of a linkage that nothing drives; it may be held more often than it needs, or less."""
     q = assemble(loops)
+    return replace(_held_at(loops, q, theta), free=free_motions(loops, q))
+
+
+def _held_at(loops: Loops, q: Array, theta: Array) -> Motion:
+    """Give the motion of links that rest at their coordinates ``(3 links,)``."""
     pose = np.broadcast_to(q, (len(theta), len(q)))
     still = np.zeros_like(pose)
-    motion = as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
-    return replace(motion, free=free_motions(loops, q))
+    return as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
 
 
 def _geometry(scene: Scene) -> tuple[object, ...]:

@@ -19,6 +19,7 @@ from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification
 from fenics_mech.views.joint_drawings import ground_guides, ground_points
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
+from fenics_mech.views.words import short
 
 try:
     import imageio.v2 as imageio
@@ -40,6 +41,7 @@ def animate(
     frames: int = 120,
     fps: int = 30,
     size: tuple[int, int] = (960, 720),
+    names: bool = False,
     progress: Progress = lambda frame, frames: None,
 ) -> Path:
     """Animate a mechanism over one turn, off screen.
@@ -59,6 +61,8 @@ def animate(
         Pictures per second.
     size
         Width and height (pixels); for MP4 they are rounded up to even numbers.
+    names
+        Whether the joints' names are written beside them.
     progress
         Called before each picture with its index, from 0, and the number of pictures.
 
@@ -89,7 +93,9 @@ def animate(
     if ending == ".mp4":
         size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
     theta = np.array([angle_of_peak(result)]) if ending == ".png" else cycle(result, frames)
-    pictures = _pictures(result, theta, default_magnification(result) if magnify is None else magnify, size, progress)
+    factor = default_magnification(result) if magnify is None else magnify
+    joints = tuple(result.scene.joints) if names else ()
+    pictures = _pictures(result, (theta, factor), size, joints, progress)
     try:
         write_whole(path, lambda temporary: WRITERS[ending](temporary, pictures, fps))
     finally:
@@ -119,16 +125,21 @@ def _check_options(magnify: float | None, frames: int, fps: int, size: tuple[int
             raise ViewError(f"{name} must be at least 1, found {value}")
 
 
-def _pictures(result: Result, theta: Array, magnify: float, size: tuple[int, int], progress: Progress) -> Pictures:
-    """Render the mechanism at drive angles, one picture after the other."""
+def _pictures(
+    result: Result, drawn: tuple[Array, float], size: tuple[int, int], names: tuple[str, ...], progress: Progress
+) -> Pictures:
+    """Render the mechanism at drive angles with a magnification, one picture after the other."""
     from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
+    theta, magnify = drawn
     scene, shown = result.scene, frames_at(result, theta, magnify)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     title = f"{scene.name}, {driven}"
-    caption = f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"
+    at = f"{short(shown.peak_strain)} \N{MICRO SIGN}m/m at {np.degrees(angle_of_peak(result)) % 360:.0f}\N{DEGREE SIGN}"
+    caption = f"ring: largest strain of the motion on the + side, {at}\n"
+    caption += f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"
     ground = (ground_points(scene), ground_guides(scene, cycle(result, GUIDE_POSITIONS)))
-    stage = Stage(shown, ground, size, strain_limit(result), title, caption)
+    stage = Stage(shown, ground, size, strain_limit(result), names, (title, caption))
     try:
         for index in range(len(theta)):
             progress(index, len(theta))

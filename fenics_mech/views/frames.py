@@ -12,11 +12,10 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.views.geometry import at_angles, ends_of, member_ends
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
+from fenics_mech.views.symbols import BLOCK_CORNERS, turned
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
-COVERED = 0.98
 ROUND = np.array([1, 2, 2.5, 5, 10])
-BLOCK_CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
 
 
 @dataclass(frozen=True)
@@ -41,6 +40,10 @@ class Frames:
         Corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``.
     slider_pins
         Positions of these pins (m), ``(frames, sliders, 2)``.
+    peak
+        Where the member is that has the largest strain of the whole motion, at its place (m), ``(frames, 2)``.
+    peak_strain
+        That strain, with its sign (micrometres per metre).
     """
 
     theta: Array
@@ -51,20 +54,20 @@ class Frames:
     bars: Array
     sliders: Array
     slider_pins: Array
+    peak: Array
+    peak_strain: float
 
 
 def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
     """Interpolate a result at drive angles (rad) and magnify its deflection."""
     scene, data, given = result.scene, result.data, result.data["theta"].to_numpy()
     deflection = at_angles(given, data["deflection"].transpose("theta", "member", "s", "component").to_numpy(), theta)
-    strain = at_angles(given, data["strain"].sel(fibre="+").transpose("theta", "member", "s").to_numpy(), theta)
+    strain, most = at_angles(given, of_fibre(result), theta), peak_of(result)
     ends, s = member_ends(scene, theta), data["s"].to_numpy()[:, None]
     path = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1] + magnify * deflection
     motion = solve_motion(scene, theta)
     pins = pin_places(scene, motion, path)
     where, angle = slider_angles(scene, motion)
-    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, :, None]
-    across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)[:, :, None]
     return Frames(
         theta=theta,
         rigid=ends,
@@ -72,8 +75,10 @@ def frames_at(result: Result, theta: Array, magnify: float) -> Frames:
         strain=MICRO * strain,
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
-        sliders=along * BLOCK_CORNERS[:, :1] + across * BLOCK_CORNERS[:, 1:],
+        sliders=turned(BLOCK_CORNERS, angle),
         slider_pins=pins[:, where],
+        peak=path[:, most[1], most[2]],
+        peak_strain=float(MICRO * of_fibre(result)[most]),
     )
 
 
@@ -95,21 +100,26 @@ def default_magnification(result: Result) -> float:
     return float(decade * ROUND[np.abs(np.log(ROUND * decade / wanted)).argmin()])
 
 
-def strain_limit(result: Result) -> tuple[float, bool]:
-    """Round number (micrometres per metre) for the ends of the colour bar, and whether some strains exceed it.
+def of_fibre(result: Result) -> Array:
+    """Strain of the "+" fibre, ``(angles, members, stations)``."""
+    return result.data["strain"].sel(fibre="+").transpose("theta", "member", "s").to_numpy()
 
-    `COVERED` of the "+" fibre's strains lie within it, so that one short peak does not leave the rest colourless.
-    """
-    strain = MICRO * np.abs(result.data["strain"].sel(fibre="+").to_numpy())
-    largest = float(np.quantile(strain, COVERED)) or float(strain.max())
+
+def peak_of(result: Result) -> tuple[int, ...]:
+    """Give the numbers of the angle, member and station of the largest strain of the "+" fibre."""
+    strain = np.abs(of_fibre(result))
+    return tuple(int(i) for i in np.unravel_index(strain.argmax(), strain.shape))
+
+
+def strain_limit(result: Result) -> float:
+    """Round number (micrometres per metre) for the ends of the colour bar, which no strain of the motion exceeds."""
+    largest = MICRO * float(np.abs(of_fibre(result)).max())
     if largest == 0:
-        return 1.0, False
+        return 1.0
     decade = 10.0 ** np.floor(np.log10(largest))
-    limit = float(decade * next(step for step in (1, 2, 3, 4, 5, 6, 8, 10) if step * decade >= largest))
-    return limit, bool(strain.max() > limit)
+    return float(decade * next(step for step in (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10) if step * decade >= largest))
 
 
 def angle_of_peak(result: Result) -> float:
     """Drive angle (rad) of the largest strain of the "+" fibre."""
-    strain = np.abs(result.data["strain"].sel(fibre="+").transpose("theta", "member", "s").to_numpy())
-    return float(result.data["theta"][strain.max(axis=(1, 2)).argmax()])
+    return float(result.data["theta"][peak_of(result)[0]])

@@ -61,12 +61,24 @@ def member_ends(scene: Scene, theta: Array) -> Array:
     AssemblyError
         When the linkage cannot be assembled at one of the angles.
     """
-    motion = solve_motion(scene, theta)
+    return ends_in(scene, solve_motion(scene, theta))
+
+
+def ends_in(scene: Scene, motion: Motion) -> Array:
+    """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    motion
+        Its motion.
+    """
     members = [
         [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
         for link, member in scene.members().values()
     ]
-    return np.moveaxis(np.array(members), 2, 0)
+    return np.moveaxis(np.array(members).reshape(-1, 2, len(motion.theta), 2), 2, 0)
 
 
 def member_normals(ends: Array) -> Array:

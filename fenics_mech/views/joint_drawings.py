@@ -84,15 +84,25 @@ def ground_guides(scene: Scene, theta: Array) -> Array:
     return guides_of(scene, solve_motion(scene, theta))
 
 
-def guides_of(scene: Scene, motion: Motion) -> Array:
-    """Guides on the ground (m), from one end of their slider's travel to the other, ``(guides, 2, 2)``."""
+def guides_of(scene: Scene, motion: Motion, least: float = 0.0) -> Array:
+    """Guides on the ground (m), from one end of their slider's travel to the other, ``(guides, 2, 2)``.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    motion
+        Its motion.
+    least
+        How far they reach beyond the travel at least (m).
+    """
     guides = []
     for joint in scene.joints.values():
         if isinstance(joint, Slot | Prismatic) and joint.connect[0].startswith("ground."):
             along = np.array([np.cos(joint.angle), np.sin(joint.angle)])
             start = np.array(scene.point(joint.connect[0])[1])
             travel: Array = (motion.of_point(*scene.point(joint.connect[1]))[0] - start) @ along
-            more = OVERHANG * np.ptp(travel)
+            more = max(OVERHANG * np.ptp(travel), least)
             guides.append([start + (travel.min() - more) * along, start + (travel.max() + more) * along])
     return np.array(guides, dtype=float).reshape(-1, 2, 2)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,29 +11,14 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.views.frames import Frames
+from fenics_mech.views.symbols import DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
 
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"
-INK, SHADE, RIGID = "#222222", "#d9d9d9", "#a0a0a0"
 
-
-@dataclass(frozen=True)
-class Proportions:
-    """Half widths and radii over the extent of the motion, and margins of the picture."""
-
-    ribbon: float = 0.008
-    outline: float = 0.0102
-    pin: float = 0.013
-    hole: float = 0.008
-    support: float = 0.045
-    block: float = 0.018
-    margin: float = 0.06  # around the motion
-    bar: float = 0.17  # of the picture's width, kept free for the colour bar
-    text: float = 0.1  # of its height, kept free for text above and below
-
-
-DRAWN = Proportions()
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
+RING = np.stack([CLOSED := np.concatenate([CIRCLE, CIRCLE[:1]]), 0.72 * CLOSED], axis=1).reshape(-1, 2)
+PEAK = "#E69F00"  # colour of the ring at the largest strain
 LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "pin": 4, "hole": 5}
 
 
@@ -50,8 +34,10 @@ class Stage:
     size
         Of the picture (pixels).
     limit
-        Strain at the ends of the colour bar (micrometres per metre), and whether some strains lie beyond.
-    title, caption
+        Strain at the ends of the colour bar (micrometres per metre).
+    names
+        Names of the joints that are written beside them, in the order of the pins; none where none shall be.
+    text
         Text above and below the mechanism.
     """
 
@@ -60,9 +46,9 @@ class Stage:
         frames: Frames,
         ground: tuple[Array, Array],
         size: tuple[int, int],
-        limit: tuple[float, bool],
-        title: str,
-        caption: str,
+        limit: float,
+        names: tuple[str, ...],
+        text: tuple[str, str],
     ) -> None:
         shown = (frames.path, frames.rigid, frames.bars, *ground)
         points = np.concatenate([part.reshape(-1, 2) for part in shown])
@@ -75,10 +61,11 @@ class Stage:
         self._look_at(low - DRAWN.margin * self.extent, high + DRAWN.margin * self.extent)
         self._add_supports(ground[0])
         self._add_guides(ground[1])
-        self.meshes = self._add_mechanism(limit[0])
-        self._add_bar(*limit)
-        self._add_text(title, 0.03, 0.94)
-        self._add_text(caption, 0.03, 0.03)
+        self.meshes = self._add_mechanism(limit)
+        self._add_bar(limit)
+        self._add_text(text[0], 0.03, 0.94)
+        self._add_text(text[1], 0.03, 0.03)
+        self.names = [self._add_text(name, 0, 0) for name in names]
         self.angle = self._add_text("", 0.03, 0.895)
 
     def picture(self, index: int) -> NDArray[np.uint8]:
@@ -96,6 +83,9 @@ class Stage:
             self.meshes[name].points = self._raised(corners, "block")
         for name, radius in (("pin", DRAWN.pin), ("hole", DRAWN.hole)):
             self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
+        self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
+        for text, place in zip(self.names, pins + DRAWN.name * self.extent):
+            text.position = tuple((place - self.corner) / (self.pixel * np.array(self.size)))
         self.angle.input = f"drive angle {np.degrees(frames.theta[index]) % 360:.0f}\N{DEGREE SIGN}"
         self.plotter.render()
         return self.plotter.screenshot(return_img=True)
@@ -119,14 +109,10 @@ class Stage:
 
     def _add_supports(self, ground: Array) -> None:
         """Draw each point of the ground as a triangle on a hatched line."""
-        triangle = np.array([[0, 0], [-0.6, -1], [0.6, -1]])
-        left = np.linspace(-0.9, 0.7, 6)
-        hatch = np.stack([np.stack([left, left * 0 - 1.35], -1), np.stack([left + 0.3, left * 0 - 1], -1)], axis=1)
-        lines = np.concatenate([[[[-0.95, -1], [0.95, -1]]], hatch])
-        size, first = DRAWN.support * self.extent, ground[:, None]
+        size, first, lines = DRAWN.support * self.extent, ground[:, None], support_strokes()
         if not len(ground):
             return
-        corners = self._raised(first + size * triangle, "ground")
+        corners = self._raised(first + size * TRIANGLE, "ground")
         strokes = self._raised(first + size * lines.reshape(-1, 2), "ground")
         look = {"lighting": False, "color": INK, "line_width": self.size[1] / 450}
         self.plotter.add_mesh(pv.PolyData(corners, faces=_cells(len(ground), 3)), color=SHADE, lighting=False)
@@ -135,14 +121,8 @@ class Stage:
 
     def _add_guides(self, guides: Array) -> None:
         """Draw each guide as a hatched line under its slider's block."""
-        for first, second in guides:
-            along = (second - first) / max(float(np.linalg.norm(second - first)), 1e-300)
-            normal = np.array([-along[1], along[0]])
-            below = DRAWN.block * self.extent * normal
-            count = max(int(np.linalg.norm(second - first) / (0.32 * DRAWN.support * self.extent)), 2)
-            tops = np.linspace(first - below, second - below, count)
-            feet = tops - 0.35 * DRAWN.support * self.extent * (normal + 0.85 * along)
-            strokes = np.concatenate([[[tops[0], tops[-1]]], np.stack([feet, tops], axis=1)])
+        for guide in guides:
+            strokes = guide_strokes(guide, self.extent)
             lines = pv.PolyData(self._raised(strokes, "ground"), lines=_cells(len(strokes), 2))
             self.plotter.add_mesh(lines, lighting=False, color=INK, line_width=self.size[1] / 450)
 
@@ -159,10 +139,11 @@ class Stage:
             "ribbon": pv.PolyData(blank, faces=strips),
             "pin": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
             "hole": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
+            "peak": pv.PolyData(np.zeros((len(RING), 3)), faces=_strips(1, len(RING) // 2)),
         }
         meshes["ribbon"]["strain"] = np.zeros(len(blank))
         meshes |= self._add_rigid_parts()
-        for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white")):
+        for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white"), ("peak", PEAK)):
             if meshes[name].n_points:
                 self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
         self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
@@ -183,7 +164,7 @@ class Stage:
                 self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
         return meshes
 
-    def _add_bar(self, limit: float, beyond: bool) -> None:
+    def _add_bar(self, limit: float) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
         x, low, high = 1 - 0.8 * DRAWN.bar, 0.22, 0.78  # of the picture
         corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
@@ -193,11 +174,14 @@ class Stage:
         self.plotter.add_mesh(bar, **_coloured(limit))
         frame = pv.PolyData(points, lines=_cells(1, 4, closed=True))
         self.plotter.add_mesh(frame, color=INK, lighting=False, line_width=self.size[1] / 600)
+        at = self.frames.peak_strain / (2 * limit) + 0.5  # of the bar, where the largest strain is
+        across = [[x - 0.012, low + at * (high - low)], [x + 0.022, low + at * (high - low)]]
+        line = self._raised(self.corner + np.array(across) * self.size * self.pixel, "rigid")
+        look = {"color": PEAK, "lighting": False, "line_width": self.size[1] / 180}
+        self.plotter.add_mesh(pv.PolyData(line, lines=_cells(1, 2)), **look)
         for share in np.linspace(0, 1, 5):
             value = limit * (2 * share - 1)
             label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
-            if beyond and abs(value) == limit:
-                label = ("\N{GREATER-THAN OR EQUAL TO} " if value > 0 else "\N{LESS-THAN OR EQUAL TO} ") + label
             self._add_text(label, x + 0.03, low + share * (high - low) - 0.011)
         self._add_text("strain (\N{MICRO SIGN}m/m)", x - 0.04, high + 0.03)
 

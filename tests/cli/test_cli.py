@@ -162,6 +162,20 @@ def test_animate_takes_a_saved_result(call, tmp_path):
     assert (tmp_path / "peak.png").stat().st_size > 10_000
 
 
+def test_check_draws_the_model_and_refuses_other_endings(call, tmp_path):
+    file = tmp_path / "new" / "model.png"
+    code, out, _ = call("check", DEMO, "--draw", file)
+    assert code == 0
+    assert file.stat().st_size > 10_000
+    assert "model.png" in out
+    code, _, said = call("check", DEMO, "--draw", tmp_path / "model.bmp")
+    assert code
+    assert ".png, .pdf, .svg" in said
+    code, _, said = call("check", "--draw", file)
+    assert code
+    assert "name a scene" in said
+
+
 @pytest.mark.parametrize("name", ["run", "modes", "check", "animate", "mesh", "schema"])
 def test_every_command_has_help(call, name):
     code, out, _ = call(name, "--help")

@@ -88,16 +88,29 @@ def test_default_magnification_draws_about_eight_percent(result):
     assert 0.05 < share < 0.12
     stiff = Result(result.data.assign(deflection=0 * result.data["deflection"], strain=0 * result.data["strain"]))
     assert default_magnification(stiff) == 1
-    assert strain_limit(stiff) == (1.0, False)
+    assert strain_limit(stiff) == 1.0
 
 
-def test_colour_bar_ends_at_a_round_number_that_says_when_it_is_exceeded(result):
-    data = result.data
-    even = Result(data.assign(strain=data["strain"] * 0 + 230e-6))
-    assert strain_limit(even) == (300.0, False)
-    spike = data["strain"] * 0 + 230e-6
-    spike[0, 0, 0, 0] = 1e-3
-    assert strain_limit(Result(data.assign(strain=spike))) == (300.0, True)
+def test_colour_bar_holds_the_largest_strain_of_the_motion_and_a_ring_is_there(result):
+    spike = result.data["strain"] * 0 + 230e-6
+    assert strain_limit(Result(result.data.assign(strain=spike))) == 250
+    spike[7, 2, 5, 0] = -1.1e-3
+    peaked = Result(result.data.assign(strain=spike))
+    assert strain_limit(peaked) == 1200
+    frames = frames_at(peaked, cycle(peaked, 6), 3.0)
+    assert frames.peak_strain == pytest.approx(-1100)
+    assert np.array_equal(frames.peak, frames.path[:, 2, 5])
+
+
+def test_names_and_ring_are_drawn(result, tmp_path):
+    plain, named = (
+        np.asarray(Image.open(animate(result, tmp_path / f"{names}.png", names=names))).astype(int)
+        for names in (False, True)
+    )
+    changed = np.abs(plain - named).max(axis=-1) > 60
+    assert 100 < changed.sum() < 5000
+    orange = (np.abs(plain - [230, 159, 0]).max(axis=-1) < 12)[:, : int(0.8 * plain.shape[1])]
+    assert 30 < orange.sum() < 3000
 
 
 def test_ribbon_has_its_width_on_both_sides():
