@@ -10,6 +10,7 @@ small, and one thread is fastest.
 # ruff: noqa: F403, F405
 
 import os
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -186,3 +187,20 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+def _html(shown: Any) -> str:
+    """Write a scene or a result as HTML."""
+    return str(import_module(f"{__name__}.views.notebook").html(shown))
+
+
+def _show_in_notebooks() -> None:
+    """Let notebooks show scenes and results as tables; neither class need know of views, which come after them."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if shell is not None:
+        formatter = shell.display_formatter.formatters["text/html"]
+        for module, name in (("scene.models", "Scene"), ("recovery.result", "Result")):
+            formatter.for_type_by_name(f"{__name__}.{module}", name, _html)
+
+
+_show_in_notebooks()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import io
 import json
 import os
 import time
@@ -18,6 +19,8 @@ from rich.segment import Segment
 from fenics_mech.errors import MechanismError, printable
 
 PAUSE = 5  # seconds between two lines of progress
+PAGE_WIDTH = 90  # columns of a text on a page
+PAGE = '<pre style="white-space:pre;overflow-x:auto;line-height:normal;font-family:monospace">{code}</pre>'
 
 
 class _Console(Console):
@@ -71,6 +74,21 @@ def text_of(what: RenderableType) -> str:
     with plain.capture() as shown:
         plain.print(what)
     return shown.get()
+
+
+def html_of(what: RenderableType) -> str:
+    """Give what the console shows of something as HTML, with its colours, for 90 columns.
+
+    Texts in it are escaped, as they may come from a stranger's file.
+
+    Parameters
+    ----------
+    what
+        What the console shows.
+    """
+    kept = _Console(file=io.StringIO(), record=True, width=PAGE_WIDTH, emoji=False, force_jupyter=False)
+    kept.print(what, highlight=False)
+    return kept.export_html(inline_styles=True, code_format=PAGE)
 
 
 @contextmanager

@@ -1,0 +1,229 @@
+"""Make the sections of the gallery and its pictures anew: `python docs/gallery.py`, with names of demos for some only.
+
+It analyses every demo, and those that warn a second time with all effects that they call for. It takes about four
+minutes. What stands above the first section stays. The pictures stand beside the demos. That of the pulsating column
+is its map of stability, from the sweep in its comment, which takes longer.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import fenics_mech as fm
+from fenics_mech.views.judgements import ADVICE, Judgement, headline, judgements, verdict
+from fenics_mech.views.key_figures import key_figures
+from fenics_mech.views.reading import Reading
+from fenics_mech.views.rigid_figures import freedom_figure, rigid_force_figure
+from fenics_mech.views.words import share, short
+
+DOCS = Path(__file__).parent
+DEMOS = DOCS.parent / "demos"
+PAGE = DOCS / "gallery.md"
+SIZE = 800, 600  # pixels of a picture
+MADE_BY_SWEEP = "pulsating_column"
+
+
+def stress(result: fm.Result) -> str:
+    """Tell the largest stress with its place."""
+    return " ".join(headline(Reading(result)))
+
+
+def deflection(member: str, result: fm.Result) -> str:
+    """Tell how far a member leaves the rigid linkage."""
+    reading = Reading(result)
+    peak = reading.peak(reading.bent, reading.members.index(member))
+    size = short(float(reading.bent[peak.k, peak.i, peak.j, 0]))
+    place, when = reading.place(peak), reading.at(peak.k)
+    return f"{member} bends away from the rigid linkage by up to {size} mm, {place}, at {when}."
+
+
+def frame(result: fm.Result) -> str:
+    """Tell what shakes the frame, and what the largest joint carries."""
+    found = key_figures(result)
+    force, moment = (abs(found[name]["value"]) for name in ("shaking_force", "shaking_moment"))
+    joint, most = max(found["joints"].items(), key=lambda one: one[1]["value"])
+    return (
+        f"Up to {short(force)} N and {short(moment)} N m act on the frame. "
+        f"Joint {joint} carries {short(most['value'])} N: the forces of the supports cancel each other in part."
+    )
+
+
+def drive(result: fm.Result) -> str:
+    """Tell what the drive and the largest joint have to bear."""
+    found = key_figures(result)
+    joint, most = max(found["joints"].items(), key=lambda one: one[1]["value"])
+    torque = found["input_torque"]["value"]
+    return f"The drive needs {short(abs(torque))} N m, and joint {joint} carries {short(most['value'])} N."
+
+
+def members(result: fm.Result) -> str:
+    """Tell the three most stressed members."""
+    reading = Reading(result)
+    said = [f"{reading.members[i]} {short(float(np.abs(reading.stress[:, i]).max()))} MPa" for i in reading.ranked[:3]]
+    return f"{', '.join(said)}."
+
+
+def stability(result: fm.Result) -> str:
+    """Tell what is left of a disturbance."""
+    judged = of("stability", result)
+    return f"The motion is {judged.title}. {judged.text}"
+
+
+def of(about: str, result: fm.Result) -> Judgement:
+    """Give what is judged of theory, stability or error."""
+    return next(judged for judged in judgements(result) if judged.about == about)
+
+
+def slipping(result: fm.Result) -> str:
+    """Tell the period and the way of the block on the belt."""
+    place, time = result.data["freedom_place"].to_numpy()[:, 0], result.data["time"].to_numpy()
+    peaks = time[1:-1][(place[1:-1] > place[:-2]) & (place[1:-1] >= place[2:])]
+    period = (peaks[-1] - peaks[0]) / (len(peaks) - 1)
+    friction = np.abs(result.data["law_effort"].to_numpy()).max()
+    way = 1e3 * np.ptp(place)
+    return f"It slips every {short(period)} s, when friction reaches {short(friction)} N. It moves by {short(way)} mm."
+
+
+def rattling(result: fm.Result) -> str:
+    """Tell how the pin hits its bush."""
+    push = float(result.data["largest_law_effort"][0])
+    caught = max(one["value"] for one in key_figures(result)["joints"].values())
+    return (
+        f"In one turn it hits {result.data.attrs['contacts_closed']} times, with up to {short(push / 1e3)} kN. "
+        f"The positions of the picture catch {short(caught / 1e3)} kN of it."
+    )
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the gallery asks of a demo.
+
+    Parameters
+    ----------
+    question
+        What an engineer wants to know of it.
+    answer
+        Gives the answer from the result.
+    """
+
+    question: str
+    answer: Callable[[fm.Result], str]
+
+
+SHOWN = {
+    "four_bar": Shown("How much stress does vibration add to the thin strips of the dissertation's machine?", stress),
+    "slider_crank": Shown(
+        "How far does a slender connecting rod bend under its own inertia?", partial(deflection, "rod")
+    ),
+    "quick_return": Shown("What does a rocker bear while the crank pin travels along it and its ram returns?", stress),
+    "manipulator": Shown("How far do thin arms let the load leave its path?", partial(deflection, "forearm")),
+    "jansen": Shown("Which torque and which joints does a pair of walking legs need?", drive),
+    "watt": Shown("Which members of a six-bar with ternary links are stressed most?", members),
+    "stephenson": Shown(
+        "How far does the slender bar between the ternary coupler and the output rocker bend?",
+        partial(deflection, "bar"),
+    ),
+    "counterweighted_rocker": Shown(
+        "What is left of the forces on the frame with a counterweight beyond the pivot?", frame
+    ),
+    "composite_four_bar": Shown("How much stress do links of carbon-fibre laminate have at 600 rpm?", stress),
+    "pulsating_column": Shown(
+        "Does a column under a pulsating force stay straight, near Mathieu's instability?", stability
+    ),
+    "joint_laws/belt_friction": Shown("When does a block on a moving belt stick, and when does it slip?", slipping),
+    "joint_laws/rattling_slider_crank": Shown("How hard does a piston's pin with 0.5 mm of clearance hit?", rattling),
+}
+
+
+def section(name: str, result: fm.Result, complete: fm.Result | None = None) -> str:
+    """Write the part of the page about a demo.
+
+    Parameters
+    ----------
+    name
+        Its path within `demos`, without ending.
+    result
+        Its result.
+    complete
+        Its result with all effects that it calls for, where its own verdict warns.
+    """
+    lines = [
+        f"## {result.scene.name[:1].upper()}{result.scene.name[1:]}",
+        f'<img src="../demos/{name}.png" width="420" alt="{result.scene.name}">',
+        f"*{SHOWN[name].question}*",
+        SHOWN[name].answer(result),
+        usable(result),
+    ]
+    if complete is not None:
+        lines[-1] += f" {of('theory', result).text.removesuffix(ADVICE).strip()}"
+        lines.append(f'With `effects = "auto"`: {SHOWN[name].answer(complete)} {usable(complete)}')
+    return "\n\n".join([*lines, f"Scene: `demos/{name}.toml`"]) + "\n"
+
+
+def usable(result: fm.Result) -> str:
+    """Say whether the numbers can be used."""
+    if result.scene.members():
+        return verdict(judgements(result))[1]
+    if "not_estimated" in result.data.attrs:
+        return f"The links are rigid. Not estimated is {result.data.attrs['not_estimated']}."
+    wrong = float(result.data.attrs["joint_force_error_estimate"])
+    return f"The links are rigid. Joint forces are off by at most {share(wrong)}, by estimate."
+
+
+def results(name: str) -> tuple[fm.Result, fm.Result | None]:
+    """Analyse a demo, and where its verdict warns, once more with all effects that it calls for.
+
+    Parameters
+    ----------
+    name
+        Its path within `demos`, without ending.
+    """
+    scene = fm.load(DEMOS / f"{name}.toml")
+    result = fm.analyse(scene)
+    warns = bool(scene.members()) and verdict(judgements(result))[0] in ("bad", "warn")
+    return result, fm.analyse(scene.changed(effects="auto")) if warns else None
+
+
+def draw(name: str, result: fm.Result) -> None:
+    """Draw a demo at its largest strain; one of rigid links by its motion.
+
+    Parameters
+    ----------
+    name
+        Its path within `demos`, without ending.
+    result
+        Its result.
+    """
+    if result.scene.members():
+        fm.animate(result, DEMOS / f"{name}.png", size=SIZE)
+    else:
+        figure = (rigid_force_figure if SHOWN[name].answer is rattling else freedom_figure)(result)
+        figure.savefig(DEMOS / f"{name}.png", dpi=110)
+
+
+def main(names: list[str]) -> None:
+    """Write sections and pictures of some demos, or of all, and keep what else is on the page.
+
+    Parameters
+    ----------
+    names
+        Their paths within `demos`, without ending; none for all.
+    """
+    head, *kept = PAGE.read_text().split("\n## ")
+    parts = {name: text for name in SHOWN for text in kept if f"`demos/{name}.toml`" in text}
+    for name in names or SHOWN:
+        result, complete = results(name)
+        parts[name] = section(name, result, complete).removeprefix("## ")
+        if name != MADE_BY_SWEEP:
+            draw(name, result)
+    PAGE.write_text("\n## ".join([head, *(parts[name] for name in SHOWN if name in parts)]))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
