@@ -4,8 +4,9 @@ import re
 
 import pytest
 
-from fenics_mech import cli
+from fenics_mech import StressLife, analyse, cli
 from fenics_mech.recovery import Result
+from fenics_mech.scene.factories import seed_four_bar
 
 FOUR_BAR = """
 name = "rigid four-bar"
@@ -81,6 +82,19 @@ def test_what_needs_links_that_bend_is_refused(call, words, said):
     code, _, error = call(*words.split())
     assert code == 1
     assert said in re.sub(r"\s+", " ", error)
+
+
+@pytest.mark.parametrize("words", ["compare bad.nc bad.nc", "fatigue bad.nc", "export bad.nc motion.pvd"])
+def test_a_result_that_lacks_what_is_read_is_one_message(call, tmp_path, words):
+    """Of a bent linkage; an older version may have written it, or a stranger."""
+    curve = StressLife(range="40 MPa", slope=5)
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24}, effects=())
+    result = analyse(scene.changed({f"materials.{name}.fatigue": curve for name in scene.materials}))
+    Result(result.data.drop_vars(["stress", "deflection"])).save(tmp_path / "bad.nc")
+    code, _, error = call(*words.split())
+    assert code == 1
+    assert "the result lacks what is shown" in re.sub(r"\s+", " ", error)
+    assert not (tmp_path / "motion").exists()
 
 
 def test_joint_forces_of_two_runs_are_compared(call, tmp_path):
