@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from fenics_mech import StressLife, analyse, cli
@@ -105,6 +106,17 @@ def test_joint_forces_of_two_runs_are_compared(call, tmp_path):
     peaks = {row[table[0].index("quantity")]: row for row in table[1:]}
     one, two = (float(peaks["joint force O"][table[0].index(name)]) for name in ("peak_reference", "peak"))
     assert two == pytest.approx(2 * one)
+
+
+def test_points_of_rigid_links_are_followed(call, tmp_path):
+    """P turns with the coupler about A: its distance from A stays, and its rate is that of its path."""
+    data = Result.load(tmp_path / "led" / "result.nc").data
+    paths = {name: data["point_position"].sel(point=name).to_numpy() for name in ("P", "coupler.A")}
+    assert np.linalg.norm(paths["P"] - paths["coupler.A"], axis=1) == pytest.approx(np.hypot(0.14, 0.06))
+    order = 1j * np.fft.fftfreq(36, 1 / 36)[:, None]
+    rate = 30 * np.fft.ifft(order * np.fft.fft(paths["P"], axis=0), axis=0).real
+    velocity = data["point_velocity"].sel(point="P").to_numpy()
+    assert np.abs(velocity - rate).max() < 1e-3 * np.abs(velocity).max()
 
 
 def test_units_that_are_asked_for_are_those_of_rigid_links_too(call):
