@@ -38,6 +38,7 @@ def compare(
     from fenics_mech.studies.compare import Quantity, by_theories, curves_of_result  # noqa: PLC0415
     from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
     from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
+    from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     _check_files(files, fibre)
     gauge = None if member is None else Quantity("strain", member, s, fibre)
@@ -54,7 +55,8 @@ def compare(
         sources += _measured(files, scenes, gauge)
     if len(sources) < 2:
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
-    data = compared(sources)
+    with reading_of_a_file():
+        data = compared(sources)
     make_folder(folder)
     written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder)]
     out.print(comparison_table(sources, data))

@@ -42,12 +42,14 @@ def export(
 def _write_result(source: Path, path: Path, every: int) -> None:
     """Write a result for ParaView or MATLAB."""
     from fenics_mech.recovery import Result  # noqa: PLC0415
+    from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     result = Result.load(source)
-    if path.suffix == ".pvd":
-        result.to_vtk(path, every)
-    else:
-        result.to_mat(path)
+    with reading_of_a_file():
+        if path.suffix == ".pvd":
+            result.to_vtk(path, every)
+        else:
+            result.to_mat(path)
 
 
 def _write_script(source: Path, path: Path) -> None:

@@ -14,6 +14,7 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), strict: Strict = 
     from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
     from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
+    from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     if scene.suffix == ".nc":
         result = Result.load(scene)
@@ -21,7 +22,8 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), strict: Strict = 
         loaded = loaded_scene(scene, strict)
         with progress_bar(len(STEPS)) as step:
             result = analyse(loaded, step)
-    found = damaged(result)
+    with reading_of_a_file():
+        found = damaged(result)
     make_folder(folder)
     written = write_fatigue(found, folder / "fatigue.csv")
     out.print(fatigue_table(result, found))

@@ -44,12 +44,12 @@ def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
     if "position" not in data:
         raise ResultError("the result has no position of its members, as of an older version: analyse its scene again")
     data = data.isel(theta=slice(None, None, every))
+    places, fields, cells = _places(data), _fields(data), _cells(data)  # before anything is written
     folder = path.with_suffix("")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ResultError(f"{folder}: cannot make the folder: {error.strerror}") from error
-    places, fields, cells = _places(data), _fields(data), _cells(data)
     members = np.repeat(np.arange(data.sizes["member"]), data.sizes["s"] - 1)
     names = []
     for k in range(data.sizes["theta"]):

@@ -12,6 +12,8 @@ from fenics_mech._constants import TINY
 from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.kinematics.loops import Loops
+from fenics_mech.kinematics.motion import as_motion
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.variables import with_units
@@ -41,7 +43,8 @@ def rigid_result(scene: Scene) -> Result:
     """
     motion = by_rigid_motion(scene)
     data = _of_motion(scene, motion)
-    data = xr.merge([data, _of_powers(scene, motion), _errors(scene, motion, data)], combine_attrs="no_conflicts")
+    parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data)]
+    data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
     data = with_units(data, efforts, (), ())
     if "law_effort" in data:
@@ -93,6 +96,22 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
         coordinates["contact"] = list(depths)
         attributes["contacts_closed"] = motion.contacts
     return xr.Dataset(variables, coordinates, attributes)
+
+
+def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:
+    """Position, velocity and acceleration of all points of the links, and of those that the scene adds."""
+    states = [part.states for part in motion.instants]
+    names = "theta", "time", "q", "velocity", "acceleration"
+    whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
+    places = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
+    for name, point in scene.points.items():
+        link, (x, y) = scene.place(point.at)
+        places[name] = link, (x + point.offset[0], y + point.offset[1])
+    followed = zip(*(whole.of_point(*place) for place in places.values()))
+    kinds = ("point_position", "point_velocity", "point_acceleration")
+    along = ("theta", "point", "component")
+    found = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, followed)}
+    return xr.Dataset(found, {"point": list(places)})
 
 
 def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:

@@ -230,7 +230,7 @@ def reading_of_a_file() -> Iterator[None]:
     """
     try:
         yield
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ZeroDivisionError) as error:
         text = f"the result lacks what is shown, or holds something else there: {shortened(error)}"
         raise ResultError(f"{text}. Analyse its scene again") from error
 

@@ -2,10 +2,12 @@
 
 import re
 
+import numpy as np
 import pytest
 
-from fenics_mech import cli
+from fenics_mech import StressLife, analyse, cli
 from fenics_mech.recovery import Result
+from fenics_mech.scene.factories import seed_four_bar
 
 FOUR_BAR = """
 name = "rigid four-bar"
@@ -83,6 +85,19 @@ def test_what_needs_links_that_bend_is_refused(call, words, said):
     assert said in re.sub(r"\s+", " ", error)
 
 
+@pytest.mark.parametrize("words", ["compare bad.nc bad.nc", "fatigue bad.nc", "export bad.nc motion.pvd"])
+def test_a_result_that_lacks_what_is_read_is_one_message(call, tmp_path, words):
+    """Of a bent linkage; an older version may have written it, or a stranger."""
+    curve = StressLife(range="40 MPa", slope=5)
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24}, effects=())
+    result = analyse(scene.changed({f"materials.{name}.fatigue": curve for name in scene.materials}))
+    Result(result.data.drop_vars(["stress", "deflection"])).save(tmp_path / "bad.nc")
+    code, _, error = call(*words.split())
+    assert code == 1
+    assert "the result lacks what is shown" in re.sub(r"\s+", " ", error)
+    assert not (tmp_path / "motion").exists()
+
+
 def test_joint_forces_of_two_runs_are_compared(call, tmp_path):
     (tmp_path / "heavier.toml").write_text(FOUR_BAR.replace("mass = 0.3", "mass = 0.6").replace("1e-", "2e-"))
     code, _, error = call("compare", "led/result.nc", "heavier.toml", "-o", "out")
@@ -91,6 +106,17 @@ def test_joint_forces_of_two_runs_are_compared(call, tmp_path):
     peaks = {row[table[0].index("quantity")]: row for row in table[1:]}
     one, two = (float(peaks["joint force O"][table[0].index(name)]) for name in ("peak_reference", "peak"))
     assert two == pytest.approx(2 * one)
+
+
+def test_points_of_rigid_links_are_followed(call, tmp_path):
+    """P turns with the coupler about A: its distance from A stays, and its rate is that of its path."""
+    data = Result.load(tmp_path / "led" / "result.nc").data
+    paths = {name: data["point_position"].sel(point=name).to_numpy() for name in ("P", "coupler.A")}
+    assert np.linalg.norm(paths["P"] - paths["coupler.A"], axis=1) == pytest.approx(np.hypot(0.14, 0.06))
+    order = 1j * np.fft.fftfreq(36, 1 / 36)[:, None]
+    rate = 30 * np.fft.ifft(order * np.fft.fft(paths["P"], axis=0), axis=0).real
+    velocity = data["point_velocity"].sel(point="P").to_numpy()
+    assert np.abs(velocity - rate).max() < 1e-3 * np.abs(velocity).max()
 
 
 def test_units_that_are_asked_for_are_those_of_rigid_links_too(call):
