@@ -16,10 +16,11 @@ from pathlib import Path
 import numpy as np
 
 import fenics_mech as fm
+from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.judgements import ADVICE, Judgement, headline, judgements, verdict
 from fenics_mech.views.key_figures import key_figures
 from fenics_mech.views.reading import Reading
-from fenics_mech.views.rigid_figures import freedom_figure, rigid_force_figure
+from fenics_mech.views.result_figures import force_figure
 from fenics_mech.views.words import share, short
 
 DOCS = Path(__file__).parent
@@ -203,7 +204,7 @@ def draw(name: str, result: fm.Result) -> None:
     if result.scene.members():
         fm.animate(result, DEMOS / f"{name}.png", size=SIZE)
     else:
-        figure = (rigid_force_figure if SHOWN[name].answer is rattling else freedom_figure)(result)
+        figure = (force_figure if SHOWN[name].answer is rattling else freedom_figure)(result)
         figure.savefig(DEMOS / f"{name}.png", dpi=110)
 
 

@@ -1,8 +1,9 @@
 """Balance of forces on a linkage of rigid links: what its joints transmit, and the efforts of drives and freedoms.
 
-With coordinates x of the links, J the Jacobian of the loop equations, and friction of unknown size F in its joints,
-``J^T l = m x'' - f - sum e F``: l holds the forces of the joints, and the efforts at drives and freedoms. The friction
-is a share of the joint's force, ``F = s |l|``, which Newton's method finds.
+With coordinates x of the links and J the Jacobian of the loop equations, ``J^T l = m x'' - f - sum e F``. The
+multipliers l are the forces of the joints, and the efforts at drives and freedoms. m is the inertia of the links and f
+the known forces. F is the unknown size of the friction in each joint, and e the forces by friction of size 1. The
+friction is a share of the joint's force, ``F = s |l|``, which Newton's method finds.
 Source: Nikravesh, Computer-Aided Analysis of Mechanical Systems (1988), chapter 11.
 """
 

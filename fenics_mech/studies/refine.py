@@ -1,7 +1,8 @@
 """Refinement of a scene: strain, stress and frequency on finer meshes and with shorter steps, with observed order.
 
-Three answers with steps h, h/2 and h/4 give the order with which they converge and, by Richardson's extrapolation, the
-answer with no step at all (Roache, Verification and Validation in Computational Science and Engineering, 1998, ch. 5).
+Three answers with steps h, h/2 and h/4 give their order of convergence. Richardson's extrapolation gives the answer in
+the limit of no step at all.
+Source: Roache, Verification and Validation in Computational Science and Engineering (1998), chapter 5.
 """
 
 from __future__ import annotations
@@ -54,8 +55,8 @@ def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lamb
     """Analyse a scene on finer and finer meshes, and with shorter and shorter steps.
 
     The scene is the second level of the steps, and the first of the meshes. All levels have the effects that it calls
-    for. Largest strains and stresses are sought at the stations of the scene and at the angles of the coarsest level,
-    so that they converge as the equation does.
+    for. Largest strains and stresses are those at the scene's stations and the coarsest level's angles. So they
+    converge as the equation does.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.views.figures import COLOURS, angle_axis, curve
 from fenics_mech.views.geometry import ends_of, member_normals
 from fenics_mech.views.measured import read_measurement
-from fenics_mech.views.reading import Peak, Reading
+from fenics_mech.views.reading import ForceReading, Peak, Reading
 from fenics_mech.views.words import short
 
 LEFT = 0.66  # of the axes: beyond it a peak's value stands before its ring
@@ -37,7 +37,7 @@ MEASURED: dict[str, Any] = {
 }
 
 
-def over(reading: Reading, values: Array) -> tuple[Array, Array]:
+def over(reading: ForceReading, values: Array) -> tuple[Array, Array]:
     """Abscissae and ordinates of a curve: drive angle (degrees) over the whole turn, or time (s).
 
     Parameters
@@ -50,7 +50,7 @@ def over(reading: Reading, values: Array) -> tuple[Array, Array]:
     return (reading.data["time"].to_numpy(), values) if reading.in_time else curve(reading.theta, values)
 
 
-def abscissa(axes: Axes, reading: Reading) -> None:
+def abscissa(axes: Axes, reading: ForceReading) -> None:
     """Name and limit the axis of the drive angle, or of time.
 
     Parameters
@@ -68,7 +68,7 @@ def abscissa(axes: Axes, reading: Reading) -> None:
     axes.set_xlim(time[0], time[-1])
 
 
-def mark(axes: Axes, reading: Reading, k: int, height: float, text: str) -> None:
+def mark(axes: Axes, reading: ForceReading, k: int, height: float, text: str) -> None:
     """Draw the ring of a peak, and its value beside it.
 
     Parameters
@@ -92,7 +92,7 @@ def mark(axes: Axes, reading: Reading, k: int, height: float, text: str) -> None
     axes.annotate(text, (x, height), (9 if right else -9, 0), fontsize=9, weight="bold", bbox=PATCH, zorder=6, **look)
 
 
-def mark_peak(axes: Axes, reading: Reading, k: int, value: float) -> None:
+def mark_peak(axes: Axes, reading: ForceReading, k: int, value: float) -> None:
     """Mark a peak with its value and where it occurs; see `mark`."""
     mark(axes, reading, k, value, f"{short(value)} at {reading.at(k)}")
 

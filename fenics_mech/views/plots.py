@@ -30,7 +30,7 @@ from fenics_mech.views.plot_marks import (
     still_at,
     strains_at,
 )
-from fenics_mech.views.reading import Peak, Reading
+from fenics_mech.views.reading import Peak, Reading, reading_of
 from fenics_mech.views.words import MINUS, short
 
 LABEL_HEIGHT = 0.05  # of the axes
@@ -209,7 +209,7 @@ def plot_joint_forces(result: Result, axes: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'force (N)'
     """
-    axes, reading = axes or new_axes(), Reading(result)
+    axes, reading = axes or new_axes(), reading_of(result)
     for n, joint in enumerate(reading.joints):
         axes.plot(*over(reading, reading.force[:, n]), label=f"joint {joint}")
     if reading.joints:
@@ -246,7 +246,7 @@ def plot_drive(result: Result, axes: Axes | None = None) -> Axes:
     >>> fm.plot_drive(fm.Result.load("out/result.nc")).get_ylabel()
     'torque (N m)'
     """
-    axes, reading = axes or new_axes(), Reading(result)
+    axes, reading = axes or new_axes(), reading_of(result)
     if reading.effort is None:
         raise ViewError("the result has no torque or force of a drive")
     axes.plot(*over(reading, reading.effort))

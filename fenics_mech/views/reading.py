@@ -46,7 +46,82 @@ class Peak:
     f: int = 0
 
 
-class Reading:
+class ForceReading:
+    """Forces of a result in the units of people, of links that bend or that do not, and its positions in words.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Other units.
+
+    Raises
+    ------
+    ResultError
+        When it lacks what is read.
+    """
+
+    arm = 1.0  # m, by which the largest joint force becomes a moment: torques far below it are rounding
+
+    def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
+        self.units = units or AnswerUnits()
+        self.result, self.scene, self.data = result, result.scene, result.data
+        _refuse_lacking(self.data, ("joint_force",))
+        self.joints = [str(name) for name in result.data["joint"].to_numpy()]
+        self.theta, self.in_time = self.data["theta"].to_numpy(), self.scene.analysis.method == "transient"
+
+    def of(self, name: str, *dimensions: str) -> Array:
+        """Give a variable as an array over theta and other dimensions.
+
+        Parameters
+        ----------
+        name
+            Its name.
+        dimensions
+            Its dimensions behind theta.
+        """
+        return self.data[name].transpose("theta", *dimensions).to_numpy()
+
+    @cached_property
+    def force(self) -> Array:
+        """Magnitude of the joints' forces (N), ``(angles, joints)``."""
+        return np.linalg.norm(self.of("joint_force", "joint", "component"), axis=-1) / self.units.size("force")
+
+    @cached_property
+    def effort(self) -> Array | None:
+        """Torque (N m) or force (N) of the first drive, ``(angles,)``; None where there is none but rounding."""
+        if "input_torque" not in self.data:
+            return None
+        effort, force = self.of("input_torque"), self.units.size("force") * self.force.max(initial=0.0)
+        seen = float(np.abs(effort).max()) > ROUNDING * force * self.arm
+        return effort / self.units.size(self._effort_kind) if seen else None
+
+    @property
+    def _effort_kind(self) -> str:
+        return "force" if self.result.data["input_torque"].attrs.get("units") == "N" else "moment"
+
+    @cached_property
+    def effort_name(self) -> tuple[str, str]:
+        """What the first drive gives, and its unit."""
+        kind = self._effort_kind
+        return ("drive force" if kind == "force" else "drive torque"), self.units.label(kind)
+
+    def at(self, k: int) -> str:
+        """Say at which drive angle a position is, or at which time of a motion in time.
+
+        Parameters
+        ----------
+        k
+            Number of the position.
+        """
+        if self.in_time:
+            return f"{short(float(self.data['time'][k]))} s"
+        angle = round(math.degrees(float(np.mod(np.round(self.theta[k], 12), TURN))), 1)
+        return f"{0 if angle == 360 else angle:g}{DEGREE}"
+
+
+class Reading(ForceReading):
     """Curves of a result in the units of people, MPa, micrometres per metre, mm and N, and its places in words.
 
     Between few positions of a cycle the curves are those of `between_positions`, in which peaks are sought.
@@ -65,30 +140,17 @@ class Reading:
     """
 
     def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
-        self.units = units or AnswerUnits()
-        self.result, self.scene = result, result.scene
-        _refuse_incomplete(result.data, self.scene)
+        _refuse_incomplete(result.data, result.scene)
+        super().__init__(result, units)
         self.data = between_positions(result).data
+        self.theta = self.data["theta"].to_numpy()
         self.members = [str(name) for name in result.data["member"].to_numpy()]
-        self.joints = [str(name) for name in result.data["joint"].to_numpy()]
         self.fibres = [str(name).replace("-", MINUS) for name in result.data["fibre"].to_numpy()]
         self.s = result.data["s"].to_numpy()
         known = self.scene.members()
         self.ends = [known[name][1].ends for name in self.members]
         self.lengths = np.array([math.dist(*self.scene.member_ends(name)) for name in self.members])
-        self.theta, self.in_time = self.data["theta"].to_numpy(), self.scene.analysis.method == "transient"
-
-    def of(self, name: str, *dimensions: str) -> Array:
-        """Give a variable as an array over theta and other dimensions.
-
-        Parameters
-        ----------
-        name
-            Its name.
-        dimensions
-            Its dimensions behind theta.
-        """
-        return self.data[name].transpose("theta", *dimensions).to_numpy()
+        self.arm = min(1.0, float(self.lengths.max()))
 
     @cached_property
     def stress(self) -> Array:
@@ -105,30 +167,6 @@ class Reading:
         """Magnitude of the deflection (mm), ``(angles, members, stations, 1)``."""
         deflection = self.of("deflection", "member", "s", "component")
         return np.linalg.norm(deflection, axis=-1, keepdims=True) / self.units.size("length")
-
-    @cached_property
-    def force(self) -> Array:
-        """Magnitude of the joints' forces (N), ``(angles, joints)``."""
-        return np.linalg.norm(self.of("joint_force", "joint", "component"), axis=-1) / self.units.size("force")
-
-    @cached_property
-    def effort(self) -> Array | None:
-        """Torque (N m) or force (N) of the first drive, ``(angles,)``; None where there is none but rounding."""
-        if "input_torque" not in self.data:
-            return None
-        effort, force = self.of("input_torque"), self.units.size("force") * self.force.max(initial=0.0)
-        seen = float(np.abs(effort).max()) > ROUNDING * force * min(1.0, float(self.lengths.max()))
-        return effort / self.units.size(self._effort_kind) if seen else None
-
-    @property
-    def _effort_kind(self) -> str:
-        return "force" if self.result.data["input_torque"].attrs.get("units") == "N" else "moment"
-
-    @cached_property
-    def effort_name(self) -> tuple[str, str]:
-        """What the first drive gives, and its unit."""
-        kind = self._effort_kind
-        return ("drive force" if kind == "force" else "drive torque"), self.units.label(kind)
 
     def peak(self, curves: Array, i: int) -> Peak:
         """Find where the largest value of a member is.
@@ -177,19 +215,6 @@ class Reading:
         """
         return f"{self.fibres[peak.f]} side"
 
-    def at(self, k: int) -> str:
-        """Say at which drive angle a position is, or at which time of a motion in time.
-
-        Parameters
-        ----------
-        k
-            Number of the position.
-        """
-        if self.in_time:
-            return f"{short(float(self.data['time'][k]))} s"
-        angle = round(math.degrees(float(np.mod(np.round(self.theta[k], 12), TURN))), 1)
-        return f"{0 if angle == 360 else angle:g}{DEGREE}"
-
     def driven(self) -> str:
         """Say how the machine is driven, and how long a turn or the motion takes."""
         scene, drives = self.scene, self.scene.drives
@@ -219,6 +244,17 @@ class Reading:
         return self.units.number(float(abs(data["stress_quasi_static"]).max()), "stress")
 
 
+def reading_of(result: Result) -> ForceReading:
+    """Read a result of links that bend, or the forces of one of rigid links.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    return Reading(result) if result.scene.members() else ForceReading(result)
+
+
 @contextmanager
 def reading_of_a_file() -> Iterator[None]:
     """Turn what a damaged or made-up result raises where it is read into one `ResultError`.
@@ -239,10 +275,15 @@ def _refuse_incomplete(data: xr.Dataset, scene: Scene) -> None:
     """Raise `ResultError` where variables are missing, or members are not those of the scene."""
     if not scene.members():
         raise ResultError("no link of this result bends: `run` shows its joint forces and freedoms")
-    if lacking := [name for name in NEEDED if name not in data]:
-        raise ResultError(
-            f"the result has no {', '.join(lacking)}: an older version may have written it. Analyse its scene again"
-        )
+    _refuse_lacking(data, NEEDED)
     members, links = ([str(name) for name in data[kind].to_numpy()] for kind in ("member", "link"))
     if sorted(members) != sorted(scene.members()) or not set(links) <= set(scene.links):
         raise ResultError("the members or links of the result are not those of the scene in it")
+
+
+def _refuse_lacking(data: xr.Dataset, needed: tuple[str, ...]) -> None:
+    """Raise `ResultError` where variables are missing."""
+    if lacking := [name for name in needed if name not in data]:
+        raise ResultError(
+            f"the result has no {', '.join(lacking)}: an older version may have written it. Analyse its scene again"
+        )

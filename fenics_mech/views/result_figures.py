@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STRAIN, STYLE, empty_figure, figure_in, new_axes, save
+from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.plots import (
     plot_deflection,
     plot_drive,
@@ -23,8 +24,7 @@ from fenics_mech.views.plots import (
     plot_strain,
     plot_strain_map,
 )
-from fenics_mech.views.reading import Peak, Reading, reading_of_a_file
-from fenics_mech.views.rigid_figures import freedom_figure, rigid_force_figure
+from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file
 
 MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
 MOST_SPECTRA = 3
@@ -168,9 +168,7 @@ def force_figure(result: Result) -> Figure:
     result
         The result.
     """
-    if not _bends(result):
-        return rigid_force_figure(result)
-    driven = Reading(result).effort is not None
+    driven = reading_of(result).effort is not None
     figure, panels = empty_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
     plot_joint_forces(result, panels[0])
     if driven:

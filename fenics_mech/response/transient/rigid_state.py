@@ -1,7 +1,7 @@
 """The equation of a motion of rigid links at many states at once, for the steps of `stepping`.
 
-Unknown are the angles and strokes r of the freedoms. The links follow from the loop equations, and the row of a freedom
-says that the effort which a drive there would need is the one that acts. No elastic part is touched.
+Unknown are the angles and strokes r of the freedoms. The links follow from the loop equations. The
+equation of each freedom says that the effort which a drive there would need is the one that acts.
 """
 
 from __future__ import annotations
