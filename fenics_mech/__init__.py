@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.views.animation import animate
+    from fenics_mech.views.mode_plots import plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
@@ -141,6 +142,7 @@ __all__ = [
     "plot_drive",
     "plot_frequencies",
     "plot_joint_forces",
+    "plot_mode_shapes",
     "plot_scene",
     "plot_spectrum",
     "plot_strain",
@@ -168,6 +170,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_drive": "views.plots",
     "plot_frequencies": "views.plots",
     "plot_joint_forces": "views.plots",
+    "plot_mode_shapes": "views.mode_plots",
     "plot_scene": "views.model_plots",
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, loaded_scene
 
 
-def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0, strict: Strict = False) -> None:
+def modes(
+    scene: SceneFile,
+    folder: OutFolder = Path("out"),
+    draw: Annotated[
+        Path | None, typer.Option("--draw", help="Also draw the mode shapes: a .png, .pdf or .svg.")
+    ] = None,
+    angle: Annotated[float, typer.Option(help="Drive angle (deg) at which mode shapes are drawn.")] = 0.0,
+    refine: Refine = 0,
+    strict: Strict = False,
+) -> None:
     """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table."""
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
@@ -31,3 +44,8 @@ def modes(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0,
     for freedom in found.free:
         tell(f"Rigid-body motion: {freedom}")
     tell_written((table, plot), folder)
+    if draw is not None:
+        from fenics_mech.views.mode_plots import plot_mode_shapes  # noqa: PLC0415
+
+        make_folder(draw.parent)
+        tell(f"Wrote {save(plot_mode_shapes(found, math.radians(angle)), draw)}")

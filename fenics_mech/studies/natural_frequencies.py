@@ -6,15 +6,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
-from fenics_mech.mechanism import RigidModes
+from fenics_mech.eigenmodes.tracking import Modes
+from fenics_mech.forces.section_forces import deflection_of_nodes
+from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.result import Saved, stamp, stored_scene
 from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
+
+PLACES = np.linspace(0, 1, 21)  # along every member, at which mode shapes are given
 
 
 @dataclass(frozen=True)
@@ -24,11 +30,13 @@ class NaturalFrequencies(Saved):
     Parameters
     ----------
     data
-        Coordinates theta (rad), mode (from 1), member. Variables are
+        Coordinates theta (rad), mode (from 1), member, s (places 0 to 1 along it), component. Variables are
 
         - frequency (Hz), by theta and mode,
         - assurance, the modal assurance criterion of each mode with itself at the next position, by theta and mode,
         - frequency_error, the estimated relative error of each frequency by the mesh,
+        - shape, the displacement of the members' axes in the fixed frame over its largest, by theta, mode, member, s
+          and component,
         - supported (Hz), the lowest frequency of each member as a simply supported beam, (7.6).
 
     Examples
@@ -94,14 +102,25 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
             "frequency": (("theta", "mode"), found.frequency, {"units": "Hz"}),
             "assurance": (("theta", "mode"), found.assurance, {"units": "1"}),
             "frequency_error": ("mode", frequency_error(system, found), {"units": "1"}),
+            "shape": (("theta", "mode", "member", "s", "component"), _shapes(system, found), {"units": "1"}),
             "supported": ("member", [float(lowest[0]) for lowest in supported.values()], {"units": "Hz"}),
         },
         {
             "theta": ("theta", found.theta, {"units": "rad"}),
             "mode": range(1, found.frequency.shape[1] + 1),
             "member": list(supported),
+            "s": PLACES,
+            "component": ["x", "y"],
         },
         stamp(chosen)
         | {"free": "\n".join(freedoms_in_words(chosen.links, chosen.joints, system, RigidModes.of(system)))},
     )
     return NaturalFrequencies(data)
+
+
+def _shapes(system: System, found: Modes) -> Array:
+    """Displacement of the members' axes in each mode over its largest, ``(angles, modes, members, places, 2)``."""
+    moved = [deflection_of_nodes(system, system.to_links(shape), PLACES) for shape in np.moveaxis(found.shapes, 1, 0)]
+    shapes = np.stack(moved, axis=1)
+    largest = np.linalg.norm(shapes, axis=-1).max(axis=(2, 3))
+    return np.asarray(shapes / np.where(largest == 0, 1.0, largest)[..., None, None, None])

@@ -98,7 +98,8 @@ def test_details_and_no_report(call, tmp_path):
 
 
 def test_modes_prints_and_writes_frequencies(call, tmp_path):
-    code, out, _ = call("modes", DEMO, "-o", tmp_path)
+    code, out, _ = call("modes", DEMO, "-o", tmp_path, "--draw", tmp_path / "shapes.png", "--angle", 90)
+    assert (tmp_path / "shapes.png").stat().st_size > 10_000
     assert code == 0
     assert "47.56" in out  # the coupler as a simply supported beam (7.6)
     table = np.genfromtxt(tmp_path / "frequencies.csv", delimiter=",", names=True)

@@ -1,0 +1,87 @@
+"""Mode shapes of a mechanism at a drive angle: how it bends in each, with the natural frequency."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fenics_mech._constants import MILLI, TURN
+from fenics_mech.errors import ViewError
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.studies.natural_frequencies import NaturalFrequencies
+from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, finish
+from fenics_mech.views.geometry import ends_in
+from fenics_mech.views.skeleton import Skeleton, frame, height_for
+from fenics_mech.views.symbols import RIGID
+from fenics_mech.views.words import short
+
+LARGEST = 0.1  # of the linkage's size, as the largest displacement of a mode is drawn
+MOST = 6  # modes in one figure
+COLUMNS = 2
+
+
+def plot_mode_shapes(found: NaturalFrequencies, angle: float = 0.0) -> Figure:
+    """Draw the bent mechanism in each of its lowest modes at a drive angle, with the natural frequency.
+
+    Displacements are drawn on one side of the rest; half a period later they are on the other.
+
+    Parameters
+    ----------
+    found
+        Natural frequencies and mode shapes.
+    angle
+        Drive angle (rad); the nearest position is drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, a panel for each mode, at most six.
+
+    Raises
+    ------
+    ViewError
+        When the natural frequencies are of an older version, without shapes, or no link bends.
+
+    Examples
+    --------
+    >>> found = fm.modes(fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 12}))
+    >>> figure = fm.plot_mode_shapes(found, angle=0.5)
+    >>> figure.axes[0].get_title("left")
+    'Mode 1, 50.5 Hz'
+    """
+    data = found.data
+    if "shape" not in data or not data.sizes["member"]:
+        raise ViewError("there are no mode shapes of members to draw: solve for the modes of a scene whose links bend")
+    away = np.remainder(data["theta"].to_numpy() - angle + TURN / 2, TURN) - TURN / 2
+    here = data.isel(theta=int(np.abs(away).argmin()))
+    shapes = here["shape"].transpose("mode", "member", "s", "component").to_numpy()[:MOST]
+    rest = skeleton_at(found, float(here["theta"]))
+    drawn = [replace(rest, path=rest.path + LARGEST * rest.extent * shape) for shape in shapes]
+    points = np.concatenate([rest.points, *(bent.points for bent in drawn)])
+    rows = -(-len(drawn) // COLUMNS)
+    figure, panels = empty_figure(rows, 0.4 + rows * height_for(points, SIZE[0] / COLUMNS), columns=COLUMNS)
+    every = [axes for row in panels for axes in row]
+    for axes in every:
+        axes.set_axis_off()
+    for axes, bent, mode, frequency in zip(every, drawn, here["mode"].to_numpy(), here["frequency"].to_numpy()):
+        for line in rest.path:
+            axes.plot(*(MILLI * line).T, color=RIGID, linewidth=1.0, linestyle="--")
+        bent.draw(axes, COLOURS[0])
+        frame(axes, points)
+        said = f"{short(float(frequency))} Hz" if frequency else "0 Hz, rigid body"
+        finish(axes, f"Mode {mode}, {said}", "")
+    degrees = np.degrees(float(here["theta"])) % 360
+    title = f"{found.scene.name}: mode shapes at drive angle {degrees:.4g}\N{DEGREE SIGN}"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    return figure
+
+
+def skeleton_at(found: NaturalFrequencies, theta: float) -> Skeleton:
+    """Give the mechanism at a drive angle (rad), its members straight, with the places of the mode shapes."""
+    scene = found.scene
+    motion, s = solve_motion(scene, np.array([theta])), found.data["s"].to_numpy()[:, None]
+    first, second = np.moveaxis(ends_in(scene, motion)[0], 1, 0)[:, :, None]
+    path = (1 - s) * first + s * second
+    return Skeleton(scene, motion, path, float(np.linalg.norm(np.ptp(path.reshape(-1, 2), axis=0))))
