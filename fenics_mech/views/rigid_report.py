@@ -31,6 +31,9 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
     if result.data.sizes["joint"]:
         parts.append(joints_table(result, units))
+        if "contacts_closed" in result.data.attrs:
+            text = "Joint forces are those at the positions. Contacts between these are shorter: see the joint laws.\n"
+            parts.append(Text(text, style="yellow"))
     if "law" in result.data.sizes:
         parts.append(_laws(result, units))
     if "freedom" in result.data.sizes:

@@ -41,8 +41,9 @@ def sweep_summary(sweep: Sweep) -> Group:
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
-        text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY, their strains are wrong: {at}."
-        parts.append(Text(f"{text} `fenics-mech run` at one of them says why.", style="bold red"))
+        text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY that acts: {at}."
+        more = "`fenics-mech run` at one of them says by how much its strains are wrong."
+        parts.append(Text(f"{text} {more}", style="bold red"))
     if changing := _changing_effects(data, paths):
         parts.append(Text(changing))
     errors, messages, missing, warned = (

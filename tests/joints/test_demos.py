@@ -28,7 +28,9 @@ def test_block_on_a_belt_has_the_period_of_its_comment():
 def test_rattling_slider_crank_has_the_peak_of_its_comment():
     scene = fm.load(DEMOS / "joint_laws" / "rattling_slider_crank.toml")
     assert scene.joint_laws["rattle"].contact.stiffness == pytest.approx(program.STIFFNESS, rel=1e-3)
-    data = fm.analyse(scene).data
+    result = fm.analyse(scene)
+    data = result.data
+    assert "Contacts between these are shorter" in str(fm.summary(result))  # at positions 30 kN are seen
     other = program.ClearanceSliderCrank()
     other.course(data["time"].to_numpy()[[0, -1]])
     assert float(data["largest_law_effort"][0]) == pytest.approx(45.87e3, rel=1e-3)
