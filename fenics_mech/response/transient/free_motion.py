@@ -6,7 +6,9 @@ The steps are those of `stepping`. The equation is that of `free_state`.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -196,20 +198,43 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     record = _Record(times, start, state, weight)
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep)
+    steps = stepped(context, (start.displacement * weight, start.velocity * weight), times, scene.petsc)
+    return FreeCourse(
+        times, record.states[0], record.states[1], math.inf, steps, 0.0, record.accelerations, record.links
+    )
+
+
+def stepped(context: Collocation, start: tuple[Array, Array], times: Array, petsc: Mapping[str, Any]) -> int:
+    """Integrate a free motion from time 0 on; give the number of time steps.
+
+    Parameters
+    ----------
+    context
+        The steps, which keep the motion.
+    start
+        Unknowns and their rates at time 0, ``(unknowns,)`` each.
+    times
+        Times at which the motion is wanted (s), ``(times,)``: the first step is no longer than between two of them.
+    petsc
+        Options of PETSc from the scene.
+
+    Raises
+    ------
+    SolverError
+        When the time steps fail.
+    """
     ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    context.begin(ts, start.displacement * weight, start.velocity * weight, min(step, FREE.longest * scene.period))
+    context.begin(ts, *start, min(float(times[1]), context.longest))
     ts.setTime(0.0)
     ts.setMaxTime(float(times[-1]))
     defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
-    with configured(ts, "transient_", defaults, scene.petsc):
+    with configured(ts, "transient_", defaults, petsc):
         ts.solve(ts.getSolution())
         reason, steps = ts.getConvergedReason(), ts.getStepNumber()
     reasons = PETSc.TS.ConvergedReason
     if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
         raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
-    return FreeCourse(
-        times, record.states[0], record.states[1], math.inf, steps, 0.0, record.accelerations, record.links
-    )
+    return steps
 
 
 class _Record:

@@ -9,12 +9,10 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from petsc4py import PETSc
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import configured, name_of
 from fenics_mech.effects.causes import Cause
-from fenics_mech.errors import SceneError, SolverError, shortened
+from fenics_mech.errors import SceneError, shortened
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.motion import coordinates
@@ -24,8 +22,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT
-from fenics_mech.response.transient.free_motion import FREE
-from fenics_mech.response.transient.integration import INTEGRATION
+from fenics_mech.response.transient.free_motion import FREE, stepped
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
 from fenics_mech.scene import Scene
@@ -226,24 +223,19 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     )
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
-    longest = FREE.longest * scene.period
     tolerance = min(rougher * analysis.time_tolerance, 0.5)
     context = Collocation(
-        state, tableau, tolerance, record.sizes, longest, record.keep, watch=record.watch, of_motion=True
+        state,
+        tableau,
+        tolerance,
+        record.sizes,
+        FREE.longest * scene.period,
+        record.keep,
+        watch=record.watch,
+        of_motion=True,
     )
     record.context = context
-    ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    context.begin(ts, place, rate, min(step, longest))
-    ts.setTime(0.0)
-    ts.setMaxTime(float(times[-1]))
-    defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
-    with configured(ts, "transient_", defaults, scene.petsc):
-        ts.solve(ts.getSolution())
-        reason, steps = ts.getConvergedReason(), ts.getStepNumber()
-    reasons = PETSc.TS.ConvergedReason
-    if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
-        raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
-    record.motion.steps = steps
+    record.motion.steps = stepped(context, (place, rate), times, scene.petsc)
     return record.motion
 
 
