@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
 
@@ -27,16 +28,28 @@ def rigid_places(scene: Scene, motion: Motion) -> xr.Dataset:
         `position` (m) of the members' ends over theta, member, end and component; `link_position` (m) and `link_angle`
         (rad) of the links' frames over theta and link.
     """
-    ends = [
-        [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
-        for link, member in scene.members().values()
-    ]
-    of_members = np.moveaxis(np.array(ends), 2, 0)
     return xr.Dataset(
         {
-            "position": (("theta", "member", "end", "component"), of_members),
+            "position": (("theta", "member", "end", "component"), ends_in(scene, motion)),
             "link_position": (("theta", "link", "component"), motion.position),
             "link_angle": (("theta", "link"), motion.angle),
         },
         {"end": list(ENDS), "link": list(motion.links)},
     )
+
+
+def ends_in(scene: Scene, motion: Motion) -> Array:
+    """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    motion
+        Its motion.
+    """
+    members = [
+        [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
+        for link, member in scene.members().values()
+    ]
+    return np.moveaxis(np.array(members).reshape(-1, 2, len(motion.theta), 2), 2, 0)

@@ -9,6 +9,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.errors import ResultError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Scene
 
 
@@ -62,23 +63,6 @@ def member_ends(scene: Scene, theta: Array) -> Array:
         When the linkage cannot be assembled at one of the angles.
     """
     return ends_in(scene, solve_motion(scene, theta))
-
-
-def ends_in(scene: Scene, motion: Motion) -> Array:
-    """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion.
-    """
-    members = [
-        [motion.of_point(link, scene.links[link].points[end])[0] for end in member.ends]
-        for link, member in scene.members().values()
-    ]
-    return np.moveaxis(np.array(members).reshape(-1, 2, len(motion.theta), 2), 2, 0)
 
 
 def member_normals(ends: Array) -> Array:

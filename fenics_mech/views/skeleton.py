@@ -13,9 +13,9 @@ from matplotlib.collections import LineCollection, PolyCollection
 from fenics_mech._arrays import Array
 from fenics_mech._constants import MILLI
 from fenics_mech.kinematics import Motion, start_motion
+from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Ground, Link, Scene
 from fenics_mech.scene.joints import Joint
-from fenics_mech.views.geometry import ends_in
 from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
 from fenics_mech.views.symbols import (
     BLOCK_CORNERS,
