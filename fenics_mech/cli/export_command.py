@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fenics_mech._console import make_folder, tell
 from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.recovery import Result
+    from fenics_mech.scene import Scene
 
 OF_RESULTS, OF_SCENES = (".pvd", ".mat"), (".py",)
 
@@ -24,27 +28,30 @@ def export(
     every: Annotated[int, typer.Option(min=1, help="Of how many positions one goes into a .pvd.")] = 1,
 ) -> None:
     """Write a result for ParaView or MATLAB, or a scene as a script for Exudyn."""
+    from fenics_mech.recovery import Result  # noqa: PLC0415
+    from fenics_mech.scene import load  # noqa: PLC0415
+
     if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
         known = ".pvd (ParaView), .mat (MATLAB) and .py (Exudyn)"
         raise MechanismError(f"{unknown[0]}: exported are {known}; tables by run --csv")
     of_scene = source.suffix == ".toml"
     if of_scene and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
         raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
+    result = None if of_scene else Result.load(source)
+    scene = load(source) if result is None else result.scene
     for path in files:
         make_folder(path.parent)
-        if path.suffix in OF_SCENES:
-            _write_script(source, path)
+        if result is None or path.suffix in OF_SCENES:
+            _write_script(scene, path)
         else:
-            _write_result(source, path, every)
+            _write_result(result, path, every)
         tell(f"Wrote {path}")
 
 
-def _write_result(source: Path, path: Path, every: int) -> None:
+def _write_result(result: Result, path: Path, every: int) -> None:
     """Write a result for ParaView or MATLAB."""
-    from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
-    result = Result.load(source)
     with reading_of_a_file():
         if path.suffix == ".pvd":
             result.to_vtk(path, every)
@@ -52,12 +59,10 @@ def _write_result(source: Path, path: Path, every: int) -> None:
             result.to_mat(path)
 
 
-def _write_script(source: Path, path: Path) -> None:
-    """Write a scene, or that of a result, as a script for Exudyn."""
+def _write_script(scene: Scene, path: Path) -> None:
+    """Write a scene as a script for Exudyn."""
     from fenics_mech._files import write_whole  # noqa: PLC0415
-    from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
     from fenics_mech.studies.peers.exudyn_script import exudyn_script  # noqa: PLC0415
 
-    text = exudyn_script(load(source) if source.suffix == ".toml" else Result.load(source).scene)
+    text = exudyn_script(scene)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
