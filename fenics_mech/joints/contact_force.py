@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene import Contact
+from fenics_mech.scene import Clearance, Contact, GuideClearance
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,21 @@ def damping_of(contact: Contact) -> float:
         return math.log1p(c) - math.log1p(-share) - c * (1 + e)
 
     return float(brentq(left, e * (1 - e) / 2, 1 - 1e-15, xtol=1e-15, rtol=1e-14)) / e
+
+
+def rubbing(stated: Clearance | GuideClearance, push: Array, sliding: Array) -> Array:
+    """Friction of a contact (N), ``(states,)``: Coulomb's, regularised at low speeds.
+
+    Parameters
+    ----------
+    stated
+        What the scene states.
+    push
+        Normal force (N), ``(states,)``.
+    sliding
+        Speed at which the bodies slide past each other (m/s), ``(states,)``.
+    """
+    return stated.friction * push * np.tanh(sliding / stated.width)
 
 
 def contact_force(contact: Contact, depth: Array, rate: Array, speed: float) -> Array:

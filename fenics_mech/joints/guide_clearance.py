@@ -12,7 +12,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects.causes import Cause
-from fenics_mech.joints.contact_force import contact_force
+from fenics_mech.joints.contact_force import contact_force, rubbing
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, Wrench
 from fenics_mech.kinematics.link_states import cross, quarter
 from fenics_mech.scene import GuideClearance
@@ -78,8 +78,8 @@ class SliderContact:
         for i in np.flatnonzero(touching.closed):
             wall, (arm, _, speed) = (-1.0 if i < len(ends) else 1.0), ends[i % len(ends)]
             push = contact_force(self.stated.contact, depths[i], rates[i], float(touching.speed[i]))
-            rubbing = self.stated.friction * push * np.tanh(np.sum(state.along * speed, axis=-1) / self.stated.width)
-            here = -wall * push[:, None] * normal - rubbing[:, None] * state.along
+            friction = rubbing(self.stated, push, np.sum(state.along * speed, axis=-1))
+            here = -wall * push[:, None] * normal - friction[:, None] * state.along
             force += here
             moment += cross(arm, here)
         return Wrench(force, moment, np.zeros_like(force))

@@ -13,7 +13,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.effects.causes import Cause
-from fenics_mech.joints.contact_force import contact_force
+from fenics_mech.joints.contact_force import contact_force, rubbing
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, Wrench
 from fenics_mech.kinematics.link_states import quarter
 from fenics_mech.scene import Clearance
@@ -64,8 +64,7 @@ class JournalContact:
         # speed of the journal's surface along the wall, at the one place on the wall where both touch
         sliding = np.sum(tangent * state.gap_rate, axis=-1)
         sliding += second * (self.stated.radius - size) - first * self.stated.radius
-        rubbing = self.stated.friction * push * np.tanh(sliding / self.stated.width)
-        force = -push[:, None] * normal - rubbing[:, None] * tangent
+        force = -push[:, None] * normal - rubbing(self.stated, push, sliding)[:, None] * tangent
         return Wrench(force, np.zeros_like(size), (self.stated.radius - size)[:, None] * normal)
 
 

@@ -10,12 +10,13 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.beams.attachment import QUARTER, Attachment
+from fenics_mech.beams.attachment import Attachment
 from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.forces.bent_axes import by_shape_functions
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.link_states import quarter
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.kinematics.transmission import transmission_angles
@@ -93,7 +94,7 @@ def instant_centres(motion: Motion) -> Array:
     """
     turns = np.abs(motion.omega) > PARALLEL * np.abs(motion.omega).max(initial=0.0)
     rate = np.where(turns, motion.omega, np.nan)[..., None]
-    return motion.position + motion.velocity @ QUARTER.T / rate
+    return motion.position + quarter(motion.velocity) / rate
 
 
 def _of_points(forces: Forces) -> tuple[dict[str, Any], list[str]]:
@@ -123,15 +124,15 @@ def _carried(motion: Motion, link: str, own: list[Array]) -> list[Array]:
     i = motion.links.index(link)
     angle, omega, alpha = (array[:, i, None] for array in (motion.angle, motion.omega, motion.alpha))
     c, s = np.cos(angle), np.sin(angle)
-    d, *rates = (c * vector + s * (vector @ QUARTER.T) for vector in own)
+    d, *rates = (c * vector + s * quarter(vector) for vector in own)
     if not rates:
         return [d]
     first, second = rates
-    across = d @ QUARTER.T
+    across = quarter(d)
     return [
         d,
         first + omega * across,
-        second + 2 * omega * (first @ QUARTER.T) + alpha * across - omega**2 * d,  # (4.17), with the elastic motion
+        second + 2 * omega * quarter(first) + alpha * across - omega**2 * d,  # (4.17), with the elastic motion
     ]
 
 
@@ -153,7 +154,7 @@ def _traced_place(scene: Scene, beams: Beams, point: TracedPoint) -> TracedPlace
         at = Attachment.of(scene.links, scene.joints, beams.mesh, point.at)
         dofs, moves = at.dofs, np.vstack([at.shift, [0.0, 0.0, 1.0]])
     offset = np.array(point.offset)
-    shift = moves[:2] + np.outer(QUARTER @ offset, moves[2])
+    shift = moves[:2] + np.outer(quarter(offset), moves[2])
     return TracedPlace(link, (x + point.offset[0], y + point.offset[1]), dofs, shift)
 
 
