@@ -233,7 +233,7 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
-        if scene.freedoms:
+        if scene.freedoms or scene.joint_laws:
             return by_free_motion(scene, system), method
         return by_time(scene, system, start_state(scene, system)), method
     solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)

@@ -200,7 +200,7 @@ def estimate(
     corrected = corrected_responses(solution)
     for source, without in corrected.items():
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
-    if isinstance(solution, FreeSolution):
+    if isinstance(solution, FreeSolution) and not solution.course.touched:
         add("time", _by_rougher_steps(solution, base), ESTIMATES.rough_share, 1.0)
     for source, vibrating, share in missed_vibrations(solution):
         change = Quantities.of(scene, system, vibrating.undamped) - base

@@ -91,7 +91,8 @@ class Quantities:
         members = recover_members(system, response, s, point_loads(system, found))
         axial, bending = stress_over_modulus(scene.rigidities(s), members.axial_force, members.moment)
         count = len(members.moment)
-        forces = np.array(list(joint_forces(scene.joints, found).values())).reshape(-1, count, 2)
+        by_joint = joint_forces(scene.joints, found, system.terms.joint_laws)
+        forces = np.array(list(by_joint.values())).reshape(-1, count, 2)
         efforts = np.array(list(Forces(scene, system, response, loads).efforts().values())).reshape(-1, count)
         return cls(
             axial=axial,

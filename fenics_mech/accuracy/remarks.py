@@ -18,6 +18,8 @@ from fenics_mech.response.solution import (
 )
 from fenics_mech.scene.sampling import SAMPLING
 
+UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
+
 
 def not_estimated(solution: Solution) -> list[str]:
     """Say what is wrong by more than any of the estimates says.
@@ -37,6 +39,7 @@ def not_estimated(solution: Solution) -> list[str]:
         found += _of_start(solution)
     if isinstance(solution, FreeSolution):
         found.append("what the mesh does to a motion with freedoms")
+        found += [UNKNOWN_AFTER_CONTACT] if solution.course.touched else []
     if isinstance(solution, SubIntervalSolution) and solution.scene.analysis.join == "modal":
         found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
     springs = too_stiff(solution.scene)

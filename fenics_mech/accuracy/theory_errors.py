@@ -86,13 +86,13 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     mapping or None
         By quantity, as `Quantities.largest`; empty where the scene has these effects. Infinite where the exact equation
         has no stable answer near the response. None where there is no estimate, see `judged_by_answer`: nor is there
-        one where nothing holds the mechanism, or its positions are too few.
+        one where nothing holds the mechanism, joints have laws, or its positions are too few.
     """
     scene = solution.scene
     exact = exact_theory(scene)
     if exact is scene:
         return {}
-    if not judged_by_answer(scene) or len(solution.system.motion.free):
+    if not judged_by_answer(scene) or len(solution.system.motion.free) or scene.joint_laws:
         return None
     try:
         with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces

@@ -34,3 +34,4 @@ LOSSES = (
     Cause.DAMPERS,
     Cause.AIR_DRAG,
 )  # causes that take energy for good
+OF_JOINT_LAWS = (Cause.FRICTION, Cause.CONTACTS, Cause.BUSHINGS, Cause.EFFORTS, Cause.GEARS)

@@ -17,6 +17,7 @@ from fenics_mech.scene import Scene
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
     from fenics_mech.beams.mesh import BeamMesh
+    from fenics_mech.effects.joint_frames import LawForces
     from fenics_mech.effects.nonlinear_law import ArcLength
     from fenics_mech.effects.rotation_forces import RotationForces
 
@@ -304,6 +305,8 @@ class Terms(_Sum):
         A nonlinear force of the elements.
     rotation_forces
         Beside the linear parts above, where a law makes slopes the sines of rotations: what acts on rotations.
+    joint_laws
+        Forces of joint laws, known for the motion at hand.
     """
 
     coupled: bool = False
@@ -315,6 +318,7 @@ class Terms(_Sum):
     uneven: tuple[AxialStiffness, ...] = ()
     law: ArcLength | None = None
     rotation_forces: tuple[RotationForces, ...] = ()
+    joint_laws: tuple[LawForces, ...] = ()
 
     @property
     def axial_stiffness(self) -> tuple[Array, ...]:

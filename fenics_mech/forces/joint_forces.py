@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.joint_frames import LawForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
@@ -123,7 +124,7 @@ def held_tension(system: System, held: Inextensible, response: ElasticResponse) 
     return held.forces(left_over)
 
 
-def joint_forces(joints: Mapping[str, Joint], found: Reactions) -> dict[str, Array]:
+def joint_forces(joints: Mapping[str, Joint], found: Reactions, laws: Sequence[LawForces] = ()) -> dict[str, Array]:
     """Force (N) that each joint exerts, in the fixed frame, ``(angles, 2)`` each.
 
     Parameters
@@ -132,6 +133,8 @@ def joint_forces(joints: Mapping[str, Joint], found: Reactions) -> dict[str, Arr
         The joints, by name.
     found
         From `reactions`.
+    laws
+        What joint laws exert beside these, or in their place.
 
     Returns
     -------
@@ -141,11 +144,15 @@ def joint_forces(joints: Mapping[str, Joint], found: Reactions) -> dict[str, Arr
     forces: list[Array] = []
     for name, joint in joints.items():
         bodies = [point.split(".")[0] for point in joint.connect]
+        exerted = [law.force for law in laws if law.joint == name]
         held = {body: found[name, body, 2] for body in bodies if (name, body, 2) in found}
+        if not held:  # a law takes the place of its equations
+            forces.append(np.sum(exerted, axis=0))
+            continue
         for body in bodies:  # a body that has no equation takes what the others leave
             if body not in held:
                 held[body] = -np.sum(list(held.values()), axis=0)
-        forces += [held[body] for body in bodies[1:]]
+        forces += [sum(exerted, held[body]) for body in bodies[1:]]
     return dict(zip(joint_names(joints), forces))
 
 

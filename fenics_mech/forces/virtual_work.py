@@ -281,6 +281,9 @@ class Forces:
         )
         if self.scene.damping.air is not None:
             powers[Cause.AIR_DRAG] = self._of_applied(*air_loads(self.scene, self.system, self.response), rates, shape)
+        for law in self.system.terms.joint_laws:
+            power = law.power(rates.motion, shape, rates.deformation)
+            powers[law.cause] = powers.get(law.cause, 0.0) + power
         more = [] if shorter is None else [self._by_shortening(rates, shorter)]
         more += [] if shifted is None else [self._by_shift(rates, shifted)]
         for name, power in (item for works in more for item in works.items()):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
 
-from fenics_mech._arrays import Array
 from fenics_mech.joints.bushings import SoftBearing
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.gears import both_sides
@@ -18,7 +17,7 @@ from fenics_mech.scene import Bushing, Clearance, Friction, GearPair, GuideClear
 from fenics_mech.scene.joint_laws import OneJointLaw
 
 
-def laws_of(scene: Scene, start: Array) -> dict[str, JointLaw]:
+def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace]) -> dict[str, JointLaw]:
     """Give the laws of a scene's joints, by name; the driven side of a gear pair as "name:joint".
 
     Parameters
@@ -26,17 +25,32 @@ def laws_of(scene: Scene, start: Array) -> dict[str, JointLaw]:
     scene
         The scene.
     start
-        Coordinates of the links at the start, ``(3 links,)``.
+        The bodies at the start.
+    place
+        Gives the place of a joint among these, by its name.
     """
-    links, found = LinkStates.of(start[None], np.zeros_like(start[None])), dict[str, JointLaw]()
+    found: dict[str, JointLaw] = {}
     for name, stated in scene.joint_laws.items():
-        joint = JointPlace.of(scene, stated.joint)
+        joint = place(stated.joint)
         if isinstance(stated, GearPair):
-            pair = joint, JointPlace.of(scene, stated.drives)
-            found[name], found[f"{name}:{stated.drives}"] = both_sides(stated, pair, joint.state(links))
+            pair = joint, place(stated.drives)
+            found[name], found[f"{name}:{stated.drives}"] = both_sides(stated, pair, joint.state(start))
         else:
             found[name] = _law(joint, stated)
     return found
+
+
+def law_names(scene: Scene) -> list[str]:
+    """Give the names of the laws, as `laws_of` does.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    laws = scene.joint_laws.items()
+    both = ([name, f"{name}:{law.drives}"] if isinstance(law, GearPair) else [name] for name, law in laws)
+    return [name for names in both for name in names]
 
 
 def _law(joint: JointPlace, stated: OneJointLaw) -> JointLaw:

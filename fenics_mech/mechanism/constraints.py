@@ -123,7 +123,7 @@ def build_constraints(scene: Scene, mesh: BeamMesh) -> Constraints:
     def column(name: str) -> int:
         return own.setdefault(name, 3 * len(mesh.node_name) + len(own))
 
-    for name, joint in scene.joints.items():
+    for name, joint in scene.constraints.items():
         points = [Attachment.of(scene.links, scene.joints, mesh, point) for point in joint.connect]
         if isinstance(joint, Slot | Prismatic):
             places = [scene.point(point)[1] for point in joint.connect]

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.effects.causes import Cause
-from fenics_mech.errors import SolverError
 from fenics_mech.joints.dry_friction import DryFriction
-from fenics_mech.joints.joint_state import JointLaw, JointState, Touching, Wrench
+from fenics_mech.joints.friction_balance import FrictionBalance
+from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
 from fenics_mech.joints.laws import laws_of
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates
 from fenics_mech.kinematics.loops import Loops
@@ -28,18 +28,6 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import OPEN
 
 Contacts = Mapping[str, Touching]  # by law
-
-
-@dataclass(frozen=True)
-class FrictionLimits:
-    """Limits of Newton's method for the friction in joints."""
-
-    most_iterations: int = 30
-    converged: float = 1e-13  # of the largest friction
-    small_force: float = 1e-9  # of the largest force of a joint, over which the size of a small one is rounded
-
-
-FRICTION = FrictionLimits()
 
 
 @dataclass(frozen=True)
@@ -114,7 +102,8 @@ class RigidDynamics:
     @cached_property
     def laws(self) -> dict[str, JointLaw]:
         """Laws of the joints, by name."""
-        return laws_of(self.scene, self.start)
+        start = LinkStates.of(self.start[None], np.zeros_like(self.start[None]))
+        return laws_of(self.scene, start, partial(JointPlace.of, self.scene))
 
     @cached_property
     def rubbing(self) -> dict[str, DryFriction]:
@@ -200,7 +189,7 @@ class RigidDynamics:
             return Balance(multipliers, {}, forces)
         units = np.stack([self._unit(law, joints[name]) for name, law in self.rubbing.items()], axis=-1)
         shares = np.stack([law.share(joints[name]) for name, law in self.rubbing.items()], axis=-1)
-        multipliers, found = self._with_friction(multipliers, transposed @ units, shares)
+        found, multipliers = FrictionBalance(multipliers, transposed @ units, shares, self._pressed).solve()
         forces[Cause.FRICTION] = forces[Cause.FRICTION] + (units @ found[..., None])[..., 0]
         return Balance(multipliers, dict(zip(self.rubbing, found.T)), forces)
 
@@ -225,30 +214,6 @@ class RigidDynamics:
             else:
                 found.append(2 * points.index(name) + np.arange(2))
         return found
-
-    def _with_friction(self, alone: Array, by_friction: Array, shares: Array) -> tuple[Array, Array]:
-        """Find the friction F of each joint, ``(states, laws)``, and the multipliers with it.
-
-        These are ``alone - by_friction F``, and ``F = shares |multipliers of the joint|``.
-        """
-        floor = FRICTION.small_force * np.abs(alone).max(axis=1, initial=0.0) + np.finfo(float).tiny
-        friction = np.zeros_like(shares)
-        one = np.eye(shares.shape[1])
-        for _ in range(FRICTION.most_iterations):
-            multipliers = alone - (by_friction @ friction[..., None])[..., 0]
-            sizes, slopes = [], []
-            for rows in self._pressed:
-                size = np.sqrt(np.sum(multipliers[:, rows] ** 2, axis=1) + floor**2)
-                sizes.append(size)
-                along = multipliers[:, rows] / size[:, None]
-                slopes.append(-np.einsum("tr,trk->tk", along, by_friction[:, rows]))
-            left = friction - shares * np.stack(sizes, axis=-1)
-            tangent = one - shares[..., None] * np.stack(slopes, axis=1)
-            change = np.linalg.solve(tangent, -left[..., None])[..., 0]
-            friction = friction + change
-            if np.abs(change).max() <= FRICTION.converged * np.abs(friction).max() + np.finfo(float).tiny:
-                return alone - (by_friction @ friction[..., None])[..., 0], friction
-        raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
 
     def efforts(self, multipliers: Array) -> Array:
         """Efforts at the drives, then at the freedoms (N m or N), ``(states, drives)``.

@@ -83,7 +83,8 @@ class System:
     @cached_property
     def applied(self) -> Array:
         """Loads on the nodal dofs in link axes (N, N m), ``(angles, nodal dofs)``."""
-        return self.applied_by(self.terms.loads)
+        applied = self.applied_by(self.terms.loads)
+        return sum((law.nodal for law in self.terms.joint_laws), applied)
 
     def applied_by(self, loads: Loads) -> Array:
         """Loads on the nodal dofs in link axes that do the work of given loads, ``(angles, nodal dofs)``.

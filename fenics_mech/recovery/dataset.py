@@ -21,6 +21,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.recovery.balance import drive_figures, energy_balance
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
+from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
@@ -67,7 +68,7 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
     of_stress = stress_figures(scene, data, cycle)
     data = _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
     units = effort_units(scene.moved_joints, scene.joints)
-    return Result(with_units(data, units, scene.springs.values(), scene.dampers.values()))
+    return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
 
 
 def _joined(*parts: xr.Dataset) -> xr.Dataset:
@@ -99,7 +100,7 @@ def _of_drives(solution: Solution, forces: Forces, efforts: dict[str, Array], er
 def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     """What a response has by its kind: modes, stability and condition, or the end of a motion in time."""
     if isinstance(solution, InTime):
-        return [_of_course(solution.course), *_of_freedoms(solution)]
+        return [_of_course(solution.course), *_of_freedoms(solution), _of_laws(solution)]
     if not isinstance(solution, PeriodicSolution):
         return []
     parts = [_of_modes(system, solution.modes), without_vibration(solution)]
@@ -181,13 +182,21 @@ def _of_course(course: Course) -> xr.Dataset:
 
 def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     """Angles and strokes of the freedoms, and their rates."""
-    if not isinstance(solution, FreeSolution):
+    if not isinstance(solution, FreeSolution) or not solution.scene.freedoms:
         return []
     course, freedoms = solution.course, list(solution.scene.freedoms)
     last, along = slice(-len(freedoms), None), ("theta", "freedom")
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
     return [xr.Dataset(variables, {"freedom": freedoms})]
+
+
+def _of_laws(solution: InTime) -> xr.Dataset:
+    """What joint laws exert."""
+    if not isinstance(solution, FreeSolution) or solution.course.laws is None:
+        return xr.Dataset()
+    laws = solution.course.laws
+    return law_efforts(laws.efforts, laws.depths, laws.largest, laws.contacts)
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:

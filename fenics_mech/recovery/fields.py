@@ -75,7 +75,7 @@ def recover(solution: Solution) -> Fields:
     system = drag_known(scene, solution.system, response)
     s = np.linspace(0, 1, scene.analysis.stations)
     members, elastic, found = _with_viscous_forces(system, response, s)
-    by_joint = joint_forces(scene.joints, found)
+    by_joint = joint_forces(scene.joints, found, system.terms.joint_laws)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
     sections, strains = scene.rigidities(s), _elastic_strains(scene, elastic)
     variables = _of_members(sections, system.beams.mesh.member_length, members, strains)

@@ -17,6 +17,8 @@ from fenics_mech.beams.attachment import Attachment
 from fenics_mech.effects.separations import Separation
 from fenics_mech.forces.joint_forces import Reactions
 from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.joints.laws import law_names
+from fenics_mech.kinematics.link_states import cross
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.scene import Prismatic, Scene, Slot, Weld
@@ -78,6 +80,7 @@ def frame_forces(forces: Forces, fields: Fields, efforts: Mapping[str, Array]) -
         found = found.assign_coords(held=list(moments))
     supports = dict(_of_joints(forces, fields.reactions, moments, efforts))
     supports |= dict(_of_lines(forces, fields))
+    supports |= dict(_of_laws(scene, system))
     if not supports:
         return found
     parts = list(supports.values())
@@ -102,7 +105,7 @@ def joint_moments(scene: Scene, found: Reactions) -> dict[str, Array]:
     """
     return {
         name: next(value[:, 0] for (of, _, rows), value in found.items() if of == name and rows == 1)
-        for name, joint in scene.joints.items()
+        for name, joint in scene.constraints.items()
         if isinstance(joint, Weld | Prismatic)
     }
 
@@ -111,7 +114,7 @@ def _of_joints(
     forces: Forces, found: Reactions, moments: Mapping[str, Array], efforts: Mapping[str, Array]
 ) -> Iterator[tuple[str, Support]]:
     """Give the joints of the ground."""
-    for name, joint in forces.scene.joints.items():
+    for name, joint in forces.scene.constraints.items():
         bodies = [point.split(".")[0] for point in joint.connect]
         if GROUND not in bodies:
             continue
@@ -184,6 +187,16 @@ def _of_lines(forces: Forces, fields: Fields) -> Iterator[tuple[str, Support]]:
             at = next(point for point in part.between if point.startswith(f"{GROUND}."))
             place = motion.of_point(*scene.point(at))[0]
             yield f"{kind} {name}", Support((tension / length)[:, None] * whole, np.zeros(len(tension)), place)
+
+
+def _of_laws(scene: Scene, system: System) -> Iterator[tuple[str, Support]]:
+    """Give the joint laws that take hold of the ground."""
+    for name, law in zip(law_names(scene), system.terms.joint_laws):
+        if -1 in law.bodies:
+            force, moment = law.values[:, -1, :2], law.values[:, -1, 2]
+            at = next(point for point in scene.joints[law.joint].connect if point.startswith(f"{GROUND}."))
+            place = np.broadcast_to(scene.point(at)[1], force.shape)
+            yield f"joint law {name}", Support(force, moment - cross(place, force), place)
 
 
 def _side_of_ground(scene: Scene, part: Line | Hinge) -> int:

@@ -11,17 +11,16 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.quantities import MEASURE
+from fenics_mech.accuracy.remarks import UNKNOWN_AFTER_CONTACT
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import as_motion
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
+from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
-from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.scene.joint_laws import OPEN
-
-UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
+from fenics_mech.scene import Scene
 
 
 def rigid_result(scene: Scene) -> Result:
@@ -46,19 +45,7 @@ def rigid_result(scene: Scene) -> Result:
     parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data)]
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
-    data = with_units(data, efforts, (), ())
-    if "law_effort" in data:
-        units = [_unit_of(scene, str(name)) for name in data["law"].to_numpy()]
-        for name in ("law_effort", "largest_law_effort"):
-            data[name].attrs["units"] = units[0] if len(set(units)) == 1 else ", ".join(units)
-    return Result(data)
-
-
-def _unit_of(scene: Scene, name: str) -> str:
-    """Unit of what a joint law exerts."""
-    law = scene.joint_laws[name.partition(":")[0]]
-    slides = isinstance(scene.joints[law.joint], Slot | Prismatic)
-    return "N" if slides or isinstance(law, OPEN) else "N m"
+    return Result(with_law_units(scene, with_units(data, efforts, (), ())))
 
 
 def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
@@ -85,17 +72,8 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
         variables["freedom_place"] = (along, np.concatenate(motion.places))
         variables["freedom_rate"] = (along, np.concatenate(motion.rates))
         coordinates["freedom"] = list(scene.freedoms)
-    if scene.joint_laws:
-        found = _joined(motion, "law_efforts")
-        variables["law_effort"] = (("theta", "law"), np.stack(list(found.values()), axis=1))
-        coordinates["law"] = list(found)
-        largest = {name: float(np.abs(values).max()) for name, values in found.items()} | motion.largest
-        variables["largest_law_effort"] = (("law",), [largest[name] for name in found])
-    if depths := _joined(motion, "depths"):
-        variables["indentation"] = (("theta", "contact"), np.stack(list(depths.values()), axis=1))
-        coordinates["contact"] = list(depths)
-        attributes["contacts_closed"] = motion.contacts
-    return xr.Dataset(variables, coordinates, attributes)
+    laws = law_efforts(_joined(motion, "law_efforts"), _joined(motion, "depths"), motion.largest, motion.contacts)
+    return xr.Dataset(variables, coordinates, attributes).merge(laws, combine_attrs="no_conflicts")
 
 
 def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:

@@ -111,7 +111,7 @@ def mechanism(
     moves = scene.moved_joints and scene.analysis.method != "static"
     require_positions(scene, scene.analysis.sub_intervals if moves else 1)
     progress("kinematics")
-    if scene.freedoms:
+    if scene.freedoms or (scene.joint_laws and scene.analysis.method == "transient"):
         motion = FreeLinkage(scene).at_start()
     elif scene.analysis.method == "static":
         motion = common.motion(scene, np.array([scene.analysis.position])).held()

@@ -16,7 +16,7 @@ from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.coefficients import Coefficients
-from fenics_mech.response.transient.course import Course, StartState
+from fenics_mech.response.transient.course import Course, FreeCourse, StartState
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Scene
 
@@ -71,6 +71,7 @@ class FreeSolution(InTime):
         The equation of the motion.
     """
 
+    course: FreeCourse
     state: FreeState
 
 

@@ -60,8 +60,9 @@ def check_references(scene: Scene) -> None:
     _check_drives(scene)
     if any(drive.motor is not None for drive in scene.drives):
         _check_motor(scene)
-    if scene.freedoms:
-        _check_freedoms(scene)
+    _check_freedoms(scene)
+    if scene.freedoms or (scene.joint_laws and scene.members()):
+        _check_free_motion(scene)
     if scene.tolerance is not None and not scene.analysis.error_estimates:
         raise SceneError(
             "a tolerance is met by the estimated errors, which are switched off",
@@ -325,7 +326,7 @@ def _check_motor(scene: Scene) -> None:
 
 
 def _check_freedoms(scene: Scene) -> None:
-    """Raise where a freedom is at a joint that has none, or the scene asks for more than a motion with freedoms has."""
+    """Raise where a freedom is at a joint that has none."""
     driven = {drive.joint for drive in scene.drives}
     for name, freedom in scene.freedoms.items():
         place = f"freedoms.{name}"
@@ -346,12 +347,17 @@ def _check_freedoms(scene: Scene) -> None:
         turns_only = getattr(freedom.effort, "kind", "") in ("dc-motor", "induction-motor")
         if turns_only and joint.kind != "revolute":
             raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
+
+
+def _check_free_motion(scene: Scene) -> None:
+    """Raise where a scene asks for more than a motion with freedoms, or with joint laws of links that bend, has."""
+    what = "freedoms" if scene.freedoms else "joint laws of links that bend"
     refused = (
-        (scene.analysis.method != "transient", "analysis.method", "freedoms move in time: write method = 'transient'"),
+        (scene.analysis.method != "transient", "analysis.method", f"{what} move in time: write method = 'transient'"),
         (not scene.drives and scene.analysis.duration is None, "analysis.duration", NO_DURATION),
-        (scene.tolerance is not None, "tolerance", "a motion with freedoms is not made to a tolerance of its result"),
-        (bool(scene.impulses), "impulses", "a motion with freedoms has no impulses"),
-        (scene.damping.air is not None, "damping.air", "a motion with freedoms has no drag of the air"),
+        (scene.tolerance is not None, "tolerance", f"a motion with {what} is not made to a tolerance of its result"),
+        (bool(scene.impulses), "impulses", f"a motion with {what} has no impulses"),
+        (scene.damping.air is not None, "damping.air", f"a motion with {what} has no drag of the air"),
         (any(name.startswith("transient_") for name in scene.petsc), "petsc", OWN_STEPS),
     )
     for wrong, place, why in refused:

@@ -59,12 +59,12 @@ def check_joint_laws(scene: Scene) -> None:
                 f"joint {law.joint!r} has no constraint: nothing drives it, and its angle states no freedom",
                 place=f"{place}.joint",
             )
-    if scene.joint_laws and scene.members():
-        raise SceneError(
-            f"joint laws act between rigid links, and {next(iter(scene.members()))!r} bends",
-            place="joint_laws",
-            hint="Give its link `rigid` instead of members, or leave the joint laws out",
-        )
+        if getattr(joint, "member", None) is not None:
+            raise SceneError(
+                f"no joint law is known where a pin travels along a member that bends, as at {law.joint!r}",
+                place=f"{place}.joint",
+                hint="Give the guide's link `rigid` instead of members",
+            )
 
 
 def _fitting(law: AnyJointLaw) -> tuple[str, ...]:

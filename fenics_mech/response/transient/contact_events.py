@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
-from fenics_mech.joints.joint_state import JointLaw
-from fenics_mech.response.transient.rigid_state import RigidState
+from fenics_mech.errors import SceneError
+from fenics_mech.joints.joint_state import JointLaw, Touching
+from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.response.transient.stepping import Curve
 
 
@@ -27,6 +29,19 @@ class EventLimits:
 EVENT = EventLimits()
 
 
+class TouchingState(Protocol):
+    """An equation of motion whose joints may touch; it knows which contacts are closed."""
+
+    contacts: dict[str, Touching]
+
+    @property
+    def laws(self) -> dict[str, JointLaw]:
+        """The joint laws, by name."""
+
+    def joint_links(self, time: Array, place: Array, rate: Array) -> LinkStates:
+        """Give the bodies that the laws act on, at coordinates and their rates, ``(times, coordinates)`` each."""
+
+
 @dataclass
 class ContactEvents:
     """Watches the contacts of a motion.
@@ -37,13 +52,13 @@ class ContactEvents:
         The equation, which knows which contacts are closed.
     """
 
-    state: RigidState
+    state: TouchingState
     laws: dict[str, JointLaw] = field(init=False)
     _due: tuple[float, str, int] | None = field(default=None, init=False)  # time (s), law and contact of an event
 
     def __post_init__(self) -> None:
         """Look at the laws that have contacts."""
-        self.laws = {name: law for name, law in self.state.dynamics.laws.items() if law.contacts}
+        self.laws = {name: law for name, law in self.state.laws.items() if law.contacts}
 
     def depths(self, time: Array, place: Array, rate: Array) -> dict[str, tuple[Array, Array]]:
         """Indentation and its rate by law, ``(contacts, times)`` each.
@@ -53,10 +68,28 @@ class ContactEvents:
         time
             Times (s), ``(times,)``.
         place, rate
-            Angles and strokes of the freedoms, and their rates, ``(times, freedoms)`` each.
+            Coordinates of the motion, and their rates, ``(times, coordinates)`` each.
         """
-        links = self.state.states(time, (place, rate, np.zeros_like(place))).links
+        links = self.state.joint_links(time, place, rate)
         return {name: law.depths(law.joint.state(links)) for name, law in self.laws.items()}
+
+    def refuse_overlapped(self, place: Array, rate: Array) -> None:
+        """Raise `SceneError` where a contact is closed at the start.
+
+        Parameters
+        ----------
+        place, rate
+            Coordinates of the motion at time 0, and their rates, ``(coordinates,)`` each.
+        """
+        if not self.laws:
+            return
+        for name, (depth, _) in self.depths(np.zeros(1), place[None], rate[None]).items():
+            if depth.max() > 0:
+                raise SceneError(
+                    f"at the start the bodies of joint {self.laws[name].joint.name!r} overlap by {depth.max():.3g}",
+                    place=f"joint_laws.{name}",
+                    hint="Start from another place, where they do not touch",
+                )
 
     def next_event(self, start: float, end: float, curve: Curve) -> float | None:
         """Give the time (s) of the first event in a step; None where there is none before its end.
@@ -66,7 +99,7 @@ class ContactEvents:
         start, end
             Of the step (s).
         curve
-            Angles and strokes of the freedoms over time, and their rates.
+            Coordinates of the motion over time, and their rates.
         """
         before, self._due = self._due, None
         if not self.laws:
@@ -118,7 +151,7 @@ class ContactEvents:
         time
             Time (s).
         place, rate
-            Angles and strokes of the freedoms there, and their rates, ``(freedoms,)`` each.
+            Coordinates of the motion there, and their rates, ``(coordinates,)`` each.
         """
         if not self.laws:
             return 0

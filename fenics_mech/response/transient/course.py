@@ -166,6 +166,33 @@ class Course:
 
 
 @dataclass(frozen=True)
+class LawCourse:
+    """What joint laws exert in a motion.
+
+    Parameters
+    ----------
+    forces
+        Forces and moments on the frames of the joints, by law; see `LawForces`.
+    efforts
+        What each law exerts (N or N m), ``(times,)`` each: along the guide or about the pin; the size of its force where
+        it takes the place of a pin.
+    depths
+        Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each: the largest of its
+        contacts, negative where none touches.
+    largest
+        Largest effort of each law, between the times too.
+    contacts
+        How often contacts closed.
+    """
+
+    forces: dict[str, Array]
+    efforts: dict[str, Array]
+    depths: dict[str, Array]
+    largest: dict[str, float]
+    contacts: int
+
+
+@dataclass(frozen=True)
 class FreeCourse(Course):
     """A motion in time with freedoms, whose angles and strokes come after the coordinates q.
 
@@ -175,7 +202,15 @@ class FreeCourse(Course):
         Second time derivatives of the coordinates, ``(times, coordinates)``.
     links
         Coordinates of the links (m, m, rad), ``(times, 3 links)``.
+    laws
+        What joint laws exert; None where there are none.
     """
 
     acceleration: Array
     links: Array
+    laws: LawCourse | None = None
+
+    @property
+    def touched(self) -> bool:
+        """Whether contacts closed."""
+        return self.laws is not None and self.laws.contacts > 0

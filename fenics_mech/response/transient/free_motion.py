@@ -19,8 +19,9 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
-from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, StartState
-from fenics_mech.response.transient.free_state import FreeState
+from fenics_mech.response.transient.contact_events import ContactEvents
+from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, StartState
+from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes
 from fenics_mech.scene import Scene
@@ -36,6 +37,7 @@ class FreeLimits:
     converged: float = 1e-10  # of its accelerations
     least: float = 1e-30  # (rad/s)^2, for the energy of freedoms that nothing moves
     spacing: float = 1e-4  # s, over the time in which a freedom moves by its unit: differences of a smooth start
+    peaks: int = 20  # points of a step at which the peaks of contacts are looked for
 
 
 FREE = FreeLimits()
@@ -102,8 +104,7 @@ def solution_from(state: FreeState, start: StartState, course: FreeCourse) -> Fr
     start, course
         The state that the motion starts from, and the motion.
     """
-    states = course.displacement, course.velocity, course.acceleration
-    system, response = state.along(course.time, states, course.links)
+    system, response = state.along((course.displacement, course.velocity, course.acceleration), course)
     return FreeSolution(scene=state.scene, system=system, response=response, course=course, start=start, state=state)
 
 
@@ -156,7 +157,8 @@ def _slow(state: FreeState, time: float, y: Array, rate: Array, elastic: Array) 
         y[:n] += change[:n]
         second[n:] += change[n:]
         stiff = np.abs(change[:n]).max(initial=0.0) <= FREE.converged * max(np.abs(y[:n]).max(initial=0.0), TINY)
-        if stiff and np.abs(change[n:]).max() <= FREE.converged * max(np.abs(second[n:]).max(), 1e-6):
+        moved = np.abs(change[n:]).max(initial=0.0)
+        if stiff and moved <= FREE.converged * max(np.abs(second[n:]).max(initial=0.0), 1e-6):
             return y[:n], second[n:]
     raise SolverError("no start without vibration is found: take start = 'rigid', or stiffer members")
 
@@ -164,7 +166,7 @@ def _slow(state: FreeState, time: float, y: Array, rate: Array, elastic: Array) 
 def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
     """Give the start on the slow motion: q and q' follow the freedoms without vibration."""
     n = state.size
-    h = FREE.spacing / max(1.0, float(np.abs(rate[n:]).max()))
+    h = FREE.spacing / max(1.0, float(np.abs(rate[n:]).max(initial=0.0)))
     elastic = np.zeros((2, n))
     for _ in range(3):  # each time one more derivative of the slow motion is known
         here, second = _slow(state, 0.0, y, rate, elastic)
@@ -196,12 +198,13 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     weight, sizes = _scales(state, start)
     tolerance = min(rougher * analysis.time_tolerance, 0.5)
     record = _Record(times, start, state, weight)
+    watch = record.watch if record.events.laws else None
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
-    context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep)
+    context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
     steps = stepped(context, (start.displacement * weight, start.velocity * weight), times, scene.petsc)
-    return FreeCourse(
-        times, record.states[0], record.states[1], math.inf, steps, 0.0, record.accelerations, record.links
-    )
+    accelerations, links = record.accelerations, record.links
+    place, rate = record.states
+    return FreeCourse(times, place, rate, math.inf, steps, 0.0, accelerations, links, record.laws)
 
 
 def stepped(context: Collocation, start: tuple[Array, Array], times: Array, petsc: Mapping[str, Any]) -> int:
@@ -241,19 +244,42 @@ class _Record:
     """Takes samples of the motion step by step, and takes the equation on to where it is."""
 
     def __init__(self, times: Array, start: StartState, state: FreeState, weight: Array) -> None:
-        self.times, self.state, self.weight, self.known = times, state, weight, 0
+        self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, 0.0
         self.states = np.zeros((2, len(times), len(weight)))
         self.accelerations = np.zeros(self.states.shape[1:])
         self.links = np.zeros((len(times), 3 * len(state.scene.links)))
+        self.exerted = _Exerted(state)
+        self.events = ContactEvents(state)
+        self.events.refuse_overlapped(start.displacement, start.velocity)
         self._take(1, start.displacement[None], start.velocity[None])
+
+    @property
+    def laws(self) -> LawCourse | None:
+        """What the joint laws exerted; None where there are none."""
+        return self.exerted.course() if self.state.laws else None
+
+    def watch(self, start: float, end: float, curve: Curve) -> float | None:
+        """Give the time of the first contact event in a step (s)."""
+        return self.events.next_event(start, end, self._unscaled(curve))
+
+    def _unscaled(self, curve: Curve) -> Curve:
+        def coordinates(times: Array) -> tuple[Array, Array]:
+            place, rate = curve(times)
+            return place / self.weight, rate / self.weight
+
+        return coordinates
 
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
         known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
         if known > self.known:
-            self._take(known, *(part / self.weight for part in curve(self.times[self.known : known])))
-        z, rate = (part[0] / self.weight for part in curve(np.array([end])))
-        self.state.move_on(end, z, rate)
+            self._take(known, *self._unscaled(curve)(self.times[self.known : known]))
+        y, rate = (part[0] for part in self._unscaled(curve)(np.array([end])))
+        if self.events.laws:
+            self.exerted.note_contacts(self.reached, end, self._unscaled(curve))
+        self.reached = end
+        self.state.move_on(end, y, rate)
+        self.exerted.contacts += self.events.settle(end, y, rate)
         return False
 
     def _take(self, known: int, y: Array, rate: Array) -> None:
@@ -262,6 +288,54 @@ class _Record:
         self.states[:, here] = y, rate
         self.links[here] = self.state.positions(self.times[here], y)
         self.accelerations[here] = self.state.accelerations(self.times[here], y, rate)
+        if self.state.laws:
+            self.exerted.take(self.times[here], (y, rate, self.accelerations[here]))
+
+
+@dataclass
+class _Exerted:
+    """Keeps what joint laws exert along a motion, and its peaks between the samples."""
+
+    state: FreeState
+    contacts: int = 0  # how many closed
+
+    def __post_init__(self) -> None:
+        self.parts: list[tuple[dict[str, Array], ...]] = []  # forces, efforts and depths by law
+        self.largest: dict[str, float] = {}
+
+    def take(self, time: Array, states: States) -> None:
+        """Take samples near to where the equation is."""
+        joints, links = self.state.joints, self.state.joint_links(time, *states[:2])
+        assert joints is not None
+        forces = {name: law.values for name, law in self.state.exerted(time, states).items()}
+        efforts = {name: joints.size_of(name, links, values) for name, values in forces.items()}
+        depths = {
+            name: law.depths(law.joint.state(links))[0].max(axis=0) for name, law in joints.laws.items() if law.contacts
+        }
+        self.parts.append((forces, efforts, depths))
+        self._note(efforts)
+
+    def note_contacts(self, start: float, end: float, curve: Curve) -> None:
+        """Look for the peaks of contacts between the points of a step: they need no accelerations."""
+        joints, contacts = self.state.joints, self.state.contacts
+        closed = [name for name, touching in contacts.items() if touching.closed.any()]
+        if joints is None or not closed:
+            return
+        time = np.linspace(start, end, FREE.peaks)
+        links = self.state.joint_links(time, *curve(time))
+        values = joints.exerted(time, links, contacts)
+        self._note({name: joints.size_of(name, links, values[name]) for name in closed})
+
+    def _note(self, efforts: dict[str, Array]) -> None:
+        for name, effort in efforts.items():
+            self.largest[name] = max(self.largest.get(name, 0.0), float(np.abs(effort).max()))
+
+    def course(self) -> LawCourse:
+        """Give what was kept, over all samples."""
+        forces, efforts, depths = (
+            {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} for parts in zip(*self.parts)
+        )
+        return LawCourse(forces, efforts, depths, self.largest, self.contacts)
 
 
 def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:
@@ -277,9 +351,10 @@ def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:
     left = state.residual(time, (y, rate, still))[0]
     diagonal = np.abs(np.diag(stiffness)[:n])
     kinetic = float(rate[0, n:] @ mass[n:, n:] @ rate[0, n:])
-    energy = max(kinetic, float(np.abs(left[n:]).max()), float(np.abs(np.diag(mass)[n:]).min()) * FREE.least)
+    least = float(np.abs(np.diag(mass)[n:]).min(initial=np.inf)) if state.freedoms else 1.0
+    energy = max(kinetic, float(np.abs(left[n:]).max(initial=0.0)), least * FREE.least)
     deflection = np.linalg.solve(stiffness[:n, :n], -left[:n])
     bent = max(float(np.abs(deflection @ left[:n])), FREE.small**2 * energy)
     weight = np.append(np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), np.full(state.freedoms, math.sqrt(energy)))
     parts = ((slice(0, n), math.sqrt(bent)), (slice(n, None), math.sqrt(energy)))
-    return weight, parts if n else parts[1:]
+    return weight, tuple((part, size) for part, size in parts if len(weight[part]))

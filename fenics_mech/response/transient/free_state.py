@@ -7,20 +7,28 @@ virtual work on the bent mechanism: the effort that a drive there would need is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.joint_frames import LawForces
+from fenics_mech.errors import SolverError
+from fenics_mech.forces.bent_joints import BentJoints
 from fenics_mech.forces.elastic_response import ElasticResponse, response_at
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.joints.joint_state import JointLaw, Touching
 from fenics_mech.kinematics.free_linkage import FreeLinkage
+from fenics_mech.kinematics.influence import drive_influences
+from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.setup import moved
+from fenics_mech.response.transient.course import FreeCourse
 from fenics_mech.scene import Scene
 
 States = tuple[Array, Array, Array]  # y, y' and y'', ``(times, coordinates)`` each
@@ -34,7 +42,9 @@ class DifferenceSteps:
     rate: float = 1e-3  # of the fastest rate there is, or of 1 rad/s
     elastic: float = 1e-6  # m or rad
     elastic_rate: float = 1e-3  # m/s or rad/s
-    second: float = 1.0  # rad/s^2: the equation is linear in them
+    second: float = 1.0  # rad/s^2: the equation is linear in them, but for friction
+    most_iterations: int = 30  # for the accelerations with friction
+    converged: float = 1e-10  # of the largest of them
 
 
 DIFFERENCES = DifferenceSteps()
@@ -54,11 +64,14 @@ class FreeState:
 
     scene: Scene
     system: System
+    contacts: dict[str, Touching] = field(init=False)  # which contacts are closed, by law
     _known: tuple[float, Array, Array] = field(init=False)  # time (s), coordinates of the links and their rates
 
     def __post_init__(self) -> None:
-        """Start from the position at time 0."""
-        self.linkage = FreeLinkage(self.scene)
+        """Start from the position at time 0, without contact."""
+        self.linkage, self.joints = FreeLinkage(self.scene), None
+        if self.scene.joint_laws:
+            self.joints = BentJoints.of(self.scene, self.system, of_sines=self.system.terms.law is not None)
         self.rewind()
         self.size, self.freedoms = self.system.size, len(self.scene.freedoms)
 
@@ -67,6 +80,12 @@ class FreeState:
         start = self.system.motion
         q = coordinates(start.position, start.angle)[0]
         self._known = 0.0, q, np.zeros_like(q)
+        self.contacts = {name: Touching.open(law.contacts) for name, law in self.laws.items()}
+
+    @property
+    def laws(self) -> dict[str, JointLaw]:
+        """The joint laws, by name."""
+        return {} if self.joints is None else self.joints.laws
 
     def move_on(self, time: float, y: Array, rate: Array) -> None:
         """Take the position at a time as the one that others are near to.
@@ -108,18 +127,21 @@ class FreeState:
         places, rates, seconds = (part[:, self.size :] for part in states)
         return self.linkage.motion(time, places, rates, seconds, near)
 
-    def along(self, time: Array, states: States, near: Array) -> tuple[System, ElasticResponse]:
+    def along(self, states: States, course: FreeCourse) -> tuple[System, ElasticResponse]:
         """Give the mechanism and its response at states whose y'' fulfils the equation or not.
 
         Parameters
         ----------
-        time, states
+        states
             As of `system_at`.
-        near
-            Coordinates of the links near to the positions, ``(times, 3 links)``.
+        course
+            The motion: its times, coordinates of the links near to the positions, and what joint laws exert there.
         """
-        system = moved(self.scene, self.system, self._motion(time, states, near))
-        return system, self._response(system, states)
+        system = moved(self.scene, self.system, self._motion(course.time, states, course.links))
+        response = self._response(system, states)
+        if self.joints is None or course.laws is None:
+            return system, response
+        return _with(system, self.joints.on_nodes(system, response, course.laws.forces).values()), response
 
     def positions(self, time: Array, y: Array) -> Array:
         """Give the coordinates of the links, ``(times, 3 links)``, at coordinates y, ``(times, coordinates)``.
@@ -137,6 +159,18 @@ class FreeState:
         q, rate, second = (part[:, : self.size] for part in states)
         return response_at(equation, q, rate, second)
 
+    def with_laws(self, system: System, response: ElasticResponse) -> System:
+        """Give the mechanism with what its joint laws exert in a motion.
+
+        Parameters
+        ----------
+        system, response
+            The mechanism and its motion.
+        """
+        if self.joints is None:
+            return system
+        return _with(system, self.joints.forces(system, response, self.contacts).values())
+
     def residual(self, time: Array, states: States) -> Array:
         """What is left of the equation: forces on q (N, N m) and efforts (N m or N), ``(times, coordinates)``.
 
@@ -147,7 +181,11 @@ class FreeState:
         """
         system = self.system_at(time, states)
         response = self._response(system, states)
-        forces = nodal_forces(system, response)
+        return self._left(self.with_laws(system, response), response, states)
+
+    def _left(self, system: System, response: ElasticResponse, states: States) -> Array:
+        """What is left of the equation by the forces of a system."""
+        forces, time = nodal_forces(system, response), system.motion.time
         needed = list(Forces(self.scene, system, response).efforts().values())[len(self.scene.drives) :]
         places, rates, seconds = (part[:, self.size :].T for part in states)
         rows = [
@@ -158,37 +196,88 @@ class FreeState:
         ]
         return np.column_stack([system.on_coordinates(forces), *rows])
 
+    def _smooth(self, time: Array, states: States) -> Array:
+        """What is left without joint laws, then the forces of the joints that rub, ``(times, coordinates + rows)``."""
+        system = self.system_at(time, states)
+        response = self._response(system, states)
+        left = self._left(system, response, states)
+        if not self._rubs:
+            return left
+        assert self.joints is not None
+        forces = nodal_forces(system, response)
+        return np.hstack([left, self.joints.pressing(system, self.joints.states(system, response), forces)])
+
+    @property
+    def _rubs(self) -> bool:
+        """Whether joints have dry friction."""
+        return self.joints is not None and bool(self.joints.rubbing)
+
     def tangents(self, time: Array, states: States) -> tuple[Array, Array, Array]:
         """Tangents by y'', y' and y, ``(times, coordinates, coordinates)`` each, for Newton's method.
 
         Rows and columns of the freedoms are by central differences. With the freedoms' rows by symmetry alone, without
         gyroscopic forces, Newton's method gains less than half a digit in an iteration: bent members that hardly
-        stretch make the matrices ill-conditioned.
+        stretch make the matrices ill-conditioned. Forces of joint laws change too fast for these differences, and have
+        their own. How their directions turn with the mechanism is left out.
 
         Parameters
         ----------
         time, states
             As of `system_at`.
         """
-        count, n = len(time), self.size
+        count, n, size = len(time), self.size, self.size + self.freedoms
         system = self.system_at(time, states)
         equation = Equation(system, modal_damping(self.scene.damping.ratio, system))
         by_q = equation.about(states[0][:, :n], states[1][:, :n]).full
-        found = [np.zeros((count, n + self.freedoms, n + self.freedoms)) for _ in range(3)]
+        found = [np.zeros((count, size, size)) for _ in range(3)]
         fastest = max(1.0, float(np.abs(states[1][:, n:]).max(initial=0.0)))
         steps = {2: DIFFERENCES.second, 1: DIFFERENCES.rate * fastest, 0: DIFFERENCES.place}
-        by_r = self._differences(time, states, steps, range(n, n + self.freedoms))
+        by_r = self._differences(time, states, steps, range(n, size))
         for whole, elastic, columns in zip(found, by_q, by_r):
-            whole[:, :n, :n], whole[:, :, n:] = elastic, columns
+            whole[:, :n, :n], whole[:, :, n:] = elastic, columns[:, :size]
         found[0][:, n:, :n] = found[0][:, :n, n:].transpose(0, 2, 1)
-        steps = {1: DIFFERENCES.elastic_rate, 0: DIFFERENCES.elastic}
+        steps = {2: DIFFERENCES.second} if self._rubs else {}
+        steps |= {1: DIFFERENCES.elastic_rate, 0: DIFFERENCES.elastic}
+        pressing = []
         if n:
-            for whole, columns in zip(found[1:], self._differences(time, states, steps, range(n))):
-                whole[:, n:, :n] = columns[:, n:]
+            by_elastic = self._differences(time, states, steps, range(n))
+            for whole, columns in zip(found[1:], by_elastic[-2:]):
+                whole[:, n:, :n] = columns[:, n:size]
+            pressing = [np.concatenate(pair, axis=2)[:, size:] for pair in zip(by_elastic, by_r)]
+        if self.joints is not None:
+            self._add_laws(found, pressing if self._rubs else None, system, states)
         return found[0], found[1], found[2]
 
+    def _add_laws(self, tangents: list[Array], pressing: list[Array] | None, system: System, states: States) -> None:
+        """Add what joint laws do to tangents by y'', y' and y; `pressing` are those of the forces of joints that rub."""
+        assert self.joints is not None
+        response = self._response(system, states)
+        slopes, reach = self.joints.slopes(system, response, self.contacts), self._reach(system, response)
+        back = -reach.transpose(0, 2, 1)
+        tangents[1] += back @ slopes.by_rate @ reach
+        tangents[2] += back @ slopes.by_place @ reach
+        for i, part in enumerate(pressing or ()):
+            tangents[i] += back @ slopes.by_pressing @ part
+
+    def _reach(self, system: System, response: ElasticResponse) -> Array:
+        """How the frames of the joints move by the coordinates, ``(times, 3 frames, coordinates)``."""
+        assert self.joints is not None
+        v, transformation = system.to_links(response.displacement), system.transformation
+        each = np.broadcast_to(np.eye(self.size), (len(v), self.size, self.size))
+        moved = transformation.forward(system.values[:, None], each)
+        nodes = system.on_nodes(moved.reshape(-1, moved.shape[-1])).reshape(len(v), self.size, -1)
+        forces = Forces(self.scene, system, response)
+        units = drive_influences(self.scene, system.motion)[len(self.scene.drives) :]
+        rates = [
+            self.joints.frames.states(unit, v, forces.rates_of(unit).deformation).rate[:, :-1].reshape(len(v), -1)
+            for unit in units
+        ]
+        return np.concatenate(
+            [self.joints.frames.reach(system.motion, v, nodes), *(rate[..., None] for rate in rates)], axis=2
+        )
+
     def _differences(self, time: Array, states: States, steps: dict[int, float], columns: range) -> tuple[Array, ...]:
-        """Some columns of tangents, ``(times, coordinates, columns)`` each; `steps` are by order of the derivative."""
+        """Some columns of tangents of `_smooth`, ``(times, rows, columns)`` each; `steps` are by order of derivative."""
         several = []
         for which, step in steps.items():
             for j in columns:
@@ -196,23 +285,17 @@ class FreeState:
                     other = [part.copy() for part in states]
                     other[which][:, j] += sign * step
                     several.append(other)
+        if not several:
+            rows = self._smooth(time, states).shape[1]
+            return (np.zeros((len(time), rows, 0)),) * len(steps)
         joined = tuple(np.concatenate(parts) for parts in zip(*several))
-        values = self.residual(np.tile(time, len(several)), (joined[0], joined[1], joined[2]))
+        values = self._smooth(np.tile(time, len(several)), (joined[0], joined[1], joined[2]))
         values = values.reshape(len(steps), len(columns), 2, len(time), -1)
         by = (values[:, :, 0] - values[:, :, 1]) / (2 * np.array(list(steps.values())))[:, None, None, None]
         return tuple(np.moveaxis(part, 0, -1) for part in by)
 
-    def _mass(self, time: Array, states: States) -> Array:
-        """Tangent by y'', ``(times, coordinates, coordinates)``: it is exact and symmetric."""
-        n = self.size
-        mass = np.zeros((len(time), n + self.freedoms, n + self.freedoms))
-        mass[:, :n, :n] = Equation(self.system_at(time, states)).linear.mass.full
-        mass[:, :, n:] = self._differences(time, states, {2: DIFFERENCES.second}, range(n, n + self.freedoms))[0]
-        mass[:, n:, :n] = mass[:, :n, n:].transpose(0, 2, 1)
-        return mass
-
     def accelerations(self, time: Array, y: Array, rate: Array) -> Array:
-        """Give y'' at states, ``(times, coordinates)``: the equation is linear in it.
+        """Give y'' at states, ``(times, coordinates)``: without friction the equation is linear in it.
 
         Parameters
         ----------
@@ -220,7 +303,58 @@ class FreeState:
             Times (s), ``(times,)``.
         y, rate
             Coordinates and rates, ``(times, coordinates)`` each.
+
+        Raises
+        ------
+        SolverError
+            When friction leaves no acceleration.
         """
+        n, size, second = self.size, self.size + self.freedoms, np.zeros_like(y)
+        system = self.system_at(time, (y, rate, second))
+        first = 0 if self._rubs else n  # of the columns that are not known without differences
+        by = self._differences(time, (y, rate, second), {2: DIFFERENCES.second}, range(first, size))[0]
+        smooth = np.zeros((len(time), size, size))
+        smooth[:, :n, :n] = Equation(system).linear.mass.full
+        smooth[:, :, n:] = by[:, :size, n - first :]
+        smooth[:, n:, :n] = smooth[:, :n, n:].transpose(0, 2, 1)
+        for _ in range(DIFFERENCES.most_iterations):
+            states, mass = (y, rate, second), smooth
+            if self._rubs:
+                mass = smooth.copy()
+                none = np.zeros_like(mass)
+                self._add_laws([mass, none, none], [by[:, size:]], self.system_at(time, states), states)
+            change = -np.linalg.solve(mass, self.residual(time, states)[..., None])[..., 0]
+            second = second + change
+            if not self._rubs or np.abs(change).max() <= DIFFERENCES.converged * np.abs(second).max():
+                return second
+        raise SolverError("the friction of the joints leaves no acceleration of the links")
+
+    def joint_links(self, time: Array, y: Array, rate: Array) -> LinkStates:
+        """Give the frames that the joint laws act on.
+
+        Parameters
+        ----------
+        time, y, rate
+            As of `accelerations`.
+        """
+        assert self.joints is not None
         states = y, rate, np.zeros_like(y)
-        mass = self._mass(time, states)
-        return np.asarray(-np.linalg.solve(mass, self.residual(time, states)[..., None])[..., 0])
+        system = self.system_at(time, states)
+        return self.joints.states(system, self._response(system, states))
+
+    def exerted(self, time: Array, states: States) -> dict[str, LawForces]:
+        """Give what the joint laws exert, by law.
+
+        Parameters
+        ----------
+        time, states
+            As of `system_at`.
+        """
+        if self.joints is None:
+            return {}
+        system = self.system_at(time, states)
+        return self.joints.forces(system, self._response(system, states), self.contacts)
+
+
+def _with(system: System, laws: Iterable[LawForces]) -> System:
+    return system.with_terms(replace(system.terms, joint_laws=tuple(laws)))

@@ -247,7 +247,7 @@ class _Recorder:
     def __init__(self, state: RigidState, times: Array, place: Array, rate: Array, step: float) -> None:
         self.state, self.times, self.known, self.reached = state, times, 0, 0.0
         self.events, self.motion = ContactEvents(state), RigidMotion(state.scene)
-        _refuse_overlapped(self.events, place, rate)
+        self.events.refuse_overlapped(place, rate)
         nodes, weights = np.polynomial.legendre.leggauss(RIGID_MOTION.stages)
         self.nodes, self.weights = (nodes + 1) / 2, weights / 2
         self._take(times[:1], place[None], rate[None])
@@ -332,17 +332,6 @@ def _refuse_too_many(scene: Scene) -> None:
             hint="Give fewer cycles or sub_intervals",
         )
     require_positions(scene, positions)
-
-
-def _refuse_overlapped(events: ContactEvents, place: Array, rate: Array) -> None:
-    """Raise `SceneError` where a contact is closed at the start."""
-    for name, (depth, _) in events.depths(np.zeros(1), place[None], rate[None]).items():
-        if depth.max() > 0:
-            raise SceneError(
-                f"at the start the bodies of joint {events.laws[name].joint.name!r} overlap by {depth.max():.3g}",
-                place=f"joint_laws.{name}",
-                hint="Start from another place, where they do not touch",
-            )
 
 
 def _states_part(states: RigidStates, part: slice) -> RigidStates:

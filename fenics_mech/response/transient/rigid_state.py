@@ -12,9 +12,10 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SolverError
-from fenics_mech.joints.joint_state import Touching
+from fenics_mech.joints.joint_state import JointLaw, Touching
 from fenics_mech.kinematics.assembly import ASSEMBLY
 from fenics_mech.kinematics.free_linkage import FreeLinkage
+from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.mechanism.rigid_dynamics import Balance, RigidDynamics, RigidStates
 from fenics_mech.scene import Scene
 
@@ -137,6 +138,23 @@ class RigidState:
         """
         given = self.linkage.given(time, states)
         return self._moved(time, states[0], given, self._pose_near(time, given[0]))
+
+    @property
+    def laws(self) -> dict[str, JointLaw]:
+        """The joint laws, by name."""
+        return self.dynamics.laws
+
+    def joint_links(self, time: Array, place: Array, rate: Array) -> LinkStates:
+        """Give how the links move, without their accelerations.
+
+        Parameters
+        ----------
+        time
+            As of `states`.
+        place, rate
+            Angles and strokes of the freedoms, and their rates, ``(times, freedoms)`` each.
+        """
+        return self.states(time, (place, rate, np.zeros_like(place))).links
 
     def _pose_near(self, time: Array, given: Array) -> Pose:
         """Pose of the links near to the last one that was asked for, or else to the position that is known."""

@@ -1,0 +1,328 @@
+"""Forces of joint laws on links that bend, and how they change with the motion.
+
+The laws act on frames at the joints' points, as they do on rigid links. Dry friction is a share of the force of its
+joint, which is the multiplier of the joint's equation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.effects.joint_frames import JointFrames, LawForces
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.joints.dry_friction import DryFriction
+from fenics_mech.joints.friction_balance import FrictionBalance
+from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
+from fenics_mech.joints.laws import laws_of
+from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
+from fenics_mech.mechanism import System
+from fenics_mech.scene import Scene
+
+Contacts = Mapping[str, Touching]  # by law
+
+
+@dataclass(frozen=True)
+class LawDifferences:
+    """Steps of central differences by place and velocity of the frames of joints."""
+
+    place: float = 1e-8  # m or rad: contacts are as stiff as that needs
+    rate: float = 1e-7  # m/s or rad/s: friction changes its sign over its width
+
+
+LAW_DIFFERENCES = LawDifferences()
+
+
+@dataclass(frozen=True)
+class LawSlopes:
+    """What the laws exert by small changes of the frames and of the joints' forces.
+
+    Parameters
+    ----------
+    by_place, by_rate
+        Forces on the frames by their places and velocities, ``(states, 3 frames, 3 frames)`` each.
+    by_pressing
+        The same by what else changes the joints' forces, ``(states, 3 frames, rows)``.
+    """
+
+    by_place: Array
+    by_rate: Array
+    by_pressing: Array
+
+
+@dataclass(frozen=True)
+class BentJoints:
+    """The joint laws of a scene of which links bend.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    frames
+        Frames at the points of the joints.
+    names
+        The points, by frame.
+    start
+        The frames at the start, where gears have no moment.
+    """
+
+    scene: Scene
+    frames: JointFrames
+    names: tuple[str, ...]
+    start: LinkStates
+
+    @classmethod
+    def of(cls, scene: Scene, system: System, of_sines: bool) -> BentJoints:
+        """Place the laws of a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        system
+            Its mechanism at the start.
+        of_sines
+            Whether rotational dofs are the sines of rotations.
+        """
+        laws = scene.joint_laws.values()
+        joints = [law.joint for law in laws] + [law.drives for law in laws if law.kind == "gear-pair"]
+        points = (point for joint in joints for point in scene.joints[joint].connect)
+        names = tuple(dict.fromkeys(point for point in points if not point.startswith("ground.")))
+        frames = JointFrames.of(scene, system.beams.mesh, names, of_sines)
+        still = np.zeros((1, system.transformation.height))
+        return cls(scene, frames, names, frames.states(system.motion, still, still))
+
+    @cached_property
+    def laws(self) -> dict[str, JointLaw]:
+        """The laws, by name."""
+        return laws_of(self.scene, self.start, self._place)
+
+    def _place(self, joint: str) -> JointPlace:
+        """Place of a joint among the frames: points of frames are their origins."""
+        place, ends = JointPlace.of(self.scene, joint), self.scene.joints[joint].connect
+        bodies = [self.names.index(point) if point in self.names else -1 for point in ends]
+        points = [(0.0, 0.0) if body >= 0 else at for body, at in zip(bodies, place.points)]
+        return replace(place, bodies=(bodies[0], bodies[1]), points=(points[0], points[1]))
+
+    @cached_property
+    def rubbing(self) -> dict[str, DryFriction]:
+        """Those of them that are dry friction."""
+        return {name: law for name, law in self.laws.items() if isinstance(law, DryFriction)}
+
+    def states(self, system: System, response: ElasticResponse) -> LinkStates:
+        """Give place and velocity of the frames.
+
+        Parameters
+        ----------
+        system, response
+            The mechanism and its motion.
+        """
+        v = system.to_links(response.displacement)
+        assert response.velocity is not None
+        return self.frames.states(system.motion, v, response.velocity)
+
+    def exerted(self, time: Array, links: LinkStates, contacts: Contacts) -> dict[str, Array]:
+        """Give what the laws exert on the frames, but for dry friction, ``(states, frames + 1, 3)`` by law.
+
+        Parameters
+        ----------
+        time
+            Times (s), ``(states,)``.
+        links
+            The frames.
+        contacts
+            Which contacts are closed.
+        """
+        found = {}
+        for name, law in self.laws.items():
+            state = law.joint.state(links)
+            found[name] = self._on_frames(law, state, law.wrench(time, state, contacts[name]))
+        return found
+
+    def size_of(self, name: str, links: LinkStates, values: Array) -> Array:
+        """Give what a law exerts along its guide (N) or about its pin (N m), ``(states,)``.
+
+        Of a law in place of a constraint it is the size of its force.
+
+        Parameters
+        ----------
+        name
+            The law.
+        links
+            The frames.
+        values
+            What it exerts on them.
+        """
+        place = self.laws[name].joint
+        first, second = place.bodies
+        force = values[:, second, :2]
+        if place.name in self.scene.open_joints:
+            return np.asarray(np.linalg.norm(force, axis=-1))
+        if place.slides:
+            return np.asarray(np.sum(force * place.state(links).along, axis=-1))
+        return np.asarray(values[:, second, 2] if second >= 0 else -values[:, first, 2])
+
+    def _on_frames(self, law: JointLaw, state: JointState, wrench: Wrench) -> Array:
+        on = BodyForces.none(len(state.place), len(self.frames))
+        law.joint.exert(on, state, wrench)
+        return on.values
+
+    def _rubbed(self, links: LinkStates) -> tuple[Array, Array]:
+        """Forces on the frames by friction of size 1, ``(states, frames + 1, 3, laws)``, and its shares."""
+        units, shares = [], []
+        for law in self.rubbing.values():
+            state = law.joint.state(links)
+            units.append(self._on_frames(law, state, law.joint.effort(state, np.ones_like(state.place))))
+            shares.append(law.share(state))
+        return np.stack(units, axis=-1), np.stack(shares, axis=-1)
+
+    def pressing(self, system: System, links: LinkStates, forces: Array) -> Array:
+        """Give the joints' forces that press bodies against each other, ``(states, rows)`` (N).
+
+        Two rows are those of a pin, and one is that of a slider, across its guide.
+
+        Parameters
+        ----------
+        system
+            The mechanism.
+        links
+            The frames.
+        forces
+            Forces of the joints on the nodal dofs in link axes, ``(states, nodal dofs)``.
+        """
+        found, rows = reactions(system, forces), []
+        for law in self.rubbing.values():
+            name, ends = law.joint.name, self.scene.joints[law.joint.name].connect
+            body = next(body for body in (end.split(".")[0] for end in ends) if (name, body, 2) in found)
+            force = found[name, body, 2]
+            if law.joint.slides:
+                force = np.sum(quarter(law.joint.state(links).along) * force, axis=-1, keepdims=True)
+            rows.append(force)
+        return np.concatenate(rows, axis=1) if rows else np.zeros((len(forces), 0))
+
+    @cached_property
+    def rows(self) -> list[Index]:
+        """Rows of `pressing` that belong to each law of friction."""
+        counts = np.cumsum([0] + [1 if law.joint.slides else 2 for law in self.rubbing.values()])
+        return [np.arange(first, last) for first, last in pairwise(counts)]
+
+    def forces(self, system: System, response: ElasticResponse, contacts: Contacts) -> dict[str, LawForces]:
+        """Give what the laws exert in a motion.
+
+        Parameters
+        ----------
+        system, response
+            The mechanism without the laws, and its motion.
+        contacts
+            Which contacts are closed.
+
+        Raises
+        ------
+        SolverError
+            When friction locks the linkage.
+        """
+        links = self.states(system, response)
+        values = self.exerted(system.motion.time, links, contacts)
+        if self.rubbing:
+            units, _ = self._rubbed(links)
+            friction, _ = self._balance(system, response, links, _whole(values)).solve()
+            for k, name in enumerate(self.rubbing):
+                values[name] = values[name] + units[..., k] * friction[:, k, None, None]
+        return self.on_nodes(system, response, values)
+
+    def on_nodes(self, system: System, response: ElasticResponse, values: dict[str, Array]) -> dict[str, LawForces]:
+        """Give what the laws exert, with what that does on the nodes.
+
+        Parameters
+        ----------
+        system, response
+            The mechanism and its motion.
+        values
+            Forces and moments on the frames by law, ``(states, frames + 1, 3)`` each.
+        """
+        found, v = {}, system.to_links(response.displacement)
+        for name, value in values.items():
+            law, nodal = self.laws[name], self.frames.on_nodes(system.motion, v, value[:, :-1])
+            found[name] = LawForces(law.joint.name, law.joint.bodies, law.cause, self.frames, value, nodal)
+        return found
+
+    def _balance(self, system: System, response: ElasticResponse, links: LinkStates, exerted: Array) -> FrictionBalance:
+        """What the friction has to fulfil, beside what the other laws exert on the frames."""
+        shape = system.motion, system.to_links(response.displacement)
+        units, shares = self._rubbed(links)
+        others = self.frames.on_nodes(*shape, exerted[:, :-1])
+        alone = self.pressing(system, links, nodal_forces(system, response) - others)
+        taken = [
+            self.pressing(system, links, self.frames.on_nodes(*shape, units[:, :-1, :, k]))
+            for k in range(units.shape[-1])
+        ]
+        return FrictionBalance(alone, np.stack(taken, axis=-1), shares, self.rows)
+
+    def slopes(self, system: System, response: ElasticResponse, contacts: Contacts) -> LawSlopes:
+        """Give what the laws exert by small changes, about a motion.
+
+        Parameters
+        ----------
+        system, response, contacts
+            As of `forces`.
+        """
+        links, time, count = self.states(system, response), system.motion.time, 3 * len(self.frames)
+        by_place, by_rate = self._differences(time, links, contacts)
+        if not self.rubbing:
+            return LawSlopes(by_place[:, :count], by_rate[:, :count], np.zeros((len(time), count, 0)))
+        exerted = _whole(self.exerted(time, links, contacts))
+        balance = self._balance(system, response, links, exerted)
+        friction, _ = balance.solve()
+        sizes, along = balance.sizes(friction)
+        units = self._rubbed(links)[0][:, :-1].reshape(len(time), count, -1)
+        # F = share |l| changes by d(share) |l| + share e.(d(pressing) - taken d(exerted) - by_friction dF)
+        shared = balance.shares[..., None] * along
+        factor = np.linalg.inv(np.eye(len(self.rubbing)) + shared @ balance.by_friction)
+        taken = self._taken(system, response, links)
+        found = []
+        for part in (by_place, by_rate):
+            exerted_by, share_by = part[:, :count], part[:, count:]
+            change = factor @ (sizes[..., None] * share_by - shared @ taken @ exerted_by)
+            found.append(exerted_by + units @ change)
+        return LawSlopes(found[0], found[1], units @ factor @ shared)
+
+    def _taken(self, system: System, response: ElasticResponse, links: LinkStates) -> Array:
+        """What forces on the frames take off the joints' forces, ``(states, rows, 3 frames)``."""
+        v, columns = system.to_links(response.displacement), []
+        for unit in np.eye(3 * len(self.frames)).reshape(-1, len(self.frames), 3):
+            forces = np.broadcast_to(unit, (len(v), *unit.shape))
+            columns.append(self.pressing(system, links, self.frames.on_nodes(system.motion, v, forces)))
+        return np.stack(columns, axis=-1)
+
+    def _differences(self, time: Array, links: LinkStates, contacts: Contacts) -> tuple[Array, Array]:
+        """Forces on the frames, then the shares of friction, by places and velocities of the frames."""
+        states, count = len(time), 3 * len(self.frames)
+        steps = np.zeros((count, len(self.frames) + 1, 3))
+        steps[:, :-1] = np.eye(count).reshape(count, -1, 3)
+        found = []
+        for place, rate in ((LAW_DIFFERENCES.place, 0.0), (0.0, LAW_DIFFERENCES.rate)):
+            parts = []
+            for sign in (1.0, -1.0):
+                pose, speed = (
+                    (part[None] + sign * step * steps[:, None]).reshape(-1, *part.shape[1:])
+                    for part, step in ((links.pose, place), (links.rate, rate))
+                )
+                there = LinkStates(pose, speed)
+                whole = _whole(self.exerted(np.tile(time, count), there, contacts))
+                values = [np.reshape(whole[:, :-1], (count * states, count))]
+                if self.rubbing:
+                    values.append(self._rubbed(there)[1])
+                parts.append(np.concatenate(values, axis=1).reshape(count, states, -1))
+            found.append(np.moveaxis(parts[0] - parts[1], 0, -1) / (2 * (place + rate)))
+        return found[0], found[1]
+
+
+def _whole(exerted: Mapping[str, Array]) -> Array:
+    """Forces on the frames by all laws together, ``(states, frames + 1, 3)``."""
+    return np.sum(list(exerted.values()), axis=0)

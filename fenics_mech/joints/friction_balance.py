@@ -1,0 +1,85 @@
+"""Dry friction of several joints together: each is a share of its joint's force, which all of them change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.errors import SolverError
+
+
+@dataclass(frozen=True)
+class FrictionLimits:
+    """Limits of Newton's method for the friction in joints."""
+
+    most_iterations: int = 30
+    converged: float = 1e-13  # of the largest friction
+    small_force: float = 1e-9  # of the largest force of a joint, over which the size of a small one is rounded
+
+
+FRICTION = FrictionLimits()
+
+
+@dataclass(frozen=True)
+class FrictionBalance:
+    """The friction F of joints, with ``F = shares |l|`` of their forces ``l = alone - by_friction F``.
+
+    Parameters
+    ----------
+    alone
+        Forces of the joints without friction (N), ``(states, rows)``.
+    by_friction
+        What friction of size 1 takes off them, ``(states, rows, laws)``.
+    shares
+        Friction over the joint's force (m of a pin, 1 of a slider), ``(states, laws)``.
+    pressed
+        Rows whose forces press the bodies of each law's joint against each other.
+    """
+
+    alone: Array
+    by_friction: Array
+    shares: Array
+    pressed: Sequence[Index]
+
+    def solve(self) -> tuple[Array, Array]:
+        """Find the friction, ``(states, laws)``, and the forces with it, ``(states, rows)``, by Newton's method.
+
+        Raises
+        ------
+        SolverError
+            When friction locks the linkage.
+        """
+        friction, one = np.zeros_like(self.shares), np.eye(self.shares.shape[1])
+        for _ in range(FRICTION.most_iterations):
+            sizes, along = self.sizes(friction)
+            slopes = -np.einsum("tkr,trl->tkl", along, self.by_friction)
+            left = friction - self.shares * sizes
+            tangent = one - self.shares[..., None] * slopes
+            change = np.linalg.solve(tangent, -left[..., None])[..., 0]
+            friction = friction + change
+            if np.abs(change).max() <= FRICTION.converged * np.abs(friction).max() + np.finfo(float).tiny:
+                return friction, self._forces(friction)
+        raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
+
+    def sizes(self, friction: Array) -> tuple[Array, Array]:
+        """Give the sizes of the joints' forces (N), ``(states, laws)``, and their derivatives by these forces.
+
+        Parameters
+        ----------
+        friction
+            F, ``(states, laws)``.
+        """
+        forces = self._forces(friction)
+        floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + np.finfo(float).tiny
+        along = np.zeros((*friction.shape, forces.shape[1]))
+        sizes = np.zeros_like(friction)
+        for k, rows in enumerate(self.pressed):
+            sizes[:, k] = np.sqrt(np.sum(forces[:, rows] ** 2, axis=1) + floor**2)
+            along[:, k, rows] = forces[:, rows] / sizes[:, k, None]
+        return sizes, along
+
+    def _forces(self, friction: Array) -> Array:
+        return np.asarray(self.alone - (self.by_friction @ friction[..., None])[..., 0])

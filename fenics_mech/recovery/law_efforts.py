@@ -1,0 +1,74 @@
+"""What joint laws exert, as variables of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.joint_laws import OPEN
+
+Efforts = Mapping[str, Array]
+
+
+def law_efforts(efforts: Efforts, depths: Efforts, largest: Mapping[str, float], contacts: int) -> xr.Dataset:
+    """Label what joint laws exert.
+
+    Parameters
+    ----------
+    efforts
+        What each law exerts (N or N m), ``(times,)`` each.
+    depths
+        Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each.
+    largest
+        Largest effort of each law in the whole motion, where it is known between the times too.
+    contacts
+        How often contacts closed.
+
+    Returns
+    -------
+    xarray.Dataset
+        `law_effort` and `largest_law_effort` by `law`. Of laws of contact also `indentation` by `contact`, and the
+        attribute `contacts_closed`. Empty without laws.
+    """
+    if not efforts:
+        return xr.Dataset()
+    seen = {name: float(np.abs(values).max()) for name, values in efforts.items()} | dict(largest)
+    found = xr.Dataset(
+        {
+            "law_effort": (("theta", "law"), np.stack(list(efforts.values()), axis=1)),
+            "largest_law_effort": (("law",), [seen[name] for name in efforts]),
+        },
+        {"law": list(efforts)},
+    )
+    if depths:
+        found["indentation"] = (("theta", "contact"), np.stack(list(depths.values()), axis=1))
+        found = found.assign_coords(contact=list(depths)).assign_attrs(contacts_closed=contacts)
+    return found
+
+
+def with_law_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
+    """Give a result whose efforts of laws have the units of their joints.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        The result.
+    """
+    if "law_effort" in data:
+        units = [_unit_of(scene, str(name)) for name in data["law"].to_numpy()]
+        for name in ("law_effort", "largest_law_effort"):
+            data[name].attrs["units"] = units[0] if len(set(units)) == 1 else ", ".join(units)
+    return data
+
+
+def _unit_of(scene: Scene, name: str) -> str:
+    """Unit of what a joint law exerts."""
+    law = scene.joint_laws[name.partition(":")[0]]
+    slides = isinstance(scene.joints[law.joint], Slot | Prismatic)
+    return "N" if slides or isinstance(law, OPEN) else "N m"
