@@ -200,7 +200,7 @@ class Flow:
         return states, power
 
     def _march_several(self, starts: Array, first: int = 0) -> Array:
-        """Carry states ``(2n, states)`` from the start of a step to the end of the cycle, ``(steps + 1, 2n, states)``."""
+        """Carry states ``(2n, states)`` from a step to the end of the cycle, ``(steps + 1, 2n, states)``."""
         count = len(self.duration)
         found = np.zeros((count - first + 1, *starts.shape))
         for begin in range(0, starts.shape[1], LANES):
