@@ -63,6 +63,7 @@ def test_machines_against_exact_strains(demo, effects, speed):
     assert all((part > 0.6).all() and (part < 1.2).all() for part in shares_told(scene).values())
 
 
+@pytest.mark.slow
 def test_largest_change_lies_between_the_positions_of_the_estimate():
     """At its own 48 positions alone the torque's error was told 0.79 times as large as it is."""
     demo = load(DEMOS / "watt.toml")
