@@ -174,8 +174,8 @@ class LawCourse:
     forces
         Forces and moments on the frames of the joints, by law; see `LawForces`.
     efforts
-        What each law exerts (N or N m), ``(times,)`` each: along the guide or about the pin; the size of its force where
-        it takes the place of a pin.
+        What each law exerts (N or N m), ``(times,)`` each: along the guide or about the pin. The size of its force
+        where it takes the place of a pin.
     depths
         Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each: the largest of its
         contacts, negative where none touches.

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.effects.joint_frames import LawForces
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.bent_joints import BentJoints
@@ -27,6 +28,7 @@ from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
+from fenics_mech.response.periodic.newton import settled
 from fenics_mech.response.setup import moved
 from fenics_mech.response.transient.course import FreeCourse
 from fenics_mech.scene import Scene
@@ -249,7 +251,7 @@ class FreeState:
         return found[0], found[1], found[2]
 
     def _add_laws(self, tangents: list[Array], pressing: list[Array] | None, system: System, states: States) -> None:
-        """Add what joint laws do to tangents by y'', y' and y; `pressing` are those of the forces of joints that rub."""
+        """Add what joint laws do to tangents by y'', y' and y; `pressing` has those of the forces where joints rub."""
         assert self.joints is not None
         response = self._response(system, states)
         slopes, reach = self.joints.slopes(system, response, self.contacts), self._reach(system, response)
@@ -277,7 +279,7 @@ class FreeState:
         )
 
     def _differences(self, time: Array, states: States, steps: dict[int, float], columns: range) -> tuple[Array, ...]:
-        """Some columns of tangents of `_smooth`, ``(times, rows, columns)`` each; `steps` are by order of derivative."""
+        """Some columns of tangents of `_smooth`, ``(times, rows, columns)`` each; `steps` are by order."""
         several = []
         for which, step in steps.items():
             for j in columns:
@@ -317,7 +319,8 @@ class FreeState:
         smooth[:, :n, :n] = Equation(system).linear.mass.full
         smooth[:, :, n:] = by[:, :size, n - first :]
         smooth[:, n:, :n] = smooth[:, :n, n:].transpose(0, 2, 1)
-        for _ in range(DIFFERENCES.most_iterations):
+        changes: list[float] = []
+        while len(changes) < DIFFERENCES.most_iterations:
             states, mass = (y, rate, second), smooth
             if self._rubs:
                 mass = smooth.copy()
@@ -325,7 +328,8 @@ class FreeState:
                 self._add_laws([mass, none, none], [by[:, size:]], self.system_at(time, states), states)
             change = -np.linalg.solve(mass, self.residual(time, states)[..., None])[..., 0]
             second = second + change
-            if not self._rubs or np.abs(change).max() <= DIFFERENCES.converged * np.abs(second).max():
+            changes.append(float(np.abs(change).max()) / max(float(np.abs(second).max()), TINY))
+            if not self._rubs or settled(changes, DIFFERENCES.converged):
                 return second
         raise SolverError("the friction of the joints leaves no acceleration of the links")
 
