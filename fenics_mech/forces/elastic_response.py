@@ -176,3 +176,20 @@ def _modal_damping(equation: Equation, q: Array, rate: Array, v: Array) -> Modal
         forces = forces + modal.on_bent_axis(rates, q)
     acceleration = equation.linear.mass.solve(forces)
     return ModalDamping(system.to_links(strain), system.to_links(acceleration), on_bent_axis)
+
+
+def rate_of_cycle(values: Array, period: float) -> Array:
+    """Give the time derivative of values at equal steps over a cycle, by their Fourier series.
+
+    Parameters
+    ----------
+    values
+        The values, ``(angles, ...)``.
+    period
+        Duration of the cycle (s).
+    """
+    count = len(values)
+    order = np.fft.rfftfreq(count, 1 / count)
+    order[2 * order == count] = 0.0
+    spectrum = 2j * np.pi / period * order[:, None] * np.fft.rfft(values, axis=0)
+    return np.asarray(np.fft.irfft(spectrum, count, axis=0))

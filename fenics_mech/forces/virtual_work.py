@@ -22,7 +22,7 @@ from fenics_mech.effects.offsets import terms as offset_terms
 from fenics_mech.effects.springs import shortening_power, spring_power
 from fenics_mech.effects.terms import quarter_back
 from fenics_mech.forces.air import air_loads
-from fenics_mech.forces.elastic_response import ElasticResponse, RotationOfFrames
+from fenics_mech.forces.elastic_response import ElasticResponse, RotationOfFrames, rate_of_cycle
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.forces.mass_shift import MassShift
 from fenics_mech.forces.shortening import Shortening
@@ -186,7 +186,7 @@ class Forces:
             return self.response.velocity
         rate = self.system.transformation.derivatives(self.system.motion)[0]
         carried = self.system.transformation.forward(rate, self.response.displacement)
-        return _rate_of_cycle(self.displacement, self.scene.period) - self.system.on_nodes(carried)
+        return rate_of_cycle(self.displacement, self.scene.period) - self.system.on_nodes(carried)
 
     @cached_property
     def shape(self) -> Array:
@@ -391,12 +391,3 @@ class Forces:
         )
         found[Cause.SPRINGS] = shortening_power(self.scene, system.beams.mesh, rates.motion, u, shorter)
         return found
-
-
-def _rate_of_cycle(values: Array, period: float) -> Array:
-    """Time derivative of values at equal steps over a cycle, by their Fourier series."""
-    count = len(values)
-    order = np.fft.rfftfreq(count, 1 / count)
-    order[2 * order == count] = 0.0
-    spectrum = 2j * np.pi / period * order[:, None] * np.fft.rfft(values, axis=0)
-    return np.asarray(np.fft.irfft(spectrum, count, axis=0))

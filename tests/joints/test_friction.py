@@ -111,8 +111,3 @@ def test_a_slider_has_no_radius_and_a_joint_one_friction():
         block(RUBS | {"radius": "5 mm"})
     with pytest.raises(fm.SceneError, match=r"has a friction already, joint_laws\.law"):
         block(RUBS).changed({"joint_laws.other": RUBS | {"joint": "G"}})
-
-
-def test_links_that_bend_have_no_joint_laws():
-    with pytest.raises(fm.SceneError, match="bends"):
-        fm.load("demos/four_bar.toml").changed(joint_laws={"rub": RUBS | {"joint": "O", "radius": 0.01}})

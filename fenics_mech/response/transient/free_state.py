@@ -28,7 +28,6 @@ from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
-from fenics_mech.response.periodic.newton import settled
 from fenics_mech.response.setup import moved
 from fenics_mech.response.transient.course import FreeCourse
 from fenics_mech.scene import Scene
@@ -46,7 +45,7 @@ class DifferenceSteps:
     elastic_rate: float = 1e-3  # m/s or rad/s
     second: float = 1.0  # rad/s^2: the equation is linear in them, but for friction
     most_iterations: int = 30  # for the accelerations with friction
-    converged: float = 1e-10  # of the largest of them
+    converged: float = 1e-10  # of what the joint laws exert, by which friction may still change
 
 
 DIFFERENCES = DifferenceSteps()
@@ -319,17 +318,20 @@ class FreeState:
         smooth[:, :n, :n] = Equation(system).linear.mass.full
         smooth[:, :, n:] = by[:, :size, n - first :]
         smooth[:, n:, :n] = smooth[:, :n, n:].transpose(0, 2, 1)
-        changes: list[float] = []
-        while len(changes) < DIFFERENCES.most_iterations:
-            states, mass = (y, rate, second), smooth
+        for _ in range(DIFFERENCES.most_iterations):
+            states, mass = (y, rate, second), smooth.copy()
+            system = self.system_at(time, states)
             if self._rubs:
-                mass = smooth.copy()
                 none = np.zeros_like(mass)
-                self._add_laws([mass, none, none], [by[:, size:]], self.system_at(time, states), states)
-            change = -np.linalg.solve(mass, self.residual(time, states)[..., None])[..., 0]
-            second = second + change
-            changes.append(float(np.abs(change).max()) / max(float(np.abs(second).max()), TINY))
-            if not self._rubs or settled(changes, DIFFERENCES.converged):
+                self._add_laws([mass, none, none], [by[:, size:]], system, states)
+            response = self._response(system, states)
+            acting = self.with_laws(system, response)
+            change = -np.linalg.solve(mass, self._left(acting, response, states)[..., None])
+            second = second + change[..., 0]
+            if not self._rubs:
+                return second
+            exerted = system.on_coordinates(np.sum([law.nodal for law in acting.terms.joint_laws], axis=0))
+            if np.abs((mass - smooth) @ change).max() <= DIFFERENCES.converged * np.abs(exerted).max() + TINY:
                 return second
         raise SolverError("the friction of the joints leaves no acceleration of the links")
 

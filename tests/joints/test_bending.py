@@ -1,0 +1,131 @@
+"""Joint laws between links that bend: links as good as rigid move as rigid ones do, by other equations."""
+
+import numpy as np
+import pytest
+
+import fenics_mech as fm
+
+CRANK, ROD, AREA, DENSITY = 0.05, 0.15, 2e-4, 7850.0  # m, m, m^2, kg/m^3
+STEEL = {"stiffness": 1e8, "restitution": 0.7}
+RUBS = {"kind": "friction", "coefficient": 0.2, "width": 1e-2}
+SHORT = {"analysis.duration": 0.02, "analysis.sub_intervals": 20}
+BEARING = {"stiffness": (2e5, 4e5), "damping": (50.0, 50.0), "turning_stiffness": 5.0, "turning_damping": 0.05}
+
+
+def link(first: str, second: str, length: float, bends: bool) -> fm.Link:
+    """Give a bar between two points, with a member or as a rigid body of the same inertia."""
+    points, mass = {first: (0, 0), second: (length, 0)}, DENSITY * AREA * length
+    if bends:
+        return fm.Link(points=points, members={"bar": fm.Member(ends=(first, second), section="bar", material="stiff")})
+    return fm.Link(points=points, rigid=fm.RigidBody(mass=mass, inertia=mass * length**2 / 12, centre=(length / 2, 0)))
+
+
+def slider_crank(bends: bool, modulus: float = 2e16, **changes) -> fm.Scene:
+    """Give a slider-crank that starts at 20 rad/s with nothing that leads it."""
+    of_members = {
+        "materials": {"stiff": fm.Material(modulus=modulus, density=DENSITY)},
+        "sections": {"bar": fm.RectangleSection(width="20 mm", height="10 mm")},
+        "effects": ("coupling", "gravity"),
+        "mesh": fm.Mesh(elements=1),
+    }
+    scene = fm.Scene(
+        name="slider-crank",
+        ground=fm.Ground(points={"O": (0, 0)}),
+        links={
+            "crank": link("O", "A", CRANK, bends),
+            "rod": link("A", "B", ROD, bends),
+            "piston": fm.Link(points={"B": (0, 0), "P": (0, 0)}, rigid=fm.RigidBody(mass=0.5, inertia=1e-4)),
+        },
+        joints={
+            "O": fm.Revolute(connect=("ground.O", "crank.O")),
+            "A": fm.Revolute(connect=("crank.A", "rod.A")),
+            "B": fm.Revolute(connect=("rod.B", "piston.B")),
+            "G": fm.Prismatic(connect=("ground.O", "piston.P")),
+        },
+        gravity=(0, -9.81),
+        freedoms={"O": fm.Freedom(start=1.0, speed=20.0)},
+        analysis=fm.Analysis(
+            method="transient",
+            start="smooth",
+            duration=0.1,
+            sub_intervals=20,
+            time_tolerance=1e-6,
+            error_estimates=False,
+        ),
+        **(of_members if bends else {}),
+    )
+    return scene.changed(changes)
+
+
+def both(**changes):
+    """Results of the linkage with rigid links, and with links as good as rigid."""
+    return [fm.analyse(slider_crank(bends, **changes)).data for bends in (False, True)]
+
+
+def assert_same(rigid, bent, limits) -> None:
+    for name, limit in limits.items():
+        wanted = rigid[name].to_numpy()
+        assert np.abs(bent[name].to_numpy() - wanted).max() < limit * np.abs(wanted).max(), name
+
+
+@pytest.mark.slow  # steps of links that bend take half a second with friction
+def test_friction_of_pins_and_slider_is_that_of_rigid_links():
+    laws = {
+        "crank": RUBS | {"joint": "O", "radius": 0.01},
+        "rod": RUBS | {"joint": "A", "radius": 0.01},
+        "guide": RUBS | {"joint": "G"},
+    }
+    rigid, bent = both(joint_laws=laws)
+    # the rod is 1e5 times as stiff as steel: what is left is the tolerance of the steps, and stretch of 1e-7
+    limits = {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 2e-6, "law_effort": 2e-6}
+    assert_same(rigid, bent, limits)
+    powers = [dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())) for data in (rigid, bent)]
+    assert powers[0]["friction"] < -2  # W
+    assert powers[1]["friction"] == pytest.approx(powers[0]["friction"], rel=5e-3)  # by 21 positions
+
+
+def test_friction_acts_where_drives_lead_all():
+    law = {"rod": RUBS | {"joint": "A", "radius": 0.01}}
+    led = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "joint_laws": law, "analysis.sub_intervals": 36}
+    rigid, bent = both(**led, **{"analysis.cycles": 1})
+    assert float(abs(bent["law_effort"]).max()) > 0.01
+    assert_same(rigid, bent, {"joint_force": 1e-4, "law_effort": 1e-4, "input_torque": 1e-4})
+
+
+@pytest.mark.slow
+def test_a_bushing_is_that_of_rigid_links():
+    rigid, bent = both(joint_laws={"soft": {"kind": "bushing", "joint": "A", **BEARING}}, **SHORT)
+    assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 1e-5, "law_effort": 1e-5})
+
+
+def test_an_effort_at_a_slider_is_that_on_rigid_links():
+    gas = {"kind": "joint-effort", "joint": "G", "effort": {"kind": "formula", "formula": "-3/(0.22 - theta)"}}
+    rigid, bent = both(joint_laws={"gas": gas}, **SHORT)
+    assert float(abs(bent["law_effort"]).max()) > 30  # N
+    assert_same(rigid, bent, {"freedom_place": 1e-6, "joint_force": 2e-6, "law_effort": 1e-6})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"analysis.method": "quasi-static", "freedoms": {}, "drive": {"joint": "O", "speed": 20.0}}, "move in time"),
+        ({"tolerance": 0.01}, "tolerance"),
+    ],
+)
+def test_what_laws_of_bending_links_have_not_is_refused(changes, message):
+    law = {"rod": RUBS | {"joint": "A", "radius": 0.01}}
+    with pytest.raises(fm.SceneError, match=message):
+        slider_crank(True, joint_laws=law, **changes)
+
+
+def test_a_law_where_a_pin_travels_along_a_member_is_refused():
+    scene = fm.load("demos/quick_return.toml")
+    slot = next(name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None)
+    with pytest.raises(fm.SceneError, match="travels along a member that bends"):
+        scene.changed(joint_laws={"rub": RUBS | {"joint": slot}})
+
+
+def test_a_stop_of_bending_links_that_begins_overlapped_is_refused():
+    stop = {"kind": "stop", "joint": "O", "upper": 0.9, "contact": STEEL}
+    with pytest.raises(fm.SceneError, match=r"bodies of joint 'O' overlap by 0\.1"):
+        fm.analyse(slider_crank(True, joint_laws={"stop": stop}))
