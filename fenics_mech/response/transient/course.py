@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech.errors import SceneError
 from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.scene import Analysis
 
 
 @dataclass(frozen=True)
@@ -20,9 +22,27 @@ class TransientLimits:
     interpolation: float = 1e-2  # of the tolerance of a step, to which matrices are interpolated
     largest_tolerance: float = 0.02  # beyond it steps are as long as they may be
     longest_gap: float = 2.0  # between nodes of the interpolation, over the mean one, at most
+    rounding: float = 1e-12  # of a whole motion, by which the end of a step may be beside a position
 
 
 TRANSIENT = TransientLimits()
+
+
+def refuse_rough(analysis: Analysis) -> None:
+    """Raise `SceneError` where a tolerance does not govern the steps in time.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    """
+    if analysis.time_tolerance > TRANSIENT.largest_tolerance:
+        raise SceneError(
+            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the "
+            "steps in time",
+            place="analysis.time_tolerance",
+            hint="Take a smaller one: the error of the steps is not known with this one",
+        )
 
 
 @dataclass(frozen=True)

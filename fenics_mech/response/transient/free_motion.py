@@ -196,7 +196,7 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     step = scene.period / analysis.sub_intervals
     times = step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
-    tolerance = min(rougher * analysis.time_tolerance, 0.5)
+    tolerance = rougher * analysis.time_tolerance
     record = _Record(times, start, state, weight)
     watch = record.watch if record.events.laws else None
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
@@ -271,7 +271,7 @@ class _Record:
 
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
-        known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
+        known = int(np.searchsorted(self.times, end + TRANSIENT.rounding * self.times[-1]))
         if known > self.known:
             self._take(known, *self._unscaled(curve)(self.times[self.known : known]))
         y, rate = (part[0] for part in self._unscaled(curve)(np.array([end])))

@@ -28,7 +28,7 @@ from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_po
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
-from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule, StartState
+from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule, StartState, refuse_rough
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import impulses_between, passages
 from fenics_mech.scene import Analysis, Drive, Scene
@@ -92,13 +92,7 @@ def refuse_in_time(analysis: Analysis, system: System) -> None:
             place="analysis.tension",
             hint=f"Take the effect {LARGE_ROTATIONS.name!r} in place of {GEOMETRIC_STIFFNESS.name!r}",
         )
-    if analysis.time_tolerance > TRANSIENT.largest_tolerance:
-        raise SceneError(
-            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the "
-            "steps in time",
-            place="analysis.time_tolerance",
-            hint="Take a smaller one: the error of the steps is not known with this one",
-        )
+    refuse_rough(analysis)
 
 
 def cycles_of(time: Array, count: int) -> list[slice]:

@@ -21,7 +21,7 @@ from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.transient.contact_events import ContactEvents
-from fenics_mech.response.transient.course import TRANSIENT
+from fenics_mech.response.transient.course import TRANSIENT, refuse_rough
 from fenics_mech.response.transient.free_motion import FREE, stepped
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
@@ -213,6 +213,7 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
         Factor on the tolerance of the scene.
     """
     _refuse_too_many(scene)
+    refuse_rough(scene.analysis)
     analysis, linkage = scene.analysis, FreeLinkage(scene)
     state = RigidState(scene, linkage)
     step = scene.period / analysis.sub_intervals
@@ -223,7 +224,7 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     )
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
-    tolerance = min(rougher * analysis.time_tolerance, 0.5)
+    tolerance = rougher * analysis.time_tolerance
     context = Collocation(
         state,
         tableau,
@@ -273,7 +274,7 @@ class _Recorder:
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step and its work; the motion is never settled."""
         start, self.reached = self.reached, end
-        known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
+        known = int(np.searchsorted(self.times, end + TRANSIENT.rounding * self.times[-1]))
         samples, inside = self.times[self.known : known], start + (end - start) * self.nodes
         time, self.known = np.concatenate([samples, inside, [end]]), known
         place, rate = curve(time)
