@@ -84,12 +84,14 @@ def test_friction_of_pins_and_slider_is_that_of_rigid_links():
     assert powers[1]["friction"] == pytest.approx(powers[0]["friction"], rel=5e-3)  # by 21 positions
 
 
+@pytest.mark.slow
 def test_friction_acts_where_drives_lead_all():
+    changes = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1}
+    changes |= {"analysis.sub_intervals": 12, "analysis.time_tolerance": 1e-4}
     law = {"rod": RUBS | {"joint": "A", "radius": 0.01}}
-    led = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "joint_laws": law, "analysis.sub_intervals": 36}
-    rigid, bent = both(**led, **{"analysis.cycles": 1})
-    assert float(abs(bent["law_effort"]).max()) > 0.01
-    assert_same(rigid, bent, {"joint_force": 1e-4, "law_effort": 1e-4, "input_torque": 1e-4})
+    rigid, bent = both(modulus=2e13, joint_laws=law, **changes)
+    assert float(abs(bent["law_effort"]).max()) > 0.01  # N m
+    assert_same(rigid, bent, {"joint_force": 5e-4, "law_effort": 5e-4, "input_torque": 5e-4})  # as of the steps
 
 
 @pytest.mark.slow
@@ -98,6 +100,42 @@ def test_a_bushing_is_that_of_rigid_links():
     assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 1e-5, "law_effort": 1e-5})
 
 
+def bar_on_a_stop(bends: bool):
+    """Result of a bar that turns at 2 rad/s about its end and meets a stop, which gives 1.2 rad/s back."""
+    steel = {"materials": {"stiff": fm.Material(modulus=2.1e11, density=DENSITY)}, "effects": ("coupling",)}
+    steel |= {"sections": {"bar": fm.RectangleSection(width="20 mm", height="10 mm")}, "mesh": fm.Mesh(elements=1)}
+    scene = fm.Scene(
+        name="bar on a stop",
+        ground=fm.Ground(points={"O": (0, 0)}),
+        links={"bar": link("O", "A", 0.3, bends)},
+        joints={"O": fm.Revolute(connect=("ground.O", "bar.O"))},
+        freedoms={"O": fm.Freedom(start=0.0, speed=2.0)},
+        joint_laws={"stop": fm.Stop(joint="O", upper=0.1, contact={"stiffness": 1e3, "restitution": 0.6})},
+        analysis=fm.Analysis(
+            method="transient",
+            start="smooth",
+            duration=0.1,
+            sub_intervals=10,
+            time_tolerance=1e-4,
+            error_estimates=False,
+        ),
+        **(steel if bends else {}),
+    )
+    return fm.analyse(scene).data
+
+
+@pytest.mark.slow
+def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one():
+    # the contact takes 30 ms and the lowest vibration 2.5 ms, which so takes up little: 2 % of speed and torque
+    rigid, bent = bar_on_a_stop(False), bar_on_a_stop(True)
+    assert rigid.attrs["contacts_closed"] == bent.attrs["contacts_closed"] == 1
+    for data in (rigid, bent):
+        back = np.ptp(data["freedom_place"].to_numpy()[8:, 0]) / np.ptp(data["time"].to_numpy()[8:])
+        assert back == pytest.approx(1.2, rel=0.02)
+    assert float(bent["largest_law_effort"][0]) == pytest.approx(float(rigid["largest_law_effort"][0]), rel=0.02)
+
+
+@pytest.mark.slow
 def test_an_effort_at_a_slider_is_that_on_rigid_links():
     gas = {"kind": "joint-effort", "joint": "G", "effort": {"kind": "formula", "formula": "-3/(0.22 - theta)"}}
     rigid, bent = both(joint_laws={"gas": gas}, **SHORT)
@@ -122,7 +160,7 @@ def test_a_law_where_a_pin_travels_along_a_member_is_refused():
     scene = fm.load("demos/quick_return.toml")
     slot = next(name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None)
     with pytest.raises(fm.SceneError, match="travels along a member that bends"):
-        scene.changed(joint_laws={"rub": RUBS | {"joint": slot}})
+        scene.changed({"joint_laws": {"rub": RUBS | {"joint": slot}}, "analysis.method": "transient"})
 
 
 def test_a_stop_of_bending_links_that_begins_overlapped_is_refused():

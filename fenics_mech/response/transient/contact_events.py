@@ -22,7 +22,7 @@ class EventLimits:
 
     nodes: int = 13  # at which a step is looked at
     between: int = 5  # points between two nodes, on cubics
-    at_end: float = 1e-7  # of a step, before whose end an event counts as there
+    at_end: float = 1e-7  # of a step, before whose end an event counts as there, and after its start
     found: float = 1e-13  # of a step, to which its time is found
 
 
@@ -104,7 +104,7 @@ class ContactEvents:
         before, self._due = self._due, None
         if not self.laws:
             return None
-        times = np.linspace(start, end, EVENT.nodes)
+        times, early = np.linspace(start, end, EVENT.nodes), start + EVENT.at_end * (end - start)
         depths, found = self.depths(times, *curve(times)), []
         for name, contact, sign in self._signed():
             depth, rate = (sign * part[contact] for part in depths[name])
@@ -112,8 +112,10 @@ class ContactEvents:
             crossed = np.flatnonzero((values[1:] > 0) & (values[:-1] <= 0))
             if len(crossed):
                 bracket = fine[crossed[0]], fine[crossed[0] + 1]
-                if (time := self._crossing(curve, bracket, (name, contact, sign))) is not None:
-                    found.append((time, name, contact))
+                time = self._crossing(curve, bracket, (name, contact, sign))
+                known = before is not None and before[1:] == (name, contact)  # for which the step was cut short already
+                if time is not None and not (known and time <= early):
+                    found.append((max(time, early), name, contact))  # at the start itself a step would have no length
         if not found:
             if before is not None and end - before[0] <= EVENT.at_end * (end - start):  # for which the step was cut
                 self._due = end, *before[1:]
