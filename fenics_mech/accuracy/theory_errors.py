@@ -50,6 +50,7 @@ from fenics_mech.scene import Scene
 (EXACT_STRAINS,) = (name for name, effect in EFFECTS.items() if effect.nonlinear)
 TENSION = EFFECTS[EXACT_STRAINS].replaces
 LADDER = (COUPLING, TENSION, EXACT_STRAINS)  # effects that this estimate judges
+UNKNOWN = "what the theory leaves out"  # as results say it where there is no estimate
 
 
 @dataclass(frozen=True)

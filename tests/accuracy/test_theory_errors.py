@@ -254,6 +254,12 @@ def test_a_tolerance_with_listed_effects_says_what_they_leave_out():
     assert result.data.attrs["error_estimate"] > 0.05
 
 
+def test_a_tolerance_says_that_the_theory_is_not_in_it_where_that_is_unknown(seed):
+    scene = seed.changed(effects=("coupling", "inextensible"), tolerance=3e-2, analysis__allow_large=True)
+    met = analyse(scene).data.attrs["chosen"]
+    assert met.endswith("NOT in it: what the theory leaves out, which is not estimated")
+
+
 def test_joints_that_carry_a_moment_alone_have_no_error_of_all_their_force():
     """Their force is rounding. Errors are measured by the force that bends the member as the moment does."""
     moment = 0.5 * strips.E * strips.INERTIA / strips.L
