@@ -35,7 +35,7 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
             text = "Joint forces are those at the positions. Contacts between these are shorter: see the joint laws.\n"
             parts.append(Text(text, style="yellow"))
     if "law" in result.data.sizes:
-        parts.append(_laws(result, units))
+        parts.append(law_table(result, units))
     if "freedom" in result.data.sizes:
         parts.append(_freedoms(result, units))
     if "mean_power" in result.data:
@@ -66,8 +66,16 @@ def _decisions(result: Result, units: AnswerUnits) -> Table:
     return table
 
 
-def _laws(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate the largest effort of each joint law."""
+def law_table(result: Result, units: AnswerUnits) -> Table:
+    """Tabulate the largest effort of each joint law.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
     table = table_of("Joint laws", "law", "joint", "kind", "largest\nin the motion")
     in_si = str(result.data["largest_law_effort"].attrs["units"]).split(", ")
     names, largest = result.data["law"].to_numpy(), result.data["largest_law_effort"].to_numpy()
