@@ -31,6 +31,8 @@ class FreeLimits:
     """Limits of a free motion's steps and of its start."""
 
     longest: float = 1 / 20  # of the whole motion
+    roughest: float = 0.5  # relative tolerance: a larger one, of a rougher run, would no longer control the steps
+    same_time: float = 1e-12  # of the whole motion, by which a step that ends at a sample may miss it by rounding
     small: float = 1e-6  # of the energy of the motion, below which the links' own does not govern the steps
     most_iterations: int = 30  # of Newton's method for a smooth start
     converged: float = 1e-10  # of its accelerations
@@ -194,7 +196,7 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     step = scene.period / analysis.sub_intervals
     times = step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
-    tolerance = min(rougher * analysis.time_tolerance, 0.5)
+    tolerance = min(rougher * analysis.time_tolerance, FREE.roughest)
     record = _Record(times, start, state, weight)
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep)
@@ -249,7 +251,7 @@ class _Record:
 
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
-        known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
+        known = int(np.searchsorted(self.times, end + FREE.same_time * self.times[-1]))
         if known > self.known:
             self._take(known, *(part / self.weight for part in curve(self.times[self.known : known])))
         z, rate = (part[0] / self.weight for part in curve(np.array([end])))

@@ -223,7 +223,7 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     )
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
-    tolerance = min(rougher * analysis.time_tolerance, 0.5)
+    tolerance = min(rougher * analysis.time_tolerance, FREE.roughest)
     context = Collocation(
         state,
         tableau,
@@ -273,7 +273,7 @@ class _Recorder:
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step and its work; the motion is never settled."""
         start, self.reached = self.reached, end
-        known = int(np.searchsorted(self.times, end + 1e-12 * self.times[-1]))
+        known = int(np.searchsorted(self.times, end + FREE.same_time * self.times[-1]))
         samples, inside = self.times[self.known : known], start + (end - start) * self.nodes
         time, self.known = np.concatenate([samples, inside, [end]]), known
         place, rate = curve(time)
