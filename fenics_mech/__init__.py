@@ -104,6 +104,7 @@ __all__ = [
     "Prismatic",
     "Pulse",
     "RectangleSection",
+    "RestToRest",
     "Result",
     "ResultError",
     "Revolute",

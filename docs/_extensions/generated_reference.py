@@ -38,7 +38,8 @@ PAGES: dict[
     "drives": (
         "Drives and motors",
         [
-            *("Drive", "Motor", "Harmonics", "Table", "Expression", "TimeTable", "TimeExpression"),
+            *("Drive", "Motor", "Harmonics", "Table", "Expression", "RestToRest"),
+            *("TimeTable", "TimeExpression"),
             *("Freedom", "FormulaEffort", "DirectCurrentMotor", "InductionMotor", "SpeedController"),
         ],
     ),

@@ -31,6 +31,7 @@ from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.plugged import add_sections
+from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
     CustomSection,
@@ -95,6 +96,7 @@ __all__ = [
     "Prismatic",
     "Pulse",
     "RectangleSection",
+    "RestToRest",
     "Revolute",
     "RigidBody",
     "RoundSection",

@@ -23,6 +23,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.formulas.interval import unbounded_at
+from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import RunUpLaw, TimeExpression, TimeTable, smooth_start
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, Time, TorsionalDamping, TorsionalRate
@@ -181,7 +182,7 @@ class Expression(Part):
         return Formula(self.formula, ("theta",)).jet(Jet.variable(theta))
 
 
-Law = Annotated[Harmonics | Table | Expression, Field(discriminator="kind")]
+Law = Annotated[Harmonics | Table | Expression | RestToRest, Field(discriminator="kind")]
 
 
 def _acceleration(law: Law, count: int) -> Array:
@@ -192,8 +193,9 @@ def _acceleration(law: Law, count: int) -> Array:
 @lru_cache(maxsize=8)
 def _accelerations(law: Law) -> SampledFunction:
     """Second derivative of a law over a cycle, which several checks look at."""
-    if isinstance(law, Expression):
-        return SampledFunction.between(pieces_of(law.formula, of_second=True), lambda theta: law.jet(theta).second)
+    if isinstance(law, Expression | RestToRest):
+        edges = law.edges if isinstance(law, RestToRest) else pieces_of(law.formula, of_second=True)
+        return SampledFunction.between(edges, lambda theta: law.jet(theta).second)
     return SampledFunction.equally(_acceleration(law, SAMPLING.samples))
 
 

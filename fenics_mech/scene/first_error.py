@@ -12,7 +12,7 @@ from fenics_mech.errors import SceneError, shortened
 
 BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
     "[key]", "one", "many", "revolute", "weld", "slot", "prismatic",
-    "harmonics", "table", "expression", "pulse", "load", "line-load", "line", "hinge",
+    "harmonics", "table", "expression", "rest-to-rest", "pulse", "load", "line-load", "line", "hinge",
     "friction", "stop", "clearance", "guide-clearance", "bushing", "joint-effort", "gear-pair",
 )  # fmt: skip
 

@@ -50,8 +50,10 @@ def shown(value: float, kind: str, units: AnswerUnits) -> str:
 
 
 def effort_of(result: Result) -> tuple[str, str]:
-    """Name what the first drive gives, and its kind of unit."""
+    """Name what the first drive gives, or the effort in the first freedom, and its kind of unit."""
     slides = str(result.data["input_torque"].attrs["units"]) == "N"
+    if not result.scene.drives:
+        return "effort", "force" if slides else "moment"
     return ("drive force", "force") if slides else ("input torque", "moment")
 
 

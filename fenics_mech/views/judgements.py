@@ -258,7 +258,7 @@ def quantities(result: Result) -> dict[str, str]:
         names["joint_force"] = "joint force"
     if moved := result.scene.moved_joints:
         alone = effort_units(moved, result.scene.joints) == ["N m"]
-        names["torque"] = "input torque" if alone else "drive effort"
+        names["torque"] = "effort" if not result.scene.drives else "input torque" if alone else "drive effort"
     return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
 
 

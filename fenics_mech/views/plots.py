@@ -31,7 +31,7 @@ from fenics_mech.views.plot_marks import (
     strains_at,
 )
 from fenics_mech.views.reading import Peak, Reading, reading_of
-from fenics_mech.views.words import MINUS, short
+from fenics_mech.views.words import MINUS, sentence, short
 
 LABEL_HEIGHT = 0.05  # of the axes
 STILL: dict[str, Any] = {"color": "#777777", "linestyle": "--", "linewidth": 1.2, "label": "without vibration"}
@@ -255,7 +255,8 @@ def plot_drive(result: Result, axes: Axes | None = None) -> Axes:
     mark_peak(axes, reading, k, float(reading.effort[k]))
     abscissa(axes, reading)
     slides = reading.effort_name[1] == "N"
-    finish(axes, *(("Drive force", "force (N)") if slides else ("Drive torque", "torque (N m)")))
+    title = sentence(reading.effort_name[0])
+    finish(axes, title, "force (N)" if slides else "torque (N m)")
     return axes
 
 

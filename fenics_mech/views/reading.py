@@ -103,8 +103,10 @@ class ForceReading:
 
     @cached_property
     def effort_name(self) -> tuple[str, str]:
-        """What the first drive gives, and its unit."""
+        """What the first drive gives, or the effort in the first freedom where nothing is driven, and its unit."""
         kind = self._effort_kind
+        if not self.result.scene.drives:
+            return "effort", self.units.label(kind)
         return ("drive force" if kind == "force" else "drive torque"), self.units.label(kind)
 
     def at(self, k: int) -> str:
