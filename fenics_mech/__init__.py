@@ -9,6 +9,7 @@ small, and one thread is fastest.
 
 # ruff: noqa: F403, F405
 
+import logging
 import os
 import sys
 from importlib import import_module
@@ -26,6 +27,7 @@ from fenics_mech.errors import (
     ViewError,
 )
 
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # quiet, unless a program asks for the log
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # OpenBLAS and MKL follow it, unless their own variables are set
 os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")  # clearing huge pages takes a fifth of the time of large models
 

@@ -9,9 +9,10 @@ import typer
 
 from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
-from fenics_mech.errors import MechanismError
+from fenics_mech.errors import MechanismError, printable
 
 if TYPE_CHECKING:
+    from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
 
 
@@ -32,7 +33,7 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
-    """Analyse a scene: write result.nc, report.html and plots, print a summary.
+    """Analyse a scene: write result.nc, warnings.txt, report.html and plots, print a summary.
 
     Under mpirun the processes share the positions.
     """
@@ -61,7 +62,7 @@ def run(
         if not first:
             return
         step("writing result.nc")
-        written: dict[str, list[Path]] = {"": [result.save(folder / "result.nc")]}
+        written: dict[str, list[Path]] = {"": [result.save(folder / "result.nc"), _write_warnings(result, folder)]}
         if csv:
             step("writing tables")
             written["tables"] = result.to_csv(folder)
@@ -79,6 +80,16 @@ def run(
         tell(_told(written, folder))
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")
+
+
+def _write_warnings(result: Result, folder: Path) -> Path:
+    """Write warnings.txt, a warning a line; without any it is empty, so that none of an earlier run is left."""
+    from fenics_mech._files import write_whole  # noqa: PLC0415
+    from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
+
+    path, text = folder / "warnings.txt", "".join(f"{printable(line)}\n" for line in warnings_of(result))
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    return path
 
 
 def _told(written: dict[str, list[Path]], folder: Path) -> str:

@@ -367,7 +367,9 @@ def draw_frequencies(frequency: Array, theta: Array, supported: Mapping[str, flo
     axes.yaxis.set_minor_formatter(NullFormatter())
     _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
     angle_axis(axes)
-    finish(axes, "Natural frequencies. Dashed: each member simply supported", "frequency (Hz)")
+    low, high = axes.get_ylim()
+    dashed = any(low <= value <= high for value in supported.values())
+    finish(axes, f"Natural frequencies{'. Dashed: each member simply supported' if dashed else ''}", "frequency (Hz)")
     return axes
 
 

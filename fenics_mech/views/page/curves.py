@@ -19,6 +19,7 @@ from fenics_mech.views.reading import Reading
 
 STEPS = 32767  # of a 16-bit number
 MOST = 1200  # positions of a motion in time; more do not show on a screen
+PROPORTIONAL = 1e-9  # of the largest stress, by which stresses may differ from strains times a modulus
 MOST_HARMONICS = 60
 
 
@@ -32,6 +33,8 @@ def payload(reading: Reading) -> dict[str, Any]:
     """
     shown = _shown(reading)
     arrays = {**_strains(reading), **_places(reading)}
+    if (moduli := _moduli(arrays["stress"], arrays["strain"])) is not None:
+        arrays = {name: values for name, values in arrays.items() if not name.startswith("strain")}
     names = {"members": reading.members, "joints": reading.joints, "fibres": reading.fibres}
     return {
         "title": reading.scene.name,
@@ -44,8 +47,17 @@ def payload(reading: Reading) -> dict[str, Any]:
         "magnify": default_magnification(reading.result),
         "effort": list(reading.effort_name) if reading.effort is not None else None,
         **_spectrum(reading),
+        "moduli": moduli,
         "arrays": {name: packed(values[shown]) for name, values in arrays.items()},
     }
+
+
+def _moduli(stress: Array, strain: Array) -> list[float] | None:
+    """Stress over strain of each member (MPa m/um), by which the page finds strains; None where it is not constant."""
+    largest = np.abs(strain).max(axis=(0, 2, 3), initial=0.0)
+    moduli = np.abs(stress).max(axis=(0, 2, 3), initial=0.0) / np.where(largest > 0, largest, 1.0)
+    same = np.abs(stress - moduli[:, None, None] * strain) <= PROPORTIONAL * np.abs(stress).max(initial=0.0)
+    return moduli.tolist() if same.all() and (moduli > 0).all() else None
 
 
 def packed(values: Array) -> dict[str, Any]:
