@@ -28,7 +28,7 @@ def run(
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Annotated[
         str | None,
-        typer.Option(help="Units of the printed numbers, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
+        typer.Option(help="Units of numbers and plots, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
@@ -50,11 +50,12 @@ def run(
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
+        loaded = loaded if named is None else loaded.changed(units=named)
         make_folder(folder)
         return loaded
 
-    named = None if units is None else AnswerUnits.of([name.strip() for name in units.split(",")], "--units")
-
+    named = None if units is None else [name.strip() for name in units.split(",")]
+    AnswerUnits.of(named or [], "--units")
     first = one_voice()
     loaded = shared(prepared)
     with progress_bar(len(STEPS) + 1 + report + plots + csv) as step:
@@ -76,7 +77,7 @@ def run(
         files = [str(path) for paths in written.values() for path in paths]
         print_json(key_figures(result) | {"files": files})
     elif not quiet:
-        out.print(summary(result, details, named))
+        out.print(summary(result, details))
         tell(_told(written, folder))
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")

@@ -18,8 +18,8 @@ from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_place
 from fenics_mech.views.reading import Reading
 
 STEPS = 32767  # of a 16-bit number
+DRAWN = 2047  # of deflections, which are drawn and not told: a tenth of a pixel
 MOST = 1200  # positions of a motion in time; more do not show on a screen
-PROPORTIONAL = 1e-9  # of the largest stress, by which stresses may differ from strains times a modulus
 MOST_HARMONICS = 60
 
 
@@ -33,8 +33,6 @@ def payload(reading: Reading) -> dict[str, Any]:
     """
     shown = _shown(reading)
     arrays = {**_strains(reading), **_places(reading)}
-    if (moduli := _moduli(arrays["stress"], arrays["strain"])) is not None:
-        arrays = {name: values for name, values in arrays.items() if not name.startswith("strain")}
     names = {"members": reading.members, "joints": reading.joints, "fibres": reading.fibres}
     return {
         "title": reading.scene.name,
@@ -47,26 +45,19 @@ def payload(reading: Reading) -> dict[str, Any]:
         "magnify": default_magnification(reading.result),
         "effort": list(reading.effort_name) if reading.effort is not None else None,
         **_spectrum(reading),
-        "moduli": moduli,
-        "arrays": {name: packed(values[shown]) for name, values in arrays.items()},
+        "arrays": {name: packed(values[shown], DRAWN if name == "bent" else STEPS) for name, values in arrays.items()},
     }
 
 
-def _moduli(stress: Array, strain: Array) -> list[float] | None:
-    """Stress over strain of each member (MPa m/um), by which the page finds strains; None where it is not constant."""
-    largest = np.abs(strain).max(axis=(0, 2, 3), initial=0.0)
-    moduli = np.abs(stress).max(axis=(0, 2, 3), initial=0.0) / np.where(largest > 0, largest, 1.0)
-    same = np.abs(stress - moduli[:, None, None] * strain) <= PROPORTIONAL * np.abs(stress).max(initial=0.0)
-    return moduli.tolist() if same.all() and (moduli > 0).all() else None
-
-
-def packed(values: Array) -> dict[str, Any]:
-    """Round to 16 bits of the largest value, take differences from position to position, and deflate.
+def packed(values: Array, steps: int = STEPS) -> dict[str, Any]:
+    """Round to a share of the largest value, take differences from position to position, and deflate.
 
     Parameters
     ----------
     values
         Numbers, ``(positions, ...)``.
+    steps
+        Whole number that stands for the largest value, at most 32767.
 
     Returns
     -------
@@ -75,7 +66,7 @@ def packed(values: Array) -> dict[str, Any]:
         low bytes of all differences and then the high ones.
     """
     values = np.nan_to_num(np.asarray(values, dtype=float).reshape(len(values), -1))
-    scale = max(float(np.abs(values).max(initial=0.0)), TINY * STEPS) / STEPS
+    scale = max(float(np.abs(values).max(initial=0.0)), TINY * steps) / steps
     differences = np.diff(np.rint(values / scale).astype(np.int64), axis=0, prepend=0).astype("<i2")  # modulo 2^16
     planes = differences.reshape(-1).view(np.uint8).reshape(-1, 2).T.tobytes()
     text = base64.b64encode(zlib.compress(planes, 9)).decode()

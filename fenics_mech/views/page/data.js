@@ -18,16 +18,6 @@ async function unpacked({ row, scale, data }) {
 const A = {};
 await Promise.all(Object.entries(D.arrays).map(async ([name, array]) => { A[name] = await unpacked(array); }));
 
-// Strains, where they are stresses over the modulus of the member: they would take a third of the page.
-function strains(name, columns) {
-  const stress = A[name.replace("strain", "stress")], { row } = stress;
-  A[name] = { row, values: stress.values.map((value, i) => value / D.moduli[Math.floor(i % row / columns)]) };
-}
-if (D.moduli) {
-  strains("strain", D.s.length * D.fibres.length);
-  if (A.stress_still) strains("strain_still", 1);
-}
-
 // The value of an array's column between two positions.
 function at(array, place, column) {
   const k = Math.floor(place), share = place - k, { row, values } = array;
