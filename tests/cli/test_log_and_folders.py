@@ -17,12 +17,10 @@ def called(*arguments):
 def scene_of(tmp_path, **changed):
     """Write the slider-crank with other lines, by their key."""
     lines = (DEMOS / "slider_crank.toml").read_text().splitlines()
-    new = [
-        next((f"{key} = {value}" for key, value in changed.items() if line.startswith(f"{key} =")), line)
-        for line in lines
-    ]
+    for key, value in changed.items():
+        lines = [f"{key} = {value}" if line.startswith(f"{key} =") else line for line in lines]
     path = tmp_path / "scene.toml"
-    path.write_text("\n".join(new))
+    path.write_text("\n".join(lines))
     return path
 
 
