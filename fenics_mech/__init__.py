@@ -9,6 +9,7 @@ small, and one thread is fastest.
 
 # ruff: noqa: F403, F405
 
+import logging
 import os
 import sys
 from importlib import import_module
@@ -26,6 +27,7 @@ from fenics_mech.errors import (
     ViewError,
 )
 
+logging.getLogger(__name__).addHandler(logging.NullHandler())  # quiet, unless a program asks for the log
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # OpenBLAS and MKL follow it, unless their own variables are set
 os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")  # clearing huge pages takes a fifth of the time of large models
 
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     )
     from fenics_mech.views.result_figures import plot_all
     from fenics_mech.views.summary import summary
+    from fenics_mech.views.vector_plots import plot_force_path, plot_point_path
 
 __all__ = [
     "AirDrag",
@@ -141,9 +144,11 @@ __all__ = [
     "plot_all",
     "plot_deflection",
     "plot_drive",
+    "plot_force_path",
     "plot_frequencies",
     "plot_joint_forces",
     "plot_mode_shapes",
+    "plot_point_path",
     "plot_scene",
     "plot_spectrum",
     "plot_strain",
@@ -169,9 +174,11 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_all": "views.result_figures",
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",
+    "plot_force_path": "views.vector_plots",
     "plot_frequencies": "views.plots",
     "plot_joint_forces": "views.plots",
     "plot_mode_shapes": "views.mode_plots",
+    "plot_point_path": "views.vector_plots",
     "plot_scene": "views.model_plots",
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",

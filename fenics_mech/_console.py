@@ -1,19 +1,20 @@
-"""What the commands say and where they write: two consoles, a progress bar, a folder."""
+"""What the commands say and where they write: two consoles, a log, a progress bar, folders."""
 
 from __future__ import annotations
 
 import gc
 import io
 import json
+import logging
 import os
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import chdir, contextmanager
+from contextlib import chdir, contextmanager, suppress
 from pathlib import Path
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.segment import Segment
 
 from fenics_mech.errors import MechanismError, printable
@@ -35,6 +36,22 @@ class _Console(Console):
 
 
 out, err = _Console(emoji=False), _Console(stderr=True, emoji=False)
+_made: list[Path] = []  # folders that this command has made, the outermost first
+
+
+class _LogOnTerminal(logging.Handler):
+    """Prints on stderr above the progress bar, without commands to the terminal."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        err.print(self.format(record), style="dim", highlight=False, markup=False, soft_wrap=True)
+
+
+def log_to_terminal() -> None:
+    """Print what the modules log, with the time and the module's name, beside the other messages on stderr."""
+    logger, handler = logging.getLogger("fenics_mech"), _LogOnTerminal()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s", "%H:%M:%S"))
+    logger.handlers, logger.propagate = [handler], False
+    logger.setLevel(logging.DEBUG)
 
 
 @contextmanager
@@ -93,8 +110,14 @@ def html_of(what: RenderableType) -> str:
 
 @contextmanager
 def progress_bar(total: int) -> Iterator:
-    """Show a progress bar, or where there is no terminal a line now and then; gives what names the next step."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    """Show a progress bar with the time left, or where there is no terminal a line now and then.
+
+    Gives what names the next step. The time left is known once some steps are done.
+    """
+    columns = (
+        *(SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()),
+        *(TextColumn("left:"), TimeRemainingColumn()),
+    )
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
         started, spoken = False, time.monotonic()
@@ -105,7 +128,9 @@ def progress_bar(total: int) -> Iterator:
             started = True
             if not err.is_terminal and time.monotonic() - spoken >= PAUSE:
                 spoken = time.monotonic()
-                err.print(name, highlight=False, markup=False, soft_wrap=True)
+                left = progress.tasks[0].time_remaining
+                known = "" if left is None else f", about {left:.0f} s left"
+                err.print(f"{name}{known}", highlight=False, markup=False, soft_wrap=True)
 
         yield step
 
@@ -126,11 +151,21 @@ def tell_written(paths: Iterable[Path], folder: Path) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder, or say why it cannot be made."""
+    """Make the folder, or say why it cannot be made; see `drop_empty_folders`."""
+    missing = [path for path in (*reversed(folder.absolute().parents), folder.absolute()) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MechanismError(f"cannot make the folder {folder}: {error.strerror}") from error
+    finally:
+        _made.extend(path for path in missing if path.is_dir())
+
+
+def drop_empty_folders() -> None:
+    """Remove the folders that this command has made and then written nothing to, as it failed or was interrupted."""
+    while _made:
+        with suppress(OSError):  # it holds files
+            _made.pop().rmdir()
 
 
 def warn(warnings: Sequence[str], strict: bool) -> None:

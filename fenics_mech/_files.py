@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import stat
 import tempfile
@@ -9,6 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fenics_mech.errors import ResultError
+
+logger = logging.getLogger(__name__)
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
@@ -63,6 +66,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         os.umask(umask)
         temporary.chmod(0o666 & ~umask)
         temporary.replace(path)
+        logger.info("wrote %s", path)
     except OSError as error:
         raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:

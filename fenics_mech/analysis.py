@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -36,6 +37,7 @@ from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
 
+logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
 Progress = Callable[[str], None]
 
@@ -98,10 +100,12 @@ def _by_rungs(scene: Scene, progress: Progress, common: CommonParts) -> Result:
     for rung, decided in linear:
         try:
             result = as_planned(rung, decided, progress, common)
-        except SolverError:  # linear strains may buckle, or meet a resonance, where exact ones do not
+        except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
+            logger.info("linear strains have no answer: %s", error)
             continue
         if suffices(scene, result, decided):
             return result
+        logger.info("linear strains do not suffice: the theory's share is %.3g", theory_share(result))
         choices = sized(choices, theory_share(result))
     return as_planned(exact, choices, progress, common)
 
@@ -148,9 +152,12 @@ def _solved(
     """Analyse a scene as it states; see `as_planned`. Give the solution too."""
     refuse_too_stiff(scene)
     system = mechanism(scene, progress, common)
+    names = ", ".join(effect.name for effect in active(scene))
+    logger.info("%d coordinates, %d positions, effects: %s", system.size, len(system.motion.theta), names)
     solution, solver = solve(scene, system, progress)
     result = collected(solution, choices, progress)
     result.data.attrs["solver"] = solver
+    logger.info("solved by %s", solver)
     return solution, result
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from functools import wraps
+from inspect import Parameter, signature
 from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
-from fenics_mech._console import err, start_libraries
+from fenics_mech._console import drop_empty_folders, err, log_to_terminal, start_libraries
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
 from fenics_mech.cli.check_command import check
@@ -39,6 +40,25 @@ app = typer.Typer(
 )
 
 
+Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Also print what the program does, step by step.")]
+
+
+def _with_log(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the option --verbose."""
+
+    @wraps(command)
+    def logging(*arguments: Any, verbose: bool = False, **options: Any) -> None:
+        if verbose:
+            log_to_terminal()
+        command(*arguments, **options)
+
+    own = signature(command, eval_str=True)
+    option = Parameter("verbose", Parameter.KEYWORD_ONLY, default=False, annotation=Verbose)
+    logging.__signature__ = own.replace(parameters=[*own.parameters.values(), option])  # type: ignore[attr-defined]
+    logging.__annotations__ = command.__annotations__ | {"verbose": Verbose}
+    return logging
+
+
 def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
     """Give the command that first starts the numerical libraries; the others are quick because they do without."""
 
@@ -55,7 +75,7 @@ _COMMANDS = (
     *(animate, plot, report, export, mesh, schema),
 )
 for _command in _COMMANDS:
-    app.command()(_command if _command in (check, schema) else _with_libraries(_command))
+    app.command()(_with_log(_command if _command in (check, schema) else _with_libraries(_command)))
 
 
 def main() -> None:
@@ -68,6 +88,8 @@ def main() -> None:
         _fail(f"not enough memory: take fewer sub_intervals, stations or elements, or a reduction. {error}".rstrip())
     except OSError as error:
         _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
+    finally:
+        drop_empty_folders()
 
 
 def _fail(message: str) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
 
-OF_RESULTS, OF_SCENES = (".pvd", ".mat"), (".py",)
+OF_RESULTS, OF_SCENES = (".pvd", ".mat", ".csv"), (".py",)
 
 
 def export(
@@ -22,18 +22,20 @@ def export(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave, .py for Exudyn.", show_default=False
+            help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave, .py for Exudyn, and the table of a "
+            "variable by its name, such as stress_range.csv.",
+            show_default=False,
         ),
     ],
     every: Annotated[int, typer.Option(min=1, help="Of how many positions one goes into a .pvd.")] = 1,
 ) -> None:
-    """Write a result for ParaView or MATLAB, or a scene as a script for Exudyn."""
+    """Write a result for ParaView or MATLAB, one variable as a table, or a scene as a script for Exudyn."""
     from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.scene import load  # noqa: PLC0415
 
     if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
-        known = ".pvd (ParaView), .mat (MATLAB) and .py (Exudyn)"
-        raise MechanismError(f"{unknown[0]}: exported are {known}; tables by run --csv")
+        known = ".pvd (ParaView), .mat (MATLAB), .py (Exudyn) and .csv (table of a variable, by its name)"
+        raise MechanismError(f"{unknown[0]}: exported are {known}")
     of_scene = source.suffix == ".toml"
     if of_scene and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
         raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
@@ -49,12 +51,14 @@ def export(
 
 
 def _write_result(result: Result, path: Path, every: int) -> None:
-    """Write a result for ParaView or MATLAB."""
+    """Write a result for ParaView or MATLAB, or the variable by whose name the file is called."""
     from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     with reading_of_a_file():
         if path.suffix == ".pvd":
             result.to_vtk(path, every)
+        elif path.suffix == ".csv":
+            result.to_table(path.stem, path)
         else:
             result.to_mat(path)
 

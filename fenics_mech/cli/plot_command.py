@@ -16,7 +16,10 @@ def plot(
     folder: OutFolder = Path("plots"),
     only: Annotated[
         list[str] | None,
-        typer.Option(help="Plot to make: strain, strain_map, deflection, joint_forces, spectrum or frequencies."),
+        typer.Option(
+            help="Plot to make: strain, strain_map, deflection, joint_forces, force_paths, point_paths, spectrum or "
+            "frequencies."
+        ),
     ] = None,
     ending: Annotated[str, typer.Option("--as", help="Kind of the files: png, pdf or svg.")] = "png",
 ) -> None:

@@ -9,9 +9,10 @@ import typer
 
 from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
-from fenics_mech.errors import MechanismError
+from fenics_mech.errors import MechanismError, printable
 
 if TYPE_CHECKING:
+    from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
 
 
@@ -27,12 +28,12 @@ def run(
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Annotated[
         str | None,
-        typer.Option(help="Units of the printed numbers, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
+        typer.Option(help="Units of numbers and plots, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
-    """Analyse a scene: write result.nc, report.html and plots, print a summary.
+    """Analyse a scene: write result.nc, warnings.txt, report.html and plots, print a summary.
 
     Under mpirun the processes share the positions.
     """
@@ -49,11 +50,12 @@ def run(
 
     def prepared() -> Scene:
         loaded = refined_scene(scene, refine, strict, tolerance)
+        loaded = loaded if named is None else loaded.changed(units=named)
         make_folder(folder)
         return loaded
 
-    named = None if units is None else AnswerUnits.of([name.strip() for name in units.split(",")], "--units")
-
+    named = None if units is None else [name.strip() for name in units.split(",")]
+    AnswerUnits.of(named or [], "--units")
     first = one_voice()
     loaded = shared(prepared)
     with progress_bar(len(STEPS) + 1 + report + plots + csv) as step:
@@ -61,7 +63,7 @@ def run(
         if not first:
             return
         step("writing result.nc")
-        written: dict[str, list[Path]] = {"": [result.save(folder / "result.nc")]}
+        written: dict[str, list[Path]] = {"": [result.save(folder / "result.nc"), _write_warnings(result, folder)]}
         if csv:
             step("writing tables")
             written["tables"] = result.to_csv(folder)
@@ -75,10 +77,20 @@ def run(
         files = [str(path) for paths in written.values() for path in paths]
         print_json(key_figures(result) | {"files": files})
     elif not quiet:
-        out.print(summary(result, details, named))
+        out.print(summary(result, details))
         tell(_told(written, folder))
     if strict and result.warnings:
         raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")
+
+
+def _write_warnings(result: Result, folder: Path) -> Path:
+    """Write warnings.txt, a warning a line; without any it is empty, so that none of an earlier run is left."""
+    from fenics_mech._files import write_whole  # noqa: PLC0415
+    from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
+
+    path, text = folder / "warnings.txt", "".join(f"{printable(line)}\n" for line in warnings_of(result))
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    return path
 
 
 def _told(written: dict[str, list[Path]], folder: Path) -> str:

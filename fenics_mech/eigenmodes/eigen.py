@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from fenics_mech.eigenmodes.tracking import Modes, track
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 
+logger = logging.getLogger(__name__)
 LAPACK = {"eps_type": "lapack", "eps_smallest_real": ""}
 SEED = 0  # of the vector that the solver starts from
 KRYLOV_SCHUR = {
@@ -85,6 +87,7 @@ def solve_modes(system: System, modes: int | Literal["all"], options: Mapping[st
 
 def _solve_all(system: System, count: int, options: Mapping[str, Any]) -> Modes:
     rigid, angles = RigidModes.of(system), len(system.motion.theta)
+    logger.info("%d modes at %d positions", count, angles)
     count, first = min(count, system.size - len(rigid)), len(rigid)
     positions: Iterator[tuple[int, sp.csr_matrix, sp.csr_matrix]]
     if rigid.separate is not None:
@@ -98,6 +101,7 @@ def _solve_all(system: System, count: int, options: Mapping[str, Any]) -> Modes:
         positions = ((k, masses.at(k), stiffnesses.at(k)) for k in range(angles))
     dense = {f"modes_{key}": value for key, value in LAPACK.items()}
     if not first and not dense.items() <= options.items() and _misses_one(positions, squares):
+        logger.info("a mode of a repeated frequency is missing: all are solved for anew by LAPACK")
         return _solve_all(system, count, {**options, **dense})
     momenta = system.mass_times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]

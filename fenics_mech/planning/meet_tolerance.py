@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
+logger = logging.getLogger(__name__)
 WORDS = {
     "strain": "strains",
     "deflection": "deflections",
@@ -108,6 +110,7 @@ def within(
             continue
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
+        logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
         if scene.analysis.stability and (near or not missed):  # coarse steps tell it first
             result, judged = judge(result, scene.analysis.allow_unstable), True

@@ -7,8 +7,9 @@ import io
 import json
 from dataclasses import dataclass
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import h5py
 import numpy as np
@@ -24,6 +25,10 @@ from fenics_mech.scene import Scene
 
 SEAL = b"fenics_mech sha256 "
 SEAL_LENGTH = len(SEAL) + 64
+PLOTS = (  # functions of the top level, which draw a result
+    *("strain", "strain_map", "spectrum", "deflection"),
+    *("joint_forces", "force_path", "point_path", "drive", "frequencies"),
+)
 
 
 @dataclass(frozen=True)
@@ -143,6 +148,42 @@ class Result(Saved):
         """Numbers of the scene that are hardly meant, and strengths that are exceeded; see `implausible`."""
         return tuple(json.loads(self.data.attrs.get("warnings", "[]")))
 
+    def plot(self, what: str = "strain", *names: Any, axes: Any = None, **options: Any) -> Any:
+        """Draw one quantity, as the function ``fm.plot_...`` of that name does.
+
+        Parameters
+        ----------
+        what
+            What is drawn: "strain", "strain_map", "spectrum" (each of a member), "deflection", "joint_forces",
+            "force_path", "point_path", "drive" or "frequencies".
+        names
+            The member, joint or points that are drawn.
+        axes
+            Where to draw; without them a figure is made.
+        options
+            Others of that function, such as the place ``s``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        ResultError
+            When there is no such plot.
+        ViewError
+            When the result lacks what is drawn.
+
+        Examples
+        --------
+        >>> fm.Result.load("out/result.nc").plot("drive").get_ylabel()
+        'torque (N m)'
+        """
+        if what not in PLOTS:
+            raise ResultError(f"there is no plot {what!r}; there are {', '.join(PLOTS)}")
+        return getattr(import_module("fenics_mech"), f"plot_{what}")(self, *names, axes=axes, **options)
+
     def to_csv(self, folder: str | Path) -> list[Path]:
         """Write every variable as a table of its own, ``folder/variable.csv``: its coordinates, then its value.
 
@@ -166,15 +207,35 @@ class Result(Saved):
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ResultError(f"{folder}: cannot make the folder: {error.strerror}") from error
-        paths = []
-        for name, variable in self.data.data_vars.items():
-            table = variable.to_dataframe().reset_index()
-            units = {key: self.data[key].attrs.get("units", "1") for key in (*variable.coords, name)}
-            table = table.rename(columns={key: f"{key} ({unit})" for key, unit in units.items() if unit != "1"})
-            path = folder / f"{name}.csv"
-            write_whole(path, lambda temporary, table=table: table.to_csv(temporary, index=False))  # type: ignore[misc]
-            paths.append(path)
-        return paths
+        return [self.to_table(str(name), folder / f"{name}.csv") for name in self.data.data_vars]
+
+    def to_table(self, name: str, path: str | Path) -> Path:
+        """Write one variable as a table: its coordinates, then its value, in SI.
+
+        Parameters
+        ----------
+        name
+            Name of the variable, such as "stress_range".
+        path
+            File to write.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultError
+            When there is no such variable, or the file cannot be written.
+        """
+        if name not in self.data.data_vars:
+            raise ResultError(f"the result has no variable {name!r}; it has {', '.join(map(str, self.data.data_vars))}")
+        table = self.data[name].to_dataframe().reset_index()
+        units = {key: self.data[key].attrs.get("units", "1") for key in (*self.data[name].coords, name)}
+        table = table.rename(columns={key: f"{key} ({unit})" for key, unit in units.items() if unit != "1"})
+        write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
+        return Path(path)
 
     def to_vtk(self, path: str | Path, every: int = 1) -> Path:
         """Write a time series for ParaView: ``motion.pvd``, and beside it a folder with a file for each position.

@@ -10,6 +10,9 @@ from fenics_mech.errors import SceneError
 def place_in(part: Any, path: str, value: Any) -> None:
     """Put a value into nested data, by dotted path; tables on the way are made where they are missing."""
     *parents, last = (int(key) if key.isdecimal() else key for key in path.split("."))
+    if "__" in path and path.partition("__")[0] in part:
+        hint = f'Write {path.replace("__", ".")!r}: "__" stands for dots in names of arguments only'
+        raise SceneError("there is no such part of the scene", place=path, hint=hint)
     try:
         for parent in parents:
             if isinstance(part, dict):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -28,6 +29,7 @@ from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 
+logger = logging.getLogger(__name__)
 Record = dict[str, Any]
 
 Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
@@ -164,6 +166,7 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
     except Exception as error:  # what a single point may end with is not known, and must not end the sweep
+        logger.info("the point %s failed: %s", path.stem, error)
         record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
     text = json.dumps(record | {"seconds": time.perf_counter() - start})
     write_whole(path, lambda temporary: temporary.write_text(text))

@@ -36,7 +36,7 @@ from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.words import MINUS, sentence
 
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
-STYLES = {"bad": "bold red", "warn": "bold yellow"}
+WARNED = {"bad": "bold red", "warn": "bold yellow"}
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
 
 def _said(judged: Judgement) -> Text:
     """Write a judgement, in colour where it warns."""
-    return Text(f"{sentence(judged.title)}: {judged.text}", style=STYLES.get(judged.level, ""))
+    return Text(f"{sentence(judged.title)}: {judged.text}", style=WARNED.get(judged.level, ""))
 
 
 def energy(result: Result) -> str:

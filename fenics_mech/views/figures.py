@@ -55,16 +55,20 @@ STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 
 def empty_figure(
-    rows: int = 1, height: float = SIZE[1], columns: int = 1, grid: dict[str, Any] | None = None
+    rows: int = 1,
+    height: float = SIZE[1],
+    columns: int = 1,
+    grid: dict[str, Any] | None = None,
+    shared: bool = True,
 ) -> tuple[Figure, Any]:
     """Make a figure with axes below one another, on a canvas that needs no display.
 
-    The axes are a list, or where there are more columns a list of each row.
+    The axes are a list, or where there are more columns a list of each row. Those of a column may share their abscissa.
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
-        panels = figure.subplots(rows, columns, sharex="col", squeeze=False, gridspec_kw=grid)
+        panels = figure.subplots(rows, columns, sharex="col" if shared else False, squeeze=False, gridspec_kw=grid)
         for axes in panels.flat:
             axes.spines["left"].set_in_layout(False)  # it would ask for all ticks again, and labels reach farther
         for axes in panels[-1]:

@@ -85,6 +85,18 @@ def judgements(result: Result) -> list[Judgement]:
     return sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level))
 
 
+def warnings_of(result: Result) -> list[str]:
+    """Give everything that a result warns of, in sentences: numbers of the scene, strengths, theory, errors.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    judged = judgements(result) if result.scene.members() else []
+    return [*result.warnings, *(f"{j.title}: {j.text}" for j in judged if j.level in ("warn", "bad"))]
+
+
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
     """Give the worst level of some judgements, and the sentence whether the numbers can be used.
 

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO
 from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
@@ -97,6 +96,21 @@ def mark_peak(axes: Axes, reading: ForceReading, k: int, value: float) -> None:
     mark(axes, reading, k, value, f"{short(value)} at {reading.at(k)}")
 
 
+def named(kind: str, reading: ForceReading, name: str = "") -> str:
+    """Name what an axis shows, with its unit.
+
+    Parameters
+    ----------
+    kind
+        Kind of the quantity, as of `AnswerUnits`.
+    reading
+        The result.
+    name
+        Another name than that of the kind.
+    """
+    return f"{name or kind} ({reading.units.label(kind)})"
+
+
 def number_of(reading: Reading, member: str) -> int:
     """Give the number of a member.
 
@@ -117,25 +131,25 @@ def method_of(result: Result) -> str:
 
 
 def still_at(reading: Reading, peak: Peak) -> Array | None:
-    """Give the strain without vibration at the place of a peak (micrometres per metre), where the result has it."""
+    """Give the strain without vibration at the place of a peak, where the result has it."""
     if "strain_quasi_static" not in reading.result.data:
         return None
     curves = reading.result.data["strain_quasi_static"].transpose("theta", "member", "s", "fibre").to_numpy()
-    return MICRO * smoothed(reading.result, curves[:, peak.i, peak.j, peak.f])[1]
+    return smoothed(reading.result, curves[:, peak.i, peak.j, peak.f])[1] / reading.units.size("strain")
 
 
-def strains_at(result: Result, member: str, s: float, fibre: str) -> tuple[Array, Array | None]:
-    """Strain at a place of a member, and that without vibration where the result has it (micrometres per metre).
+def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Array, Array | None]:
+    """Strain at a place of a member, and that without vibration where the result has it.
 
     Raises
     ------
     ViewError
         When there is no such fibre or place.
     """
-    still = "strain_quasi_static"
+    still, result, size = "strain_quasi_static", reading.result, reading.units.size("strain")
     sources = [result.data] + ([result.data.assign(strain=result.data[still])] if still in result.data else [])
     try:
-        curves = [MICRO * smoothed(result, Result(data).strain_at(member, s, fibre))[1] for data in sources]
+        curves = [smoothed(result, Result(data).strain_at(member, s, fibre))[1] / size for data in sources]
     except ResultError as error:
         raise ViewError(str(error)) from error
     return curves[0], (curves[1] if len(curves) > 1 else None)
@@ -160,7 +174,8 @@ def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, s
     for measurement in result.scene.measurements if result.scene.analysis.method != "transient" else ():
         if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
             angle, strain = read_measurement(measurement.file)
-            axes.plot(np.degrees(angle) % 360, MICRO * strain, label="measured", **MEASURED)
+            size = result.scene.answer_units.size("strain")
+            axes.plot(np.degrees(angle) % 360, strain / size, label="measured", **MEASURED)
 
 
 def mark_modes(axes: Axes, result: Result, limit: float) -> None:

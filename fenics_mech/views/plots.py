@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
-from fenics_mech.views.figures import COLOURS, DEFLECTION, STRAIN, angle_axis, curve, figure_in, finish, new_axes
+from fenics_mech.views.figures import COLOURS, angle_axis, curve, figure_in, finish, new_axes
 from fenics_mech.views.plot_marks import (
     abscissa,
     deflection_across,
@@ -25,6 +24,7 @@ from fenics_mech.views.plot_marks import (
     mark_modes,
     mark_peak,
     method_of,
+    named,
     number_of,
     over,
     still_at,
@@ -81,13 +81,13 @@ def plot_strain(
     >>> axes.get_title("left")
     'Strain of follower, 149 mm from C, + side'
     """
-    axes, reading = axes or new_axes(), Reading(result)
+    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
     peak = reading.peaks[number_of(reading, member)]
     if s is None:
         values, where = reading.strain[:, peak.i, peak.j, peak.f], f"{reading.place(peak)}, {reading.side(peak)}"
         without = still_at(reading, peak)
     else:
-        values, without = strains_at(result, member, s, fibre)
+        values, without = strains_at(reading, member, s, fibre)
         where = f"{'mid-span' if s == 0.5 else f's = {s:g}'}, {fibre.replace('-', MINUS)} side"
     if without is not None:
         axes.plot(*over(reading, without), **STILL)
@@ -97,7 +97,7 @@ def plot_strain(
     else:
         draw_measured(axes, result, member, (s, fibre))
     abscissa(axes, reading)
-    finish(axes, f"Strain of {member}, {where}", STRAIN)
+    finish(axes, f"Strain of {member}, {where}", named("strain", reading))
     return axes
 
 
@@ -133,21 +133,21 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
     >>> axes.images[0].get_clim()[1] == -axes.images[0].get_clim()[0]
     True
     """
-    axes, reading = axes or new_axes(), Reading(result)
+    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
     peak = reading.peaks[number_of(reading, member)]
     x, values = over(reading, reading.strain[:, peak.i, :, peak.f])
-    limit, length = float(np.abs(reading.strain).max()) or 1.0, MILLI * reading.lengths[peak.i]
+    limit, length = float(np.abs(reading.strain).max()) or 1.0, reading.lengths[peak.i] / reading.units.size("length")
     step = (x[-1] - x[0]) / max(len(x) - 1, 1) / 2
     extent = (x[0] - step, x[-1] + step, -length / (len(reading.s) - 1) / 2, length * (1 + 0.5 / (len(reading.s) - 1)))
     look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit, "aspect": "auto", "origin": "lower"}
     axes.imshow(values.T, extent=extent, interpolation="bilinear", **look)
     value = reading.strain[peak.k, peak.i, peak.j, peak.f]
-    height = MILLI * reading.s[peak.j] * reading.lengths[peak.i]
-    mark(axes, reading, peak.k, height, f"{short(value)} \N{MICRO SIGN}m/m")
+    height = reading.s[peak.j] * length
+    mark(axes, reading, peak.k, height, f"{short(value)} {reading.units.label('strain')}")
     first, second = reading.ends[peak.i]
     axes.grid(visible=False)
     axes.set_ylim(0, length)
-    axes.set_yticks([0, length], [f"{first}  0", f"{second}  {length:.0f} mm"])
+    axes.set_yticks([0, length], [f"{first}  0", f"{second}  {short(length)} {reading.units.label('length')}"])
     abscissa(axes, reading)
     finish(axes, f"{member}, {reading.side(peak)}", "")
     return axes
@@ -176,15 +176,15 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
     >>> len(axes.get_lines())
     3
     """
-    axes, reading = axes or new_axes(), Reading(result)
+    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
     across = deflection_across(result)
     largest = np.abs(across).max(axis=(0, 2))
     for i in sorted(np.argsort(-largest, kind="stable")[:MOST_CURVES].tolist()):
         j = int(np.abs(across[:, i]).max(axis=0).argmax())
         label = f"{reading.members[i]}, {reading.place(Peak(0, i, j))}"
-        axes.plot(*over(reading, MILLI * smoothed(result, across[:, i, j])[1]), label=label)
+        axes.plot(*over(reading, smoothed(result, across[:, i, j])[1] / reading.units.size("length")), label=label)
     abscissa(axes, reading)
-    finish(axes, "Deflection across each member where it is largest", DEFLECTION, columns=3)
+    finish(axes, "Deflection across each member where it is largest", named("length", reading, "deflection"), columns=3)
     return axes
 
 
@@ -216,7 +216,7 @@ def plot_joint_forces(result: Result, axes: Axes | None = None) -> Axes:
         k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
         mark_peak(axes, reading, k, float(reading.force[k, n]))
     abscissa(axes, reading)
-    finish(axes, "Magnitude of the joint forces", "force (N)")
+    finish(axes, "Magnitude of the joint forces", named("force", reading))
     axes.set_ylim(bottom=0)
     return axes
 
@@ -254,9 +254,8 @@ def plot_drive(result: Result, axes: Axes | None = None) -> Axes:
     k = int(np.abs(reading.effort).argmax())
     mark_peak(axes, reading, k, float(reading.effort[k]))
     abscissa(axes, reading)
-    slides = reading.effort_name[1] == "N"
-    title = sentence(reading.effort_name[0])
-    finish(axes, title, "force (N)" if slides else "torque (N m)")
+    name, unit = reading.effort_name
+    finish(axes, sentence(name), f"{name.removeprefix('drive ')} ({unit})")
     return axes
 
 
@@ -288,12 +287,12 @@ def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes
     >>> axes.get_title("left").startswith("Harmonics of the strain of coupler")
     True
     """
-    axes, reading = axes or new_axes(), Reading(result)
+    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
     i = number_of(reading, member)
     if "strain_amplitude" not in result.data:
         raise ViewError("the result has no harmonics: its motion is not periodic")
     gauge = result.data["strain_amplitude"].sel(gauge=AT_PEAK)
-    amplitude = MICRO * gauge.transpose("member", "harmonic").to_numpy()
+    amplitude = gauge.transpose("member", "harmonic").to_numpy() / reading.units.size("strain")
     heard = np.flatnonzero(amplitude[i] > LEAST_BAR * amplitude[i, 1:].max(initial=0.0))
     last = min(max(int(heard.max(initial=0)) + 1, FEWEST_BARS), amplitude.shape[1] - 1)
     width = BAR * axes.bbox.width / last * 72 / figure_in(axes).dpi  # points
@@ -305,7 +304,8 @@ def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes
     mark_modes(axes, result, last + 0.6)
     bands = "; bands: natural frequencies over the cycle" if "frequency" in result.data else ""
     axes.set_xlabel(f"harmonic of the drive ({1 / result.scene.period:.4g} Hz){bands}")
-    finish(axes, f"Harmonics of the strain of {member}, {reading.place(Peak(0, i, j))}, {side} side", STRAIN)
+    where = f"{reading.place(Peak(0, i, j))}, {side} side"
+    finish(axes, f"Harmonics of the strain of {member}, {where}", named("strain", reading))
     return axes
 
 
@@ -368,7 +368,8 @@ def draw_frequencies(frequency: Array, theta: Array, supported: Mapping[str, flo
     axes.yaxis.set_minor_formatter(NullFormatter())
     _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
     angle_axis(axes)
-    finish(axes, "Natural frequencies. Dashed: each member simply supported", "frequency (Hz)")
+    dashed = ". Dashed: each member simply supported" if any(low <= f <= high for f in supported.values()) else ""
+    finish(axes, f"Natural frequencies{dashed}", "frequency (Hz)")
     return axes
 
 

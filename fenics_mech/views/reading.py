@@ -254,7 +254,8 @@ def reading_of(result: Result) -> ForceReading:
     result
         The result.
     """
-    return Reading(result) if result.scene.members() else ForceReading(result)
+    units = result.scene.answer_units
+    return Reading(result, units) if result.scene.members() else ForceReading(result, units)
 
 
 @contextmanager

@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STRAIN, STYLE, empty_figure, figure_in, new_axes, save
+from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save
 from fenics_mech.views.freedom_figure import freedom_figure
+from fenics_mech.views.plot_marks import named
 from fenics_mech.views.plots import (
     plot_deflection,
     plot_drive,
@@ -25,6 +26,7 @@ from fenics_mech.views.plots import (
     plot_strain_map,
 )
 from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file
+from fenics_mech.views.vector_plots import force_path_figure, path_points, plot_point_path
 
 MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
 MOST_SPECTRA = 3
@@ -49,8 +51,8 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     -------
     list of Path
         The files, none where there is only one position: strains where they are largest, strains by angle and place,
-        deflections, joint forces, freedoms. A periodic motion has the spectrum of the strains, and modes have their
-        frequencies. Each place that was measured has a plot of its own.
+        deflections, joint forces by size and by direction, paths of points, freedoms. A periodic motion has the
+        spectrum of the strains, and modes have their frequencies. Each place that was measured has a plot of its own.
 
     Raises
     ------
@@ -93,7 +95,7 @@ def strain_figure(result: Result) -> Figure:
     result
         The result.
     """
-    reading = Reading(result)
+    reading = Reading(result, result.scene.answer_units)
     size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_MEMBERS]
     with mpl.rc_context(STYLE):
@@ -144,7 +146,7 @@ def map_figure(result: Result) -> Figure:
     result
         The result.
     """
-    reading = Reading(result)
+    reading = Reading(result, result.scene.answer_units)
     shown = sorted(reading.ranked[:MOST_MEMBERS])
     tall = np.maximum(reading.lengths, LEAST_ROW * reading.lengths.max())[shown]
     height = 1.0 + 0.35 * len(shown) + 1.5 * float(tall.sum() / tall.max())
@@ -153,7 +155,7 @@ def map_figure(result: Result) -> Figure:
         plot_strain_map(result, reading.members[i], axes)
         if axes is not panels[-1]:
             axes.set_xlabel("")
-    label = f"{STRAIN}: blue compression, red tension"
+    label = f"{named('strain', reading)}: blue compression, red tension"
     bar = figure.colorbar(panels[0].images[0], ax=panels, label=label, shrink=0.9, aspect=34, pad=0.02)
     bar.outline.set_visible(False)
     _tell_left_out(figure, reading)
@@ -185,7 +187,7 @@ def spectrum_figure(result: Result) -> Figure:
     result
         The result.
     """
-    reading = Reading(result)
+    reading = Reading(result, result.scene.answer_units)
     size = np.abs(reading.strain).max(axis=(0, 2, 3))
     shown = sorted(int(i) for i in np.argsort(-size, kind="stable")[:MOST_SPECTRA])
     figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))
@@ -208,6 +210,8 @@ FIGURES: dict[str, tuple[Callable[[Result], bool], Callable[[Result], Figure]]] 
     "strain_map": (_bends, map_figure),
     "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
+    "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
+    "point_paths": (lambda result: bool(path_points(result)), lambda result: figure_in(plot_point_path(result))),
     "freedoms": (lambda result: "freedom_place" in result.data, freedom_figure),
     "spectrum": (lambda result: "strain_amplitude" in result.data, spectrum_figure),
     "frequencies": (

@@ -85,7 +85,7 @@ def test_json_is_what_the_result_holds(call, tmp_path):
     code, text, _ = call("--json")
     assert code == 0
     found, data = json.loads(text), Result.load(tmp_path / "out" / "result.nc").data
-    assert found["files"] == [str(tmp_path / "out" / name) for name in ("result.nc", "report.html")]
+    assert found["files"] == [str(tmp_path / "out" / name) for name in ("result.nc", "warnings.txt", "report.html")]
     strain = data["strain"].sel(member="coupler").to_numpy()
     peak = found["members"]["coupler"]["strain"]
     assert abs(peak["value"]) == pytest.approx(np.abs(strain).max(), rel=0.02)  # between positions it is larger

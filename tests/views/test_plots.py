@@ -246,6 +246,8 @@ def test_all_plots_are_written_and_none_is_blank(result, tmp_path):
         "strain_map",
         "deflection",
         "joint_forces",
+        "force_paths",
+        "point_paths",
         "spectrum",
         "frequencies",
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -27,6 +28,7 @@ class NewtonLimits:
     rounding: float = 1e-6  # change that is rounding where it falls no more: near buckling little load moves much
 
 
+logger = logging.getLogger(__name__)
 NEWTON = NewtonLimits()
 
 
@@ -126,6 +128,7 @@ def _at_load(
         tension = equation.predicted_tension(*old, *new)
         change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
         changes.append(change / max(size, TINY))
+        logger.debug("Newton %d at %.3g of the load: relative change %.2e", len(changes), factor, changes[-1])
         old = new
     assert orbit is not None
     return orbit, tension

@@ -249,8 +249,9 @@ def _refuse_ringing(period: float, modes: Modes, state: Array, free: Array) -> N
     ringing = np.sqrt(energies / max(energy, TINY)) * unresolved
     if ringing[worst := int(ringing.argmax())] > SUB_INTERVALS.largest_ringing:
         raise UnresolvedError(
-            f"mode {worst + 1} ({fastest[worst]:.4g} Hz) rings at the joins of the sub-intervals, with "
-            f"{ringing[worst]:.0%} of the whole vibration: the solution would be wrong. "
+            f"mode {worst + 1} ({fastest[worst]:.4g} Hz) is too fast for these sub_intervals: where two "
+            f"of them meet it is set vibrating, with {ringing[worst]:.0%} of the whole amplitude, and the solution "
+            "would be wrong. "
             f"{_without_ringing(int(np.argmax(unresolved)), math.ceil(needed.max()))}. analysis.allow_ringing "
             "lets it pass, and analysis.allow_coarse what the error estimate may refuse then"
         )

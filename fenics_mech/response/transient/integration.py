@@ -9,6 +9,7 @@ Source: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371; Balay et al., PETSc Use
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,7 @@ from fenics_mech.response.transient.course import Course, Schedule, StartState, 
 from fenics_mech.response.transient.instant import Instant
 from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
 
+logger = logging.getLogger(__name__)
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own
 State = Callable[[], Any]  # gives z and its rate
 Prepared = tuple[float, State]  # TS's time over ours, and the state
@@ -221,6 +223,7 @@ class _Integrator:
             self.steps += ts.getStepNumber()
             time = ts.getTime() / pace
             z, rate = state()
+        logger.debug("%d steps up to %.6g s, the last of %.3g s", self.steps, time, self.length / pace)
         reasons = PETSc.TS.ConvergedReason
         if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
             name, hint = name_of(reasons, reason), ""

@@ -18,6 +18,7 @@ from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_place
 from fenics_mech.views.reading import Reading
 
 STEPS = 32767  # of a 16-bit number
+DRAWN = 2047  # of deflections, which are drawn and not told: a tenth of a pixel
 MOST = 1200  # positions of a motion in time; more do not show on a screen
 MOST_HARMONICS = 60
 
@@ -44,17 +45,19 @@ def payload(reading: Reading) -> dict[str, Any]:
         "magnify": default_magnification(reading.result),
         "effort": list(reading.effort_name) if reading.effort is not None else None,
         **_spectrum(reading),
-        "arrays": {name: packed(values[shown]) for name, values in arrays.items()},
+        "arrays": {name: packed(values[shown], DRAWN if name == "bent" else STEPS) for name, values in arrays.items()},
     }
 
 
-def packed(values: Array) -> dict[str, Any]:
-    """Round to 16 bits of the largest value, take differences from position to position, and deflate.
+def packed(values: Array, steps: int = STEPS) -> dict[str, Any]:
+    """Round to a share of the largest value, take differences from position to position, and deflate.
 
     Parameters
     ----------
     values
         Numbers, ``(positions, ...)``.
+    steps
+        Whole number that stands for the largest value, at most 32767.
 
     Returns
     -------
@@ -63,7 +66,7 @@ def packed(values: Array) -> dict[str, Any]:
         low bytes of all differences and then the high ones.
     """
     values = np.nan_to_num(np.asarray(values, dtype=float).reshape(len(values), -1))
-    scale = max(float(np.abs(values).max(initial=0.0)), TINY * STEPS) / STEPS
+    scale = max(float(np.abs(values).max(initial=0.0)), TINY * steps) / steps
     differences = np.diff(np.rint(values / scale).astype(np.int64), axis=0, prepend=0).astype("<i2")  # modulo 2^16
     planes = differences.reshape(-1).view(np.uint8).reshape(-1, 2).T.tobytes()
     text = base64.b64encode(zlib.compress(planes, 9)).decode()
