@@ -15,7 +15,7 @@ from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.stops import StopContact
 from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.scene import Bushing, Clearance, Friction, GearPair, GuideClearance, JointEffort, Scene, Stop
-from fenics_mech.scene.joint_laws import OneJointLaw
+from fenics_mech.scene.joint_laws import OneJointLaw, PluggedEffort
 
 
 def laws_of(scene: Scene, start: Array) -> dict[str, JointLaw]:
@@ -39,7 +39,7 @@ def laws_of(scene: Scene, start: Array) -> dict[str, JointLaw]:
     return found
 
 
-def _law(joint: JointPlace, stated: OneJointLaw) -> JointLaw:
+def _law(joint: JointPlace, stated: OneJointLaw | PluggedEffort) -> JointLaw:
     match stated:
         case Friction():
             return DryFriction(joint, stated)
@@ -51,5 +51,5 @@ def _law(joint: JointPlace, stated: OneJointLaw) -> JointLaw:
             return SliderContact(joint, stated)
         case Bushing():
             return SoftBearing(joint, stated)
-        case JointEffort():
+        case JointEffort() | PluggedEffort():
             return GivenEffort(joint, stated)
