@@ -76,6 +76,12 @@ def from_pylinkage(mechanism: Any, unit: str = "m") -> Scene:
     ------
     SceneError
         When it has what a scene cannot state.
+
+    Examples
+    --------
+    >>> from pylinkage.mechanism import fourbar
+    >>> list(fm.from_pylinkage(fourbar(crank=1, coupler=3, rocker=3, ground=4), unit="cm").links)
+    ['crank', 'coupler', 'rocker']
     """
     if isinstance(mechanism, dict):
         return Scene.read(linked(mechanism, unit))
