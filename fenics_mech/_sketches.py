@@ -189,6 +189,8 @@ def _of_svg(path: Path) -> Iterator[Stroke | Circle]:
     except Safe.ParseError as error:
         raise ValueError(f"it is no SVG: {error}") from error
     picture = svgelements.SVG.parse(io.BytesIO(content), reify=True, ppi=25.4)  # a pixel is then 1 mm
+    if not isinstance(picture, svgelements.SVG):
+        raise ValueError("it is no SVG: its outermost element is another")
     yield from _of_group(picture, "", svgelements)
 
 

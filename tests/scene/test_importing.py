@@ -98,6 +98,7 @@ def test_what_is_written_is_the_scene(svg, tmp_path):
     [
         ("", BOMB, "EntitiesForbidden"),
         ("", "<svg", "it is no SVG"),
+        ("", "<Xdmf/>", "it is no SVG"),
         ("", SVG.replace('"ground"', '"frame"'), "no circle is on the frame"),
         ('<path d="M 0 0 C 1 1 2 2 3 0"/>', SVG, "it has a curve"),
         ('<ellipse cx="1" cy="1" rx="3" ry="2"/>', SVG, "it has an ellipse"),
