@@ -138,6 +138,8 @@ __all__ = [
     "fatigue",
     "follow",
     "four_bar",
+    "from_drawing",
+    "from_pylinkage",
     "load",
     "manipulator",
     "modes",

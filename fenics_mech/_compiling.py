@@ -7,7 +7,6 @@ compilation holds a lock, which the system takes away from a process that ends, 
 from __future__ import annotations
 
 import atexit
-import fcntl
 import os
 import shutil
 import tempfile
@@ -17,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
+from fenics_mech._system import locked
 from fenics_mech.errors import SolverError
 
 Made = TypeVar("Made")
@@ -64,8 +64,7 @@ def _own_folder() -> Path:
 def _locked(folder: Path) -> Iterator[Path]:
     """Hold the lock of a cache, freed of what was not finished."""
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked(folder / "lock"):
         if folder.stat().st_mtime_ns != _cleaned.get(folder):
             _clean(folder)
             _cleaned[folder] = folder.stat().st_mtime_ns

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from fenics_mech._system import READ
 from fenics_mech.errors import ResultError
 
 logger = logging.getLogger(__name__)
@@ -24,7 +25,7 @@ def read_bounded(path: Path, largest: int) -> bytes:
     ValueError
         When it is not an ordinary file, is too large, or has a name that no file can have.
     """
-    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe that nobody writes to would block
+    handle = os.open(path, READ)
     with open(handle, "rb") as file:
         found = os.fstat(handle)
         if not stat.S_ISREG(found.st_mode):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import resource
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
 
+from fenics_mech._system import memory_limit, memory_of_machine
 from fenics_mech.errors import SolverError, TooLargeError
 
 ADVICE = (
@@ -36,9 +35,8 @@ def guarded() -> Iterator[None]:
 
 def memory() -> int:
     """Give the memory that there is for this process (bytes): the machine's, or what its limits or container allow."""
-    found = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY:
+    found = [memory_of_machine()]
+    if (limit := memory_limit()) is not None:
         found.append(limit)
     for path in OF_CONTAINER:
         with suppress(OSError, ValueError):  # there is none, or it says "max"

@@ -43,7 +43,7 @@ class Plugin:
         try:
             found = self.entry.load()
         except Exception as error:  # of a stranger's module: anything
-            raise MechanismError(self._failed("cannot be loaded", error)) from error
+            raise self.failed("cannot be loaded", error) from error
         if not (isinstance(found, kind) or (isinstance(found, type) and issubclass(found, kind))):
             raise self.refused(f"gives {type(found).__name__} where {kind.__name__} is expected")
         return found
@@ -62,12 +62,13 @@ class Plugin:
             except MechanismError:
                 raise
             except Exception as error:
-                raise MechanismError(self._failed(f"failed in {work.__name__}", error)) from error
+                raise self.failed(f"failed in {work.__name__}", error) from error
 
         return called
 
-    def _failed(self, how: str, error: Exception) -> str:
-        return f"{self} {how}: {type(error).__name__}: {error}"
+    def failed(self, how: str, error: Exception) -> MechanismError:
+        """Give the error that says how it failed, and by which exception."""
+        return MechanismError(f"{self} {how}: {type(error).__name__}: {error}")
 
 
 @cache

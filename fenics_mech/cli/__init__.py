@@ -21,6 +21,7 @@ from fenics_mech.cli.effects_command import effects
 from fenics_mech.cli.export_command import export
 from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
+from fenics_mech.cli.import_command import import_scene
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
 from fenics_mech.cli.plot_command import plot
@@ -72,10 +73,12 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 _COMMANDS = (
     *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
-    *(animate, plot, report, export, mesh, schema),
+    *(animate, plot, report, export, import_scene, mesh, schema),
 )
+_QUICK = check, import_scene, schema
 for _command in _COMMANDS:
-    app.command()(_with_log(_command if _command in (check, schema) else _with_libraries(_command)))
+    _name = "import" if _command is import_scene else None  # a word that Python keeps for itself
+    app.command(_name)(_with_log(_command if _command in _QUICK else _with_libraries(_command)))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Torques and forces at joints that are no freedoms, by formulas and characteristics of motors."""
+"""Torques and forces at joints that are no freedoms: by formulas, characteristics of motors, laws of other packages."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import JointEffort
+from fenics_mech.scene.joint_laws import PluggedEffort
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class GivenEffort(WithoutContact):
     """
 
     joint: JointPlace
-    stated: JointEffort
+    stated: JointEffort | PluggedEffort
     cause = Cause.EFFORTS
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:

@@ -14,7 +14,7 @@ from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.stops import StopContact
 from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.scene import Bushing, Clearance, Friction, GearPair, GuideClearance, JointEffort, Scene, Stop
-from fenics_mech.scene.joint_laws import OneJointLaw
+from fenics_mech.scene.joint_laws import OneJointLaw, PluggedEffort
 
 
 def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace]) -> dict[str, JointLaw]:
@@ -53,7 +53,7 @@ def law_names(scene: Scene) -> list[str]:
     return [name for names in both for name in names]
 
 
-def _law(joint: JointPlace, stated: OneJointLaw) -> JointLaw:
+def _law(joint: JointPlace, stated: OneJointLaw | PluggedEffort) -> JointLaw:
     match stated:
         case Friction():
             return DryFriction(joint, stated)
@@ -65,5 +65,5 @@ def _law(joint: JointPlace, stated: OneJointLaw) -> JointLaw:
             return SliderContact(joint, stated)
         case Bushing():
             return SoftBearing(joint, stated)
-        case JointEffort():
+        case JointEffort() | PluggedEffort():
             return GivenEffort(joint, stated)

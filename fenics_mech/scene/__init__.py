@@ -16,6 +16,7 @@ from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
 from fenics_mech.scene.freedoms import DirectCurrentMotor, FormulaEffort, Freedom, InductionMotor, SpeedController
+from fenics_mech.scene.importing import from_drawing, from_pylinkage
 from fenics_mech.scene.joint_laws import (
     Bushing,
     Clearance,
@@ -30,7 +31,7 @@ from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
-from fenics_mech.scene.plugged import add_sections
+from fenics_mech.scene.plugged import add_kinds
 from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
@@ -115,6 +116,8 @@ __all__ = [
     "VariableSection",
     "Weld",
     "four_bar",
+    "from_drawing",
+    "from_pylinkage",
     "load",
     "manipulator",
     "parse",
@@ -125,4 +128,4 @@ __all__ = [
     "stated_tolerance",
 ]
 
-add_sections(Scene)  # those of other packages, which import this room
+add_kinds(Scene)  # those of other packages, which import this room

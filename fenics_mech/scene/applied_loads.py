@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
@@ -255,6 +255,10 @@ class Varying(Part):
             Drive angles (rad), ``(angles,)``.
         """
         return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
+
+    def computed(self) -> dict[str, Any]:
+        """Give values of keys such as ``force`` or ``line``, by key, in SI: a class of another package has others."""
+        return {}
 
     @property
     def factor_range(self) -> tuple[float, float]:

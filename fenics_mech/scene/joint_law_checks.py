@@ -14,6 +14,7 @@ from fenics_mech.scene.joint_laws import (
     GearPair,
     GuideClearance,
     JointEffort,
+    PluggedEffort,
     Stop,
 )
 
@@ -47,7 +48,7 @@ def check_joint_laws(scene: Scene) -> None:
         if isinstance(law, GearPair):
             _check_gears(scene, law, place)
         kind = "clearance or bushing" if isinstance(law, OPEN) else law.kind
-        if (law.joint, kind) in seen and not isinstance(law, JointEffort | GearPair):
+        if (law.joint, kind) in seen and not isinstance(law, JointEffort | PluggedEffort | GearPair):
             raise SceneError(
                 f"joint {law.joint!r} has a {kind} already, joint_laws.{seen[law.joint, kind]}", place=place
             )
@@ -69,6 +70,8 @@ def check_joint_laws(scene: Scene) -> None:
 
 def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
     """Kinds of joints at which a law may be."""
+    if isinstance(law, PluggedEffort):
+        return law.fits
     if isinstance(law, GuideClearance):
         return ("prismatic",)
     return ("revolute",) if isinstance(law, (*OPEN, GearPair)) else ("revolute", "slot", "prismatic")

@@ -5,7 +5,8 @@ Friction and stops act beside the constraint of a joint. A clearance or a bushin
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from abc import ABC, abstractmethod
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -289,6 +290,29 @@ class JointEffort(AtJoint):
             Angle (rad) or stroke (m) of the joint there, and its rate, ``(states,)`` each.
         """
         return effort_of(self.effort, time, (place, rate), 0.0)
+
+
+class PluggedEffort(AtJoint, ABC):
+    """A torque or force at a joint by a law of another package: the base of its class, which adds keys.
+
+    Parameters
+    ----------
+    joint
+        A pin, a slot or a prismatic joint of two bodies.
+    """
+
+    fits: ClassVar[tuple[str, ...]] = ("revolute", "slot", "prismatic")  # kinds of joints at which it may be
+    kind: str
+
+    @abstractmethod
+    def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
+        """Effort on the second body (N m or N), ``(states,)``.
+
+        Parameters
+        ----------
+        time, place, rate
+            As of `JointEffort`.
+        """
 
 
 class GearPair(AtJoint):

@@ -1,16 +1,19 @@
-"""What other packages add to scenes: shapes of sections, and tables of the keys of their effects."""
+"""What other packages add to scenes: shapes of sections, kinds of loads and joint laws, and tables of other keys."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any, Union
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import Discriminator, GetCoreSchemaHandler, GetJsonSchemaHandler, Tag, ValidationError, WrapValidator
 from pydantic_core import CoreSchema, core_schema
 
 from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import SceneError, shortened
+from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load
 from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.first_error import BRANCH, BRANCHES
+from fenics_mech.scene.joint_laws import AnyJointLaw, PluggedEffort
 from fenics_mech.scene.sections import SHAPES, Section, any_section
 
 METHODS = "rigidity", "shear_stiffness", "check"
@@ -37,18 +40,81 @@ def _section(plugin: Plugin) -> type[Section]:
     return kind
 
 
-def add_sections(scene: type[Part]) -> None:
-    """Let scenes state the sections of other packages.
+def add_kinds(scene: type[Part]) -> None:
+    """Let scenes state the sections, loads and joint laws of other packages.
 
     Parameters
     ----------
     scene
         The class of scenes.
+
+    Raises
+    ------
+    MechanismError
+        When one is of another kind, or has a name that is taken.
     """
-    if kinds := sections():
-        kept: Any = dict[Name, any_section(*kinds)]  # type: ignore[misc]
-        scene.model_fields["sections"].annotation = kept
+    of_key: dict[str, Any] = {
+        "sections": any_section(*shapes) if (shapes := sections()) else None,
+        "loads": _among(AnyLoad, {plugin: _kind(plugin, Load, LineLoad) for plugin in plugins("loads")}),
+        "joint_laws": _among(AnyJointLaw, {plugin: _kind(plugin, PluggedEffort) for plugin in plugins("joints")}),
+    }
+    for key, kinds in of_key.items():
+        if kinds is not None:
+            kept: Any = dict[Name, kinds]  # type: ignore[valid-type]
+            scene.model_fields[key].annotation = kept
+    if any(kinds is not None for kinds in of_key.values()):
         scene.model_rebuild(force=True)
+
+
+def _kind(plugin: Plugin, *bases: type[Part]) -> type[Part]:
+    """Load a class of loads or joint laws, whose errors name the plugin."""
+    kind: type[Part] = plugin.load(Part)
+    names = " or ".join(base.__name__ for base in bases)
+    if not issubclass(kind, bases):
+        raise plugin.refused(f"gives {kind.__name__} where a class derived from {names} is expected")
+    stated = kind.model_fields["kind"].default if "kind" in kind.model_fields else None
+    if stated != plugin.name or stated in BRANCHES:
+        raise plugin.refused(f"needs a field `kind: Literal[{plugin.name!r}] = {plugin.name!r}`, a name not yet taken")
+    for name in ("effort_at", "factor_at", "computed"):
+        if hasattr(kind, name):
+            setattr(kind, name, plugin.blamed(getattr(kind, name)))
+    return kind
+
+
+def _among(own: Any, plugged: dict[Plugin, type[Part]]) -> Any:
+    """Give the type of what the program knows by itself, or of a kind of another package; None where there is none."""
+    if not plugged:
+        return None
+    kinds = {kind: f"{BRANCH}{plugin.name}" for plugin, kind in plugged.items()}
+    of_name = {plugin.name: f"{BRANCH}{plugin.name}" for plugin in plugged}
+
+    def tag(value: Any) -> Any:
+        if not isinstance(value, Mapping):
+            return kinds.get(type(value), BRANCH)
+        kind = value.get("kind")
+        return of_name.get(kind, BRANCH) if isinstance(kind, str) else BRANCH
+
+    tagged = [Annotated[kind, WrapValidator(_reader(plugin)), Tag(kinds[kind])] for plugin, kind in plugged.items()]
+    return Annotated[Union[Annotated[own, Tag(BRANCH)], *tagged], Discriminator(tag)]
+
+
+def _reader(plugin: Plugin) -> Any:
+    """Give what reads a kind of a package; errors that its checks do not mean as answers name the plugin."""
+
+    def read(data: Any, handler: Any) -> Any:
+        try:
+            part = handler(data)
+        except (ValidationError, SceneError):
+            raise
+        except Exception as error:
+            raise plugin.failed("cannot read its keys", error) from error
+        computed = part.computed() if isinstance(part, Load | LineLoad) else {}
+        for key, value in computed.items():
+            if key in part.model_fields_set and getattr(part, key) != value:
+                raise ValueError(f"`{key}` follows from the other keys of a load of kind {plugin.name!r}: leave it out")
+        return part.model_copy(update=computed)
+
+    return read
 
 
 class Tables:

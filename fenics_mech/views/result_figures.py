@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save
@@ -68,8 +71,9 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     ['strain.png', 'strain_map.png']
     """
     folder = Path(folder)
-    if unknown := sorted(set(only) - set(FIGURES)):
-        raise ViewError(f"there is no plot {unknown[0]!r}; there are {', '.join(FIGURES)}")
+    known = FIGURES | _of_packages()
+    if unknown := sorted(set(only) - set(known)):
+        raise ViewError(f"there is no plot {unknown[0]!r}; there are {', '.join(known)}")
     if ending not in ENDINGS:
         raise ViewError(f"a plot's file must end in one of {', '.join(ENDINGS)}, not in {ending!r}")
     try:
@@ -79,8 +83,9 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     if result.data.sizes["theta"] == 1:
         return []
     with reading_of_a_file():
-        chosen = {name: build for name, (has, build) in FIGURES.items() if has(result) and (not only or name in only)}
-        paths = [save(build(result), folder / f"{name}{ending}") for name, build in chosen.items()]
+        chosen = {name: build for name, (has, build) in known.items() if has(result) and (not only or name in only)}
+        drawn = {name: figure for name, build in chosen.items() if (figure := build(result)) is not None}
+        paths = [save(figure, folder / f"{name}{ending}") for name, figure in drawn.items()]
     for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
         paths.append(save(figure_in(plot_strain(result, member, s=s, fibre=fibre)), folder / f"{name}{ending}"))
@@ -205,7 +210,31 @@ def _bends(result: Result) -> bool:
     return bool(result.scene.members())
 
 
-FIGURES: dict[str, tuple[Callable[[Result], bool], Callable[[Result], Figure]]] = {
+def _of_packages() -> dict[str, Build]:
+    """Plots of other packages: functions of a result that give a figure, or None where it has nothing for them."""
+    return {plugin.name: (lambda result: True, _drawing(plugin)) for plugin in plugins("views")}
+
+
+def _drawing(plugin: Plugin) -> Callable[[Result], Figure | None]:
+    """Give what draws a plot of another package, whose errors name it."""
+    draw: Callable[[Result], Figure | None] = plugin.load(FunctionType)
+    if plugin.name in FIGURES:
+        raise plugin.refused("has the name of a plot of the program itself")
+
+    def drawn(result: Result) -> Figure | None:
+        with mpl.rc_context(STYLE):
+            figure = plugin.blamed(draw)(result)
+        if not isinstance(figure, Figure | None):
+            raise plugin.refused(f"gives {type(figure).__name__} where a Figure of matplotlib or None is expected")
+        if figure is not None:
+            FigureCanvasAgg(figure)
+        return figure
+
+    return drawn
+
+
+Build = tuple[Callable[[Result], bool], Callable[[Result], Figure | None]]
+FIGURES: dict[str, Build] = {
     "strain": (_bends, strain_figure),
     "strain_map": (_bends, map_figure),
     "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),

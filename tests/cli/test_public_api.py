@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import shutil
 from operator import attrgetter
 from pathlib import Path
@@ -44,11 +45,18 @@ def test_no_name_of_the_top_level_hides_a_room():
     assert inspect.isfunction(fm.modes)
 
 
+def test_the_version_has_a_section_in_the_changelog():
+    assert re.search(
+        rf"^## \[{re.escape(fm.__version__)}\] - \d{{4}}-\d\d-\d\d$", (ROOT / "CHANGELOG.md").read_text(), re.M
+    )
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder with the demos and a result, as the examples have it."""
     made = tmp_path_factory.mktemp("examples")
     shutil.copytree(ROOT / "demos", made / "demos", ignore=shutil.ignore_patterns("*.png", "*.gif"))
+    shutil.copytree(ROOT / "meshes", made / "meshes")
     (made / "out").mkdir()
     scene = fm.load(made / "demos" / "four_bar.toml").changed(
         {"analysis.method": "quasi-static", "analysis.sub_intervals": 90}
@@ -57,7 +65,10 @@ def folder(tmp_path_factory):
     return made
 
 
-EXTRAS = {"fatigue": "rainflow"}  # libraries that examples need beside those of every installation
+EXTRAS = {
+    "fatigue": "rainflow",
+    "from_pylinkage": "pylinkage",
+}  # libraries that examples need beside those of every installation
 
 
 @pytest.mark.parametrize("name", [*(name for name in NAMES if name not in KINDS_OF_ERRORS), "Scene.changed"])

@@ -10,7 +10,7 @@ from fenics_mech.cli import app
 from tests.common import DEMOS
 
 HEAVY = "dolfinx gmsh h5py imageio matplotlib meshio mpi4py pandas petsc4py pint pyvista scipy slepc4py ufl vtk xarray"
-COMMANDS = [command.callback.__name__ for command in app.registered_commands]
+COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
 CALLED = """
 import sys
 from fenics_mech.cli import app

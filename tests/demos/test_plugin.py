@@ -14,6 +14,18 @@ from tests.common import DEMOS, ROOT
 
 SCENE = DEMOS / "plugin" / "bar_on_turntable.toml"
 SECTION = "from fenics_mech.scene.sections.plain import RectangleSection as EllipseSection\n"
+TABLE = '[plugins.turntable]\nspeed = "30 rad/s"\n'
+WIND = """[loads.wind]
+kind = "wind"
+member = "bar"
+wind = [1, 0]
+breadth = 1
+"""
+BRAKE = """[joint_laws.brake]
+kind = "eddy-brake"
+joint = "O"
+critical = 1
+"""
 INSTALL = "-q", "--no-build-isolation", "--no-deps", "--no-index", "--disable-pip-version-check"
 
 
@@ -34,7 +46,7 @@ def changed(installed, tmp_path):
     def copy(module, text, old=None):
         shutil.copytree(installed, tmp_path / "site")
         file = tmp_path / "site" / "fenics_mech_turntable" / module
-        file.write_text(file.read_text().replace(old, text) if old else text)
+        file.write_text(file.read_text().replace(old, text, 1) if old else text)
         return tmp_path / "site"
 
     return copy
@@ -83,12 +95,43 @@ def test_effect_and_section_of_a_package_act(installed, tmp_path):
     assert np.allclose(data["axial_force"].squeeze(), force, rtol=1e-9, atol=1e-9)
 
 
+def test_load_and_plot_of_a_package(installed, tmp_path):
+    """Strain at the root of a strip, by the closed form, and the plot of its axial force."""
+    from fenics_mech import Result
+
+    done = command("run", DEMOS / "plugin" / "strip_in_wind.toml", "-o", tmp_path, site=installed)
+    assert done.returncode == 0, done.stderr
+    drawn = command("plot", tmp_path / "result.nc", "-o", tmp_path, "--only", "axial_force", site=installed)
+    assert (tmp_path / "axial_force.png").stat().st_size > 5000, drawn.stderr
+    line, length, breadth, height = 2.0 * 1.2 * 20e-3 * 10**2 / 2, 0.3, 20e-3, 2e-3
+    strain = line * length**2 / 2 / (210e9 * breadth * height**3 / 12) * height / 2
+    data = Result.load(tmp_path / "result.nc").data
+    assert np.abs(data["strain"].sel(s=0)).max() == pytest.approx(strain, rel=2e-3)
+
+
+def test_joint_law_of_a_package(installed, tmp_path):
+    """A disc runs down in an eddy-current brake as by the closed form."""
+    from fenics_mech import Result
+
+    done = command("run", DEMOS / "plugin" / "braked_disc.toml", "-o", tmp_path, site=installed)
+    assert done.returncode == 0, done.stderr
+    data = Result.load(tmp_path / "result.nc").data
+    rate, time = data["freedom_rate"].squeeze().to_numpy(), data["time"].to_numpy()
+    assert rate[-1] < 50  # it has passed the critical speed
+    left = np.log(rate / 300) + (rate**2 - 300**2) / (2 * 100**2)
+    assert np.allclose(left, -2 * 5 * time / (0.02 * 100), atol=1e-6)
+
+
 def test_keys_of_a_package_stand_in_the_schema(installed):
     schema = json.loads(command("schema", site=installed).stdout)
     table = schema["properties"]["plugins"]["properties"]["turntable"]
     assert table["required"] == ["speed"]
     assert "turntable (rad/s)" in table["properties"]["speed"]["description"]
     assert "Size in the plane" in schema["$defs"]["EllipseSection"]["properties"]["height"]["description"]
+    assert "Coefficient of drag" in schema["$defs"]["WindLoad"]["properties"]["drag"]["description"]
+    brake = schema["$defs"]["EddyBrake"]
+    assert set(brake["required"]) == {"kind", "joint", "torque", "critical"}
+    assert "Critical speed (rad/s)" in brake["properties"]["critical"]["description"]
     assert "turntable" not in command("schema").stdout
 
 
@@ -99,6 +142,9 @@ def test_keys_of_a_package_stand_in_the_schema(installed):
         ('speed = "30 rad/s"', "pace = 1", "plugins.turntable.speed .*: this key is missing"),
         ('height = "4 mm"', 'height = "-4 mm"', r"sections.bar.height \(line 9\): .*greater than 0"),
         ('shape = "ellipse"', 'shape = "egg"', "no such shape of section; known are .*taper, ellipse"),
+        (TABLE, f"{WIND}pace = 1\n", r"loads.wind.pace \(line \d+\): .*nknown key"),
+        (TABLE, f"{WIND}line = [1, 0]\n", "loads.wind .*`line` follows from the other keys"),
+        (TABLE, f"{BRAKE}torque = -1\n", r"joint_laws.brake.torque \(line \d+\): .*greater than 0"),
         ("[plugins.turntable]", "[plugins.merry]", "plugins.merry .*no plugin 'merry'. Those that .* here: turntable"),
     ],
 )
@@ -126,6 +172,50 @@ def re_search(pattern, text):
 )
 def test_a_package_that_is_wrong_is_named(changed, tmp_path, module, text, old, said):
     done = command("run", SCENE, "-o", tmp_path, site=changed(module, text, old))
+    assert done.returncode == 1
+    assert re_search(said, done.stderr), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("module", "text", "old", "scene", "said"),
+    [
+        (
+            "wind.py",
+            '"gale"] = "gale"',
+            '"wind"] = "wind"',
+            "strip_in_wind",
+            "'wind' of .* needs a field `kind: Literal",
+        ),
+        ("wind.py", "self.air / 0", "self.air", "strip_in_wind", "'wind' of .* failed in computed: ZeroDivisionError"),
+        (
+            "brake.py",
+            "rate / []",
+            "rate / self.critical",
+            "braked_disc",
+            "'eddy-brake' of .* failed in effort_at",
+        ),
+        (
+            "brake.py",
+            "AtJoint as Plug",
+            "Plug",
+            "braked_disc",
+            "'eddy-brake' of .* where a class derived from",
+        ),
+        (
+            "along_members.py",
+            "result.dat.x",
+            "result.data",
+            "strip_in_wind",
+            "'axial_force' .* failed in axial_force",
+        ),
+        ("along_members.py", "return 3", "return None", "braked_disc", "'axial_force' .* gives int where a Figure"),
+    ],
+)
+def test_a_load_joint_law_or_plot_that_is_wrong_is_named(changed, tmp_path, module, text, old, scene, said):
+    done = command(
+        "run", DEMOS / "plugin" / f"{scene}.toml", "-o", tmp_path, "--plots", site=changed(module, text, old)
+    )
     assert done.returncode == 1
     assert re_search(said, done.stderr), done.stderr
     assert "Traceback" not in done.stderr

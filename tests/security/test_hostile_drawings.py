@@ -20,7 +20,7 @@ def read(folder, name):
     return parse(SCENE.replace("four_bar.geo", name), folder=folder)
 
 
-@pytest.mark.parametrize("ending", ["vtu", "xdmf", "med", "e", "h5m", "cgns", "vol.gz", "post.gz", "f3grid", "svg", ""])
+@pytest.mark.parametrize("ending", ["vtu", "xdmf", "med", "e", "h5m", "cgns", "vol.gz", "post.gz", "f3grid", ""])
 def test_formats_that_name_files_or_are_compressed_are_not_read(ending, tmp_path):
     """As a .vtu may unpack to a thousand times its size, and an .xdmf takes its numbers from any file."""
     (tmp_path / f"d.{ending}").write_bytes(b"<Xdmf/>")

@@ -185,7 +185,9 @@ def led_course(scene: Scene) -> RigidMotion:
     count = scene.analysis.sub_intervals
     _refuse_too_many(scene)
     if scene.analysis.method == "transient":
-        whole = solve_motion_in_time(scene, scene.period / count * np.arange(scene.analysis.cycles * count + 1))
+        whole = solve_motion_in_time(
+            scene, scene.period / count * np.arange(scene.analysis.cycles * count + 1, dtype=float)
+        )
     else:
         whole = solve_motion(scene, scene.drive_angles(count))
     together = max(1, RIGID_MOTION.together // len(linkage.start) ** 2)
@@ -193,7 +195,7 @@ def led_course(scene: Scene) -> RigidMotion:
         part = whole.part(slice(first, first + together))
         q = coordinates(part.position, part.angle)
         velocity, acceleration = coordinates(part.velocity, part.omega), coordinates(part.acceleration, part.alpha)
-        inverse = np.linalg.inv(linkage.loops.jacobian(q))
+        inverse = np.asarray(np.linalg.inv(linkage.loops.jacobian(q)), dtype=float)
         states = RigidStates(part.time, part.theta, q, velocity, acceleration, inverse)
         motion.instants.append(_part(instants_of(dynamics, states, dynamics.all_open()), slice(None)))
         none = np.zeros((len(q), 0))
@@ -217,7 +219,7 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     analysis, linkage = scene.analysis, FreeLinkage(scene)
     state = RigidState(scene, linkage)
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange((analysis.cycles if scene.drives else 1) * analysis.sub_intervals + 1)
+    times = step * np.arange((analysis.cycles if scene.drives else 1) * analysis.sub_intervals + 1, dtype=float)
     freedoms = scene.freedoms.values()
     place, rate = (
         np.array([getattr(part, name) for part in freedoms], dtype=float) for name in ("start", "rate_at_start")

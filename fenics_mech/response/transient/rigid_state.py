@@ -182,7 +182,7 @@ class RigidState:
 
     def _inverted(self, time: Array, given: Array, q: Array) -> Pose:
         try:
-            return Pose(given, q, np.linalg.inv(self.linkage.loops.jacobian(q)))
+            return Pose(given, q, np.asarray(np.linalg.inv(self.linkage.loops.jacobian(q)), dtype=float))
         except np.linalg.LinAlgError as error:
             raise AssemblyError(f"the linkage is at a dead centre of its freedoms at {time[0]:.6g} s") from error
 

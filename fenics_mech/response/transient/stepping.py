@@ -213,7 +213,8 @@ class Collocation:
             if tangents is None:
                 tangents = self.equation.tangents_at(*here)
                 matrix = self.tableau.stage_matrix(length, *tangents)
-            change = np.linalg.solve(matrix, -self.equation.residuals(*here).ravel()).reshape(s, n)
+            solved = np.linalg.solve(matrix, -self.equation.residuals(*here).ravel())
+            change = np.asarray(solved, dtype=float).reshape(s, n)
             found = found + change
             over = self._over(length, change, tangents, limits)
             if self.equation.linear or over <= 1:

@@ -17,7 +17,13 @@ from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.drawing.script import check_script
 
-FORMATS = {".geo": "gmsh", ".msh": "gmsh", ".inp": "meshio"}  # by ending: who reads it
+FORMATS = {  # by ending: who reads it
+    ".geo": "gmsh",
+    ".msh": "gmsh",
+    ".inp": "meshio",
+    ".svg": "svgelements",
+    ".dxf": "ezdxf",
+}
 READER = Path(__file__).with_name("reader.py")
 THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"  # each of which takes memory
 NAME_GROUPS = (
@@ -119,7 +125,7 @@ def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
     Parameters
     ----------
     path
-        A gmsh script (.geo), a gmsh mesh (.msh), or an Abaqus file (.inp).
+        A gmsh script (.geo), a gmsh mesh (.msh), an Abaqus file (.inp), or a sketch (.svg, .dxf).
     unit
         Length of the drawing's unit (m).
 
@@ -187,7 +193,7 @@ def _read(path: Path) -> Groups:
         hint = "The path is relative to the scene file's folder"
         raise SceneError(f"cannot read {path.name}: {reason_of(error)}", place="drawing", hint=hint) from error
     ending = path.suffix.lower()
-    hint = "Draw the mechanism in gmsh (.geo, .msh), or write its lines and sets for Abaqus (.inp)"
+    hint = "Draw the mechanism in gmsh (.geo, .msh), as a sketch (.svg, .dxf), or write its sets for Abaqus (.inp)"
     if ending not in FORMATS:
         raise SceneError(f"{path.name} is no drawing: its ending is {ending!r}", place="drawing", hint=hint)
     if ending == ".geo":

@@ -1,14 +1,13 @@
 """Reads a drawing: a script for a process of its own, as its file may take any time and memory, or crash its reader.
 
 ``python reader.py DRAWING MEMORY FILE_SIZE`` writes the nodes and named groups into ``groups.npz`` beside the drawing.
-It imports nothing of the package, so that it starts fast. What goes wrong is its last line on stderr.
+It imports no room of the package, so that it starts fast. What goes wrong is its last line on stderr.
 """
 
 from __future__ import annotations
 
 import io
 import json
-import resource
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -17,9 +16,12 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech._sketches import groups_of_sketch
+from fenics_mech._system import limit_process
 
 Found = tuple[Array, dict[str, Index], dict[str, Index], list[str]]  # nodes, lines, points, other groups
 SCRIPT, MESH, ABAQUS = ".geo", ".msh", ".inp"
+SKETCHES = ".svg", ".dxf"
 NOT_GMSH = "it does not begin with $MeshFormat"
 INCLUDES = "it includes another file (*INCLUDE); a drawing is one file"
 
@@ -27,8 +29,7 @@ INCLUDES = "it includes another file (*INCLUDE); a drawing is one file"
 def main() -> None:
     """Read the drawing that the command names."""
     path = Path(sys.argv[1])
-    for limit, most in ((resource.RLIMIT_AS, sys.argv[2]), (resource.RLIMIT_FSIZE, sys.argv[3])):
-        resource.setrlimit(limit, (int(most),) * 2)
+    limit_process(int(sys.argv[2]), int(sys.argv[3]))
     try:
         nodes, lines, points, others = _found(path)
     except MemoryError:
@@ -43,6 +44,8 @@ def main() -> None:
 
 def _found(path: Path) -> Found:
     """Read a file with the program that knows its format."""
+    if path.suffix in SKETCHES:
+        return groups_of_sketch(path)
     if path.suffix == ABAQUS:
         return _from_meshio(path)
     with path.open("rb") as file:

@@ -1,0 +1,75 @@
+"""What only some systems have, in one place: limits of a process, locks of files, and opening without waiting.
+
+On Windows there is neither `resource` nor `fcntl`: psutil tells the memory there, and filelock locks.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+resource: ModuleType | None
+fcntl: ModuleType | None
+try:
+    import fcntl
+    import resource
+except ImportError:
+    resource = fcntl = None
+
+# Flags to open a file for reading: a pipe that nobody writes to would block, and Windows would change ends of lines.
+READ = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+def memory_of_machine() -> int:
+    """Give the memory of the machine (bytes)."""
+    if hasattr(os, "sysconf"):
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    import psutil  # noqa: PLC0415
+
+    return int(psutil.virtual_memory().total)
+
+
+def memory_limit() -> int | None:
+    """Give the memory that this process may have (bytes), or None where nothing limits it."""
+    if resource is None:
+        return None
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return None if limit == resource.RLIM_INFINITY else int(limit)
+
+
+def limit_process(memory: int, largest_file: int) -> None:
+    """Limit what this process may take, where the system can.
+
+    Parameters
+    ----------
+    memory
+        Bytes of addresses.
+    largest_file
+        Bytes of each file that it writes.
+    """
+    if resource is not None:
+        for limit, most in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_FSIZE, largest_file)):
+            resource.setrlimit(limit, (most, most))
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold the lock that a file stands for; the system takes it away from a process that ends.
+
+    Parameters
+    ----------
+    path
+        The file, which is made where it is not there.
+    """
+    if fcntl is None:
+        import filelock  # noqa: PLC0415
+
+        with filelock.FileLock(path):
+            yield
+    else:
+        with path.open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
