@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.scene import *
+    from fenics_mech.studies.design.optimise import Optimum, optimise
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
@@ -98,6 +99,7 @@ __all__ = [
     "Mesh",
     "Motor",
     "NaturalFrequencies",
+    "Optimum",
     "Ply",
     "PointMass",
     "PolygonPart",
@@ -142,6 +144,7 @@ __all__ = [
     "load",
     "manipulator",
     "modes",
+    "optimise",
     "plot_all",
     "plot_deflection",
     "plot_drive",
@@ -163,6 +166,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
     "Gauge": "studies.sweep_points",
     "NaturalFrequencies": "studies.natural_frequencies",
+    "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
     "analyse": "analysis",
@@ -170,6 +174,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
+    "optimise": "studies.design.optimise",
     "plot_all": "views.result_figures",
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",

@@ -22,6 +22,7 @@ from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
+from fenics_mech.cli.optimise_command import optimise
 from fenics_mech.cli.plot_command import plot
 from fenics_mech.cli.refine_command import refine
 from fenics_mech.cli.report_command import report
@@ -51,7 +52,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _COMMANDS = (
-    *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
+    *(run, modes, check, effects, sweep, optimise, follow, compare, refine, fatigue, cost, scaling),
     *(animate, plot, report, export, mesh, schema),
 )
 for _command in _COMMANDS:
