@@ -7,6 +7,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -67,7 +68,7 @@ def _variables(found: Optimum) -> Table:
         near = 1e-6 * (variable.upper - variable.lower)
         at = min(best - variable.lower, variable.upper - best) <= near and not variable.choices
         bounds = f"{variable.lower:.5g} to {variable.upper:.5g}" + " (reached)" * at
-        table.add_row(variable.name, *shown, "choice" if variable.choices else bounds, variable.unit)
+        table.add_row(variable.name, *map(escape, shown), "choice" if variable.choices else bounds, variable.unit)
     return table
 
 
@@ -78,7 +79,7 @@ def _numbers(found: Optimum) -> Table:
         name = quantity.text
         limits = [f"{'most' if b.sign > 0 else 'least'} {b.limit:.5g}" for b in problem.bounds if b.of == name]
         values = [f"{trial.numbers[name]:.5g}" for trial in (problem.first, found.best)]
-        table.add_row(name, *values, ", ".join(limits), quantity.unit)
+        table.add_row(escape(name), *values, ", ".join(limits), quantity.unit)
     return table
 
 

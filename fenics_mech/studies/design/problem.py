@@ -10,8 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.studies.design.sensitivity import has_sensitivity, sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
 
 
@@ -52,9 +53,17 @@ class Bound:
 
     def excess(self, number: float, scale: float) -> float:
         """By how much the number is beyond the limit, in units of the scale."""
-        if self.limit > 0 and self.of.endswith((".max", ".rms")):
+        if self._of_sizes:
             return self.sign * math.log(max(number, PROBLEM.least * self.limit) / self.limit)
         return self.sign * (number - self.limit) / scale
+
+    @property
+    def _of_sizes(self) -> bool:
+        return self.limit > 0 and self.of.endswith((".max", ".rms"))
+
+    def slope(self, number: float, scale: float) -> float:
+        """Derivative of the excess by the number."""
+        return self.sign / (max(number, PROBLEM.least * self.limit) if self._of_sizes else scale)
 
 
 @dataclass(frozen=True)
@@ -172,13 +181,37 @@ class Problem:
     def jacobian(self, unit: Array) -> tuple[Array, Array]:
         """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``.
 
-        They are central differences, one-sided at a bound or beside a trial that failed.
+        They come from `sensitivity` where it knows the problem. Else they are central differences, one-sided at a bound
+        or beside a trial that failed.
 
         Parameters
         ----------
         unit
             The variables, ``(variables,)``.
         """
+        return self._by_sensitivity(unit) or self._by_differences(unit)
+
+    def _by_sensitivity(self, unit: Array) -> tuple[Array, Array] | None:
+        """Derivatives from the linearised equation; None where it does not give them."""
+        trial = self.run([unit])[0]
+        if trial.failed or not has_sensitivity(self.trials):
+            return None
+        try:
+            found = sensitivity(self.trials, trial.values)
+        except MechanismError:  # a neighbour that fails; differences are one-sided there
+            return None
+        if found is None:
+            return None
+        span = self._ranges[1]
+        aims = [sign / self.scales[name] * found.derivatives[name] * span for name, sign in self.aims]
+        excess = [
+            b.slope(trial.numbers[b.of], abs(b.limit) or self.scales[b.of]) * found.derivatives[b.of] * span
+            for b in self.bounds
+        ]
+        return np.array(aims), np.array(excess).reshape(-1, len(unit))
+
+    def _by_differences(self, unit: Array) -> tuple[Array, Array]:
+        """Derivatives by central differences of trials."""
         here, count = np.clip(unit, 0, 1), len(unit)
         ends = np.array([[here + sign * PROBLEM.step * row for sign in (-1, 1)] for row in np.eye(count)])
         ends = np.clip(ends, 0, 1)

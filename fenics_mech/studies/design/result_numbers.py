@@ -36,6 +36,7 @@ OWN = {  # those that are not variables of a result: unit, meaning
     "damage": ("1", "damage by fatigue of one cycle, largest of all places"),
     "tracer_error": ("m", "distance of a point from its target"),
 }
+PEAKING = ("max", "min", "range")  # taken between few positions too; means over equal steps need no more
 FORM = "Write NAME[LABEL].REDUCTION, such as strain[coupler].max; reductions are " + ", ".join(REDUCTIONS)
 
 
@@ -152,8 +153,10 @@ class Quantity:
 
     def _of_variable(self, result: Result) -> float:
         """Reduce a variable of the result."""
-        closer = between_positions(result).data
-        data = closer if self.name in closer else result.data
+        data = result.data
+        if self.reduction in PEAKING:
+            closer = between_positions(result).data
+            data = closer if self.name in closer else data
         if self.name not in data:
             raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
         found = self._selected(data[self.name])

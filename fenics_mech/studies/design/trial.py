@@ -161,6 +161,16 @@ class Trials:
         path = None if self.folder is None else self.folder / name
         return _Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
 
+    def data_at(self, values: Sequence[float]) -> Record:
+        """Give the scene of a trial as plain data.
+
+        Parameters
+        ----------
+        values
+            A value of each variable, in SI.
+        """
+        return placed(scene_data(self.cheapest), self.design.changes(values))
+
     @property
     def cheapest(self) -> Scene:
         """The scene with the cheapest analysis that gives the numbers: no errors, and stability where it is asked."""
