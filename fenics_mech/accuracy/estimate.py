@@ -22,7 +22,7 @@ from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
-from fenics_mech.accuracy.theory_errors import judged, theory_errors
+from fenics_mech.accuracy.theory_errors import UNKNOWN, judged, theory_errors
 from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
@@ -215,7 +215,7 @@ def estimate(
     add("stations", {name: between_stations(curve) for name, curve in curves.items()}, 1.0, 2.0)
     measure, theory = measures(scene, largest), theory_errors(solution)
     if theory is None:
-        remarks.append("what the theory leaves out")
+        remarks.append(UNKNOWN)
     elif theory:
         add("theory", {name: np.minimum(error, measure[name]) for name, error in theory.items()}, 1.0, 0.0)
     if (left := left_out(choices, () if theory is None else judged(scene.analysis.method))) is not None:

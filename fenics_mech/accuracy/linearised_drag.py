@@ -59,7 +59,7 @@ def left_out_of_drag(solution: Solution) -> list[str]:
     if scene.analysis.allow_coarse:
         return [remark]
     unstressed = system.without_axial_forces
-    q = yielding_to(unstressed, unstressed.on_coordinates(unstressed.assembled_from_members(ends)), scene.petsc)
+    q = yielding_to(unstressed, unstressed.on_coordinates(unstressed.assembled_from_members(ends)))
     change = np.sqrt(_energy(system, system.to_links(q)) / _energy(system, system.to_links(response.displacement)))
     if change > DRAG.largest:
         member = system.beams.mesh.members[int(by_member.argmax())]

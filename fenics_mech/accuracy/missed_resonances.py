@@ -242,10 +242,10 @@ def enough_modes(
     loss
         Least loss factor.
     options
-        PETSc options for statics and eigenproblems.
+        PETSc options for eigenproblems.
     """
     # without axial forces the answer is rough, but there is one also where it buckles for a moment
-    static = displacement_under(system.without_axial_forces, load, options)
+    static = displacement_under(system.without_axial_forces, load)
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
     loss = loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
     fastest = RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)

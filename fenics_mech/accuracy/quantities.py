@@ -124,6 +124,17 @@ class Quantities:
         deflection = deflection_of_nodes(system, v, stations_of(system))
         return replace(self, deflection=self.deflection + deflection)
 
+    def at_more_angles(self, times: int) -> Quantities:
+        """Give the same at so many times the angles of a cycle, by the Fourier series through these.
+
+        Parameters
+        ----------
+        times
+            Ratio of the numbers of angles.
+        """
+        parts = self.axial, self.bending, self.deflection, self.force, self.effort
+        return Quantities(*(_through(part, times) for part in parts))
+
     @property
     def sizes(self) -> dict[str, Array]:
         """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
@@ -138,6 +149,15 @@ class Quantities:
     def largest(self) -> dict[str, Array]:
         """Largest magnitude of each quantity, ``(members, joints or drives,)``."""
         return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
+
+
+def _through(curve: Array, times: int) -> Array:
+    """Give a curve over a cycle, ``(angles, ...)``, at more angles, by its Fourier series."""
+    count = len(curve)
+    series = np.fft.rfft(curve, axis=0)
+    if count % 2 == 0:
+        series[-1] /= 2  # of two harmonics, which the angles do not tell apart
+    return np.asarray(times * np.fft.irfft(series, times * count, axis=0))
 
 
 def places_of(members: Iterable[str], joints: Mapping[str, Joint], moved: Sequence[str]) -> dict[str, list[str]]:

@@ -43,7 +43,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
         return {"mesh": CorrectedResponse(response, order_of(system))}
     law, load = system.terms.law, system.on_coordinates_by(missing)
     if law is None:
-        q = yielding_to(system, load, scene.petsc)
+        q = yielding_to(system, load)
     else:
         equation, still = Equation(system), np.zeros_like(response.displacement)
         q = equation.about(response.displacement, still).stiffness.solve(load)

@@ -97,7 +97,7 @@ class _ModalMotion:
         modal = self._modal(load)
         slope = (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step)
         y = self.solution.joined.answer(modal, slope)[..., 0]
-        static = displacement_under(self.system, load, self.scene.petsc)
+        static = displacement_under(self.system, load)
         return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
 
     def _changed(self, change: Array, loads: Loads) -> ElasticResponse:
@@ -145,7 +145,7 @@ class _ModalMotion:
     def with_modes(self) -> ElasticResponse:
         """Give the response with the modes left out, by the load that is missing on them and its static answer."""
         missing, inertia = self._left_out()
-        static = displacement_under(self.system, missing, self.scene.petsc)
+        static = displacement_under(self.system, missing)
         modes, reach = self.modes, self._reach(missing, static)
         while modes.omega.shape[1] < self.system.size and modes.frequency.min(axis=0).max() < reach:
             if SUB_INTERVALS.joined * len(modes.theta) * (2 * modes.omega.shape[1]) ** 2 > MODE_SEARCH.largest_joins:
@@ -157,7 +157,7 @@ class _ModalMotion:
             return self.solution.response.changed(static, inertia)
         more = self._solved_with(modes.only(slow | kept))
         missing, inertia = _ModalMotion(more)._left_out()
-        return more.response.changed(displacement_under(self.system, missing, self.scene.petsc), inertia)
+        return more.response.changed(displacement_under(self.system, missing), inertia)
 
     def _solved_with(self, modes: Modes) -> SubIntervalSolution:
         """Solve again with other modes."""

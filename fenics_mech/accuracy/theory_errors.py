@@ -50,6 +50,7 @@ from fenics_mech.scene import Scene
 (EXACT_STRAINS,) = (name for name, effect in EFFECTS.items() if effect.nonlinear)
 TENSION = EFFECTS[EXACT_STRAINS].replaces
 LADDER = (COUPLING, TENSION, EXACT_STRAINS)  # effects that this estimate judges
+UNKNOWN = "what the theory leaves out"  # as results say it where there is no estimate
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class TheoryLimits:
     turn: float = 0.8  # rad of the slowest vibration in a step in time; measured: 0.94 to 1.0 of the truth, 0.3 with 5
     steps_between: int = 8  # of these, between two positions
     fewest: int = 48  # steps
+    between: int = 4  # times as many angles, at which the largest change by such a series is looked for
     most_iterations: int = 8  # of Newton's method: it converges quadratically where the exact motion is near
     accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
     converged: float = 1e-4  # change that the next iteration would make: axial stiffness makes forces of it
@@ -181,10 +183,11 @@ def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     top, top_starts = exactly.at_points(exactly.tableau), exactly.start
     tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
     found = _closed(inside, lambda _: top, motion, tension)
-    return _between(
+    change = _between(
         (scene, starts.system, elastic_response(starts, q, rate)),
         (exact, top_starts.system, elastic_response(top_starts, *found)),
     )
+    return change.at_more_angles(THEORY.between) if motion.smooth else change
 
 
 def _under_motor(solution: MotorSolution, exact: Scene) -> Quantities:
@@ -343,11 +346,15 @@ def _between(rung: tuple[Scene, System, ElasticResponse], top: tuple[Scene, Syst
 
 @dataclass(frozen=True)
 class _Motion:
-    """A periodic motion at the points of steps of a cycle; `starts` has q and q' at the starts of the sub-intervals."""
+    """A periodic motion at the points of steps of a cycle; `starts` has q and q' at the starts of the sub-intervals.
+
+    A smooth one is a sum of harmonics.
+    """
 
     cycle: Cycle
     state: Array
     starts: Array
+    smooth: bool = False
 
 
 def _of_harmonics(solution: Solution) -> _Motion | None:
@@ -374,7 +381,7 @@ def _of_harmonics(solution: Solution) -> _Motion | None:
     theta = scene.drive_angles(steps)
     there = moved(scene, system, solve_motion(scene, theta, near=system.motion))
     cycle = Cycle(scene, there, THEORY.damped_up_to)
-    return _Motion(cycle, at(cycle.steps.angles(cycle.tableau.points)), at(theta)[:2])
+    return _Motion(cycle, at(cycle.steps.angles(cycle.tableau.points)), at(theta)[:2], smooth=True)
 
 
 def _of_steps(solution: Solution) -> _Motion:

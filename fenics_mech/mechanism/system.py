@@ -328,6 +328,11 @@ class System:
             k = k + products.values_of(entries.rows, entries.columns, entries.part(among).values)
         return products.products(p, (m, p)), products.products(p, (k, p))
 
+    @cached_property
+    def held_stiffness(self) -> Stack:
+        """K (4.58) of the mechanism held at its angles, with what is not symmetric of it."""
+        return self.held_matrices(symmetric=False)[1]
+
     def positions(
         self, symmetric: bool = False, among: slice = slice(None)
     ) -> Iterator[tuple[int, PETSc.Mat, PETSc.Mat]]:

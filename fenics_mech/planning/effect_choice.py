@@ -198,7 +198,7 @@ def examine(scene: Scene, common: CommonParts | None = None) -> Survey:
             system = system_at(plain, system.beams, motion)
             modes = solve_modes(system, CHOICE.modes, plain.petsc)
         _refuse_hidden(plain)
-    still = solve_static(system, plain.petsc)
+    still = solve_static(system)
     state = recover_members(system, still, np.linspace(0, 1, 11))
     tension = mean_tension(system, still)
     return survey(plain, system, modes, still.displacement, tension, bow(system.beams.mesh.member_length, state))

@@ -10,6 +10,7 @@ import numpy as np
 
 from fenics_mech.accuracy.estimate import ORIGINS
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.theory_errors import UNKNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
@@ -325,7 +326,7 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
 
 
 def _left_out(scene: Scene, result: Result) -> str:
-    """Say what the effects leave out that act, where it is more than the tolerance."""
+    """Say what the effects leave out that act, where it is more than the tolerance or not known."""
     names = {"theory": "the effects that the scene lists leave out", "effects": "effects left out by estimate come to"}
     shares = result.data["relative_error"]
     beyond = [
@@ -333,4 +334,6 @@ def _left_out(scene: Scene, result: Result) -> str:
         for source, name in names.items()
         if source in shares["source"] and shares.sel(source=source) > scene.neglected
     ]
+    if UNKNOWN in result.data.attrs.get("not_estimated", ""):
+        beyond.append(f"{UNKNOWN}, which is not estimated")
     return f"NOT in it: {', '.join(beyond)}" if beyond else ""

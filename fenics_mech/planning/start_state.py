@@ -40,7 +40,7 @@ def start_state(scene: Scene, system: System) -> StartState:
         return StartState(0.0, still, still)
     if start == "static":
         here = moved(scene, system, solve_motion_in_time(scene, np.zeros(1)))
-        return StartState(0.0, solve_static(here, scene.petsc).displacement[0], still)
+        return StartState(0.0, solve_static(here).displacement[0], still)
     return _end_of(Path(start), scene, system)
 
 

@@ -59,7 +59,7 @@ def _gravity(scene: Scene, system: System, still: Array) -> float:
     if not any(scene.gravity):
         return 0.0
     weight = replace(system, motion=system.motion.held(), terms=Terms(acceleration=system.terms.acceleration))
-    alone = solve_static(weight, scene.petsc).displacement
+    alone = solve_static(weight).displacement
     return float(np.sqrt((_member_energy(system, alone) / _member_energy(system, still)).max()))
 
 

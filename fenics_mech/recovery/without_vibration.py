@@ -32,7 +32,7 @@ def without_vibration(solution: Solution) -> xr.Dataset:
     scene, system = solution.scene, solution.system
     s = np.linspace(0, 1, scene.analysis.stations)
     linear = replace(system, terms=replace(system.without_axial_forces.terms, law=None, coupled=False))
-    response = solve_static(linear, scene.petsc)
+    response = solve_static(linear)
     axial, _, moment = (
         force.reshape(len(force), -1, len(s))
         for force in section_forces(linear, response, s, pin_loads(linear, response))

@@ -34,7 +34,7 @@ class DampedModesLimits:
     most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
     most_iterations: int = 60  # of a subspace, before modes count as not found
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
-    smooth: float = 1e-5  # of the damping: by how much four and six positions may differ between them
+    smooth: float = 3e-5  # of the damping: by how much four and six positions may differ; six err by a fifth of it
 
 
 DAMPED = DampedModesLimits()

@@ -223,7 +223,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
         When there is no answer, or springs let a whole link turn too far for small motions.
     """
     if not len(system.motion.free):
-        return solve_static(system, scene.petsc)
+        return solve_static(system)
     at_rest, rigid = scene.analysis.method == "static", RigidModes.of(system)
     if unconstrained := rigid.moved_by(system.load[0]) if at_rest else []:
         free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid, unconstrained))
@@ -240,7 +240,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
             place="effects",
             hint="Add a drive, a spring or a support, or leave the effect out",
         )
-    response = solve_static(system, scene.petsc, RigidModes.of(system, symmetric=False) if at_rest else None)
+    response = solve_static(system, RigidModes.of(system, symmetric=False) if at_rest else None)
     _refuse_turned(scene, system, response)
     return response
 

@@ -168,7 +168,6 @@ TIME_STEPS: dict[str, Kind] = {
 PARTS: dict[str, dict[str, Kind]] = {
     "periodic_": CHECKED,
     "modes_": EIGENVALUES | SHIFTED,
-    "static_": FACTORISED,
     "stability_": MULTIPLIERS,
     "transient_": TIME_STEPS,
 }
@@ -197,7 +196,6 @@ def _nearest(key: str) -> str:
 OF_PARTS = {
     "periodic_": "periodic motions",
     "modes_": "natural frequencies",
-    "static_": "static answers",
     "stability_": "stability",
     "transient_": "motion in time",
 }

@@ -99,7 +99,7 @@ def damaged_data(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
 
 
 HARMFUL = (  # of PETSc, which a scene must not name
-    "modes_st_pc_python_type", "modes_eps_view", "periodic_ksp_monitor", "static_options_file", "transient_ts_monitor",
+    "modes_st_pc_python_type", "modes_eps_view", "periodic_ksp_monitor", "modes_options_file", "transient_ts_monitor",
     "stability_eps_view_values", "periodic_mat_type", "log_view", "modes_fn_python_type", "transient_ts_python_type",
 )  # fmt: skip
 OPTION_VALUES: tuple[Any, ...] = (

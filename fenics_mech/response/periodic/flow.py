@@ -168,40 +168,49 @@ class Flow:
         self._run(first, last, states[:-1], states[1:], gain=gain)
         return states
 
-    def passed(self, start: Complex) -> tuple[Complex, Array]:
-        """Carry a complex state through the cycle, and keep it from being lost as it dies out.
+    def passed(self, starts: Complex) -> tuple[Complex, Array]:
+        """Carry complex states through the cycle, and keep them from being lost as they die out.
 
         Parameters
         ----------
-        start
-            State at the start of the cycle, ``(2n,)``.
+        starts
+            States at the start of the cycle, ``(disturbances, 2n)``.
 
         Returns
         -------
         tuple
-            States at the starts of the steps and at the last end, ``(steps + 1, 2n)``. The power of e by which each is
-            to be multiplied, ``(steps + 1,)``.
+            States at the starts of the steps and at the last end, ``(steps + 1, disturbances, 2n)``. The power of e by
+            which each is to be multiplied, ``(steps + 1, disturbances)``.
         """
-        count = len(self.duration)
-        states, power, done = np.empty((count + 1, 2 * self.size), dtype=complex), np.zeros(count + 1), 0
-        states[0] = start
+        count, done = len(self.duration), 0
+        states, power = np.empty((count + 1, *starts.shape), complex), np.zeros((count + 1, len(starts)))
+        states[0] = starts
         while done < count:
-            steps, now = slice(done, count), states[done].copy()
-            states[done:] = self.march(now.real, steps=steps)
-            if now.imag.any():
-                states[done:] += 1j * self.march(now.imag, steps=steps)
-            size = np.linalg.norm(states[done:], axis=1)
-            lost = np.flatnonzero(size[1:] < CYCLIC.smallest_state * size[0])
-            if not len(lost) or not size[0]:
+            parts = np.concatenate([states[done].real, states[done].imag]).T
+            real, imaginary = np.split(np.moveaxis(self._march_several(parts, done), -1, 1), 2, axis=1)
+            states[done:] = real + 1j * imaginary
+            size = np.linalg.norm(states[done:], axis=-1)
+            lost = np.flatnonzero((size[1:] < CYCLIC.smallest_state * size[0]).any(axis=1))
+            if not len(lost):
                 break
-            done += max(1, int(lost[0]))
-            norm = float(np.linalg.norm(states[done]))
-            if not norm:
-                states[done:] = 0.0
-                break
-            states[done] /= norm
+            first = max(1, int(lost[0]))
+            done, norm = done + first, np.where(size[first], size[first], 1.0)
+            states[done] /= norm[:, None]
             power[done:] += np.log(norm)
         return states, power
+
+    def _march_several(self, starts: Array, first: int = 0) -> Array:
+        """Carry states ``(2n, states)`` from a step to the end of the cycle, ``(steps + 1, 2n, states)``."""
+        count = len(self.duration)
+        found = np.zeros((count - first + 1, *starts.shape))
+        for begin in range(0, starts.shape[1], LANES):
+            some = starts[:, begin : begin + LANES]
+            if some.any():
+                passed = np.zeros((count - first + 1, 2 * self.size, LANES))
+                passed[0, :, : some.shape[1]] = some
+                self._run(first, count, passed[:-1], passed[1:])
+                found[..., begin : begin + LANES] = passed[..., : some.shape[1]]
+        return found
 
     @property
     def monodromy(self) -> Array:

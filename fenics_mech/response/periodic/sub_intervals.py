@@ -270,18 +270,16 @@ def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: S
     displacement, elastic = superposed(modes, y), -(modes.omega**2) * y
     inertia = np.zeros_like(system.rigid_acceleration)
     if scene.analysis.static_correction:
-        static = solve_static(system, scene.petsc)
+        static = solve_static(system)
         displacement += static.displacement - superposed(modes, load / modes.omega**2)
         elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
         inertia += system.rigid_acceleration
     inertia += system.to_links(superposed(modes, elastic))
     share = 2 * damping_ratios(scene.damping.ratio, modes.omega) * state[..., 1]
-    return _damped(system, modes, share, ElasticResponse(displacement=displacement, inertia=inertia), scene.petsc)
+    return _damped(system, modes, share, ElasticResponse(displacement=displacement, inertia=inertia))
 
 
-def _damped(
-    system: System, modes: Modes, share: Array, balanced: ElasticResponse, options: Mapping[str, Any]
-) -> ElasticResponse:
+def _damped(system: System, modes: Modes, share: Array, balanced: ElasticResponse) -> ElasticResponse:
     """Take the forces of modal damping ``M Phi 2 zeta omega y'`` out of the inertia, into the links.
 
     Parameters
@@ -290,15 +288,13 @@ def _damped(
         ``2 zeta y'/omega``, ``(angles, modes)``.
     balanced
         The response with the inertia that balances the elastic forces.
-    options
-        Options of PETSc.
     """
     if not share.any():
         return balanced
     drag = superposed(modes, modes.omega**2 * share)
     if system.symmetric_stiffness:
         forces = system.mass_times(drag[:, None])[:, 0]
-        viscous = displacement_under(replace(system, terms=NOTHING), forces, options)
+        viscous = displacement_under(replace(system, terms=NOTHING), forces)
     else:
         viscous = superposed(modes, share)  # M Phi omega^2 = P^T k P Phi
     damping = ModalDamping(system.to_links(viscous), system.to_links(drag))

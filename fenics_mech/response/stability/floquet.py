@@ -205,10 +205,10 @@ def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit
 
 def _grows(damped: Flow, state: Complex) -> bool:
     """Whether a disturbance of the start of the cycle is larger at its end by steps that damp what is too fast."""
-    states, powers = damped.passed(state)
+    states, powers = damped.passed(state[None])
     unit = np.tile(damped.unit, 2)
-    first, last = np.linalg.norm(states[[0, -1]] * unit, axis=1)
-    return bool(np.log(last / first) + powers[-1] > 0)
+    first, last = np.linalg.norm(states[[0, -1], 0] * unit, axis=1)
+    return bool(np.log(last / first) + powers[-1, 0] > 0)
 
 
 def _leading(values: Complex, judged: Index) -> Index:

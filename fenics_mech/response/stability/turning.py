@@ -221,14 +221,12 @@ def alike(flow: Flow, states: Complex) -> Complex:
 
 def _passed(flow: Flow, states: Complex) -> tuple[Complex, Array]:
     """Carry disturbances through the cycle, with the powers of e that they are to be multiplied by."""
-    passed = np.zeros((len(flow.duration) + 1, *states.shape), dtype=complex)
-    powers = np.zeros(passed.shape[:2])
-    for i, state in enumerate(states):
-        if i and np.array_equal(state, states[i - 1].conj()):
-            passed[:, i], powers[:, i] = passed[:, i - 1].conj(), powers[:, i - 1]
-        else:
-            passed[:, i], powers[:, i] = flow.passed(state)
-    return passed, powers
+    followed = np.ones(len(states), dtype=bool)
+    for i, state in enumerate(states[1:], 1):
+        followed[i] = not (followed[i - 1] and np.array_equal(state, states[i - 1].conj()))
+    passed, powers = flow.passed(states[followed])
+    of = np.cumsum(followed) - 1
+    return np.where(followed[:, None], passed[:, of], passed[:, of].conj()), powers[:, of]
 
 
 def _through(flow: Flow, states: Complex, size: float | None) -> tuple[Complex, Complex]:

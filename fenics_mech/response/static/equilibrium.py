@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import PETSc
+from fenics_mech._sparse import Stack
 from fenics_mech.effects import AddedMatrices
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SolverError
@@ -106,8 +106,8 @@ def _weakest_link(system: System, k: int, stiffness: Array) -> str:
     return system.bent_most(k, np.linalg.eigh(stiffness + stiffness.T)[1][:, 0])
 
 
-def loss(stiffness: PETSc.Mat, q: Array, force: Array) -> float:
-    """Give the share of an answer of ``K q = f`` that rounding of K may change, ``eps |q| |K| |q| / (q f)``.
+def losses(stiffness: Stack, q: Array, force: Array) -> Array:
+    """Give the share of each answer of ``K q = f`` that rounding of K may change, ``eps |q| |K| |q| / (q f)``.
 
     It is large where q strains the links far less than its parts alone would. Examples are positions next to a dead
     centre, members that are far stiffer along than across, and fine meshes. Source: Skeel, J. ACM 26 (1979) 494.
@@ -115,16 +115,20 @@ def loss(stiffness: PETSc.Mat, q: Array, force: Array) -> float:
     Parameters
     ----------
     stiffness
-        K.
+        K at all angles.
     q
-        The answer (m, rad), ``(coordinates,)``.
+        The answers (m, rad), ``(angles, coordinates)``.
     force
-        The load f (N, N m), ``(coordinates,)``.
+        The load f (N, N m), of the same shape.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(angles,)``; 0 where nothing is done on the links.
     """
-    pointers, columns, values = stiffness.getValuesCSR()
-    size, energy = np.abs(q), abs(q @ force)
-    sums = np.add.reduceat(np.abs(values) * size[columns], pointers[:-1])
-    return float(np.finfo(float).eps * (size @ sums) / energy) if energy else 0.0
+    energy, size = np.abs(np.sum(q * force, axis=1)), np.abs(q)
+    rounded = np.finfo(float).eps * np.sum(size * stiffness.magnitude.times(size), axis=1)
+    return np.divide(rounded, energy, out=np.zeros_like(energy), where=energy > 0)
 
 
 def refuse_lost(system: System, q: Array, losses: Array, largest: float) -> None:
@@ -135,7 +139,7 @@ def refuse_lost(system: System, q: Array, losses: Array, largest: float) -> None
     system
         The mechanism.
     q, losses
-        The answer at all angles, ``(angles, coordinates)``, and its `loss`, ``(angles,)``.
+        The answer at all angles, ``(angles, coordinates)``, and its loss, ``(angles,)``.
 
     Raises
     ------

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import DIRECT, PETSc, configured, name_of, to_scipy
+from fenics_mech._sparse import SingularError, Stack
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices, not_positive
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
-from fenics_mech.response.static.equilibrium import STATIC, loss, naming_buckled, refuse_buckled, refuse_lost
+from fenics_mech.response.static.equilibrium import STATIC, losses, naming_buckled, refuse_buckled, refuse_lost
 
 
-def solve_static(
-    system: System, options: Mapping[str, Any] | None = None, rigid: RigidModes | None = None
-) -> ElasticResponse:
+def solve_static(system: System, rigid: RigidModes | None = None) -> ElasticResponse:
     """Solve ``K q = f`` at every angle.
 
     A nonlinear law is solved for by Newton's method. Where rigid-body modes are left, the links accelerate by what of
@@ -33,25 +29,23 @@ def solve_static(
     ----------
     system
         The mechanism.
-    options
-        PETSc options with the prefix "static_".
     rigid
         Motions in which the links accelerate; by default those of `RigidModes.giving_way`.
 
     Raises
     ------
     SolverError
-        When the KSP or Newton's method does not converge at some angle, or the mechanism buckles there.
+        When Newton's method does not converge at some angle, or the mechanism buckles or has no stiffness there.
     """
     if system.terms.law is not None:
-        return _solve_nonlinear(system, options)
+        return _solve_nonlinear(system)
     if len(rigid := RigidModes.giving_way(system) if rigid is None else rigid):
         return _relieved(system, rigid)
-    q = displacement_under(system, system.load, options, STATIC.largest_loss)
+    q = displacement_under(system, system.load, STATIC.largest_loss)
     return ElasticResponse(displacement=q, inertia=system.rigid_acceleration)
 
 
-def yielding_to(system: System, load: Array, options: Mapping[str, Any] | None = None) -> Array:
+def yielding_to(system: System, load: Array) -> Array:
     """Give the q of ``K q = load`` at every angle, with inertia relief where rigid-body modes are left.
 
     Parameters
@@ -60,8 +54,6 @@ def yielding_to(system: System, load: Array, options: Mapping[str, Any] | None =
         The mechanism.
     load
         The load (N, N m), ``(angles, coordinates)``.
-    options
-        PETSc options with the prefix "static_".
 
     Returns
     -------
@@ -75,12 +67,10 @@ def yielding_to(system: System, load: Array, options: Mapping[str, Any] | None =
     """
     if len(rigid := RigidModes.giving_way(system)):
         return np.array([rigid.relieved(part)[0] for part in load])
-    return displacement_under(system, load, options)
+    return displacement_under(system, load)
 
 
-def displacement_under(
-    system: System, load: Array, options: Mapping[str, Any] | None = None, lost: float = math.inf
-) -> Array:
+def displacement_under(system: System, load: Array, lost: float = math.inf) -> Array:
     """Give the q of ``K q = load`` at every angle, of the shape of the load.
 
     Parameters
@@ -88,40 +78,36 @@ def displacement_under(
     system
         The mechanism.
     load
-        The load (N, N m), ``(angles, coordinates)``, or of several ``(angles, coordinates, loads)``.
-    options
-        PETSc options with the prefix "static_".
+        The load (N, N m), ``(angles, coordinates)``.
     lost
-        Share of the answer that rounding may take; for several loads it may take any.
+        Share of the answer that rounding may take.
 
     Raises
     ------
     SolverError
-        When the KSP does not converge at some angle, the mechanism buckles there, or rounding takes more of an answer.
+        When the mechanism has no stiffness at some angle or buckles there, or rounding takes more of an answer.
     """
-    answer, losses = np.empty_like(load), np.zeros(len(load))
-    if not answer.size:  # both ends of the only element are held
-        return answer
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    force = PETSc.Vec().createSeq(system.size)
-    displacement = force.duplicate()
-    with configured(ksp, "static_", DIRECT, options or {}):
-        for k, _, stiffness in system.positions():
-            if system.terms.stiffening is not None:
-                refuse_buckled(system, k, to_scipy(stiffness).toarray())
-            ksp.setOperators(stiffness)
-            for part, found in zip(load[k].reshape(system.size, -1).T, answer[k].reshape(system.size, -1).T):
-                force.array[:] = part
-                ksp.solve(force, displacement)
-                if ksp.getConvergedReason() <= 0:
-                    reason = name_of(PETSc.KSP.ConvergedReason, ksp.getConvergedReason())
-                    angle = np.degrees(system.motion.theta[k])
-                    raise SolverError(f"no static answer at drive angle {angle:.6g} deg (PETSc says {reason})")
-                found[:] = displacement.array_r
-            if lost < math.inf:
-                losses[k] = loss(stiffness, answer[k], load[k])
-    refuse_lost(system, answer, losses, lost)
+    if not load.size:  # both ends of the only element are held
+        return load.copy()
+    stiffness = system.held_stiffness
+    if system.terms.stiffening is not None:
+        _refuse_buckled(system, stiffness)
+    try:
+        answer = stiffness.solve(load)
+    except SingularError as error:
+        angle = np.degrees(system.motion.theta[error.position])
+        raise SolverError(
+            f"no static answer at drive angle {angle:.6g} deg: nothing resists some motion of the links there"
+        ) from error
+    if lost < math.inf:
+        refuse_lost(system, answer, losses(stiffness, answer, load), lost)
     return answer
+
+
+def _refuse_buckled(system: System, stiffness: Stack) -> None:
+    """Raise where a tangent stiffness is not positive."""
+    for k in not_positive(stiffness):
+        refuse_buckled(system, int(k), stiffness.dense(k))
 
 
 def _relieved(system: System, rigid: RigidModes) -> ElasticResponse:
@@ -132,10 +118,10 @@ def _relieved(system: System, rigid: RigidModes) -> ElasticResponse:
     return ElasticResponse(displacement=q, inertia=system.rigid_acceleration + system.to_links(acceleration))
 
 
-def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> ElasticResponse:
+def _solve_nonlinear(system: System) -> ElasticResponse:
     """Solve ``K q + law = f`` at every angle."""
     linear = replace(system, terms=replace(system.terms, law=None))
-    start = solve_static(linear, options).displacement
+    start = solve_static(linear).displacement
     equation = Equation(replace(system, terms=replace(system.terms, coupled=False)))
     still = np.zeros_like(start)
     tension = equation.predicted_tension(still, still, start, still)
@@ -145,8 +131,7 @@ def _solve_nonlinear(system: System, options: Mapping[str, Any] | None) -> Elast
         return Orbit(found, still, still, found, still)
 
     def accept(tangents: Matrices) -> None:
-        for k in not_positive(tangents.stiffness):
-            refuse_buckled(system, int(k), tangents.stiffness.dense(k))
+        _refuse_buckled(system, tangents.stiffness)
 
     with naming_buckled(equation, tension):
         found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
