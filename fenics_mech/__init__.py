@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.scene import *
+    from fenics_mech.studies.design.optimise import Optimum, optimise
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
@@ -88,6 +89,7 @@ __all__ = [
     "InductionMotor",
     "JointEffort",
     "LaminateSection",
+    "Limit",
     "LineDamper",
     "LineLoad",
     "LineSpring",
@@ -100,6 +102,7 @@ __all__ = [
     "Mesh",
     "Motor",
     "NaturalFrequencies",
+    "Optimum",
     "Ply",
     "PointMass",
     "PolygonPart",
@@ -120,15 +123,19 @@ __all__ = [
     "SpeedController",
     "Stop",
     "StressLife",
+    "Study",
     "Sweep",
     "Table",
     "TaperSection",
+    "Target",
+    "Tied",
     "TimeExpression",
     "TimeTable",
     "TooLargeError",
     "TracedPoint",
     "TubeSection",
     "UnresolvedError",
+    "Variable",
     "VariableSection",
     "ViewError",
     "Weld",
@@ -143,6 +150,7 @@ __all__ = [
     "load",
     "manipulator",
     "modes",
+    "optimise",
     "plot_all",
     "plot_deflection",
     "plot_drive",
@@ -166,6 +174,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
     "Gauge": "studies.sweep_points",
     "NaturalFrequencies": "studies.natural_frequencies",
+    "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
     "analyse": "analysis",
@@ -173,6 +182,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
+    "optimise": "studies.design.optimise",
     "plot_all": "views.result_figures",
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",

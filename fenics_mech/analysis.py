@@ -143,13 +143,16 @@ def as_planned(
     SolverError
         When a solver does not converge.
     """
-    return _solved(scene, choices, progress, common)[1]
+    return solved(scene, choices, progress, common)[1]
 
 
-def _solved(
-    scene: Scene, choices: Sequence[Choice], progress: Progress, common: CommonParts | None
+def solved(
+    scene: Scene,
+    choices: Sequence[Choice] = (),
+    progress: Progress = lambda step: None,
+    common: CommonParts | None = None,
 ) -> tuple[Solution, Result]:
-    """Analyse a scene as it states; see `as_planned`. Give the solution too."""
+    """Analyse a scene as `as_planned` does, and give the solution too."""
     refuse_too_stiff(scene)
     system = mechanism(scene, progress, common)
     names = ", ".join(effect.name for effect in active(scene))
@@ -186,7 +189,7 @@ class Trials:
             What was decided about each effect.
         """
         unjudged, self._last = trial.changed(analysis__stability=False), None  # whose memory the next needs
-        self._last, result = _solved(unjudged, choices, self.progress, self.common)
+        self._last, result = solved(unjudged, choices, self.progress, self.common)
         return result
 
     def judged(self, result: Result, allow_unstable: bool) -> Result:

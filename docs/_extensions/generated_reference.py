@@ -56,6 +56,7 @@ PAGES: dict[
         ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "JointEffort", "Contact"],
     ),
     "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
+    "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),
 }
 
 

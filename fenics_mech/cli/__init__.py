@@ -24,6 +24,7 @@ from fenics_mech.cli.follow_command import follow
 from fenics_mech.cli.import_command import import_scene
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
+from fenics_mech.cli.optimise_command import optimise
 from fenics_mech.cli.plot_command import plot
 from fenics_mech.cli.refine_command import refine
 from fenics_mech.cli.report_command import report
@@ -72,7 +73,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _COMMANDS = (
-    *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
+    *(run, modes, check, effects, sweep, optimise, follow, compare, refine, fatigue, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _QUICK = check, import_scene, schema

@@ -50,6 +50,7 @@ from fenics_mech.scene.sections import (
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.stress_life import StressLife
+from fenics_mech.scene.study import Limit, Study, Target, Tied, Variable
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 
 __all__ = [
@@ -80,6 +81,7 @@ __all__ = [
     "InductionMotor",
     "JointEffort",
     "LaminateSection",
+    "Limit",
     "LineDamper",
     "LineLoad",
     "LineSpring",
@@ -107,12 +109,16 @@ __all__ = [
     "SpeedController",
     "Stop",
     "StressLife",
+    "Study",
     "Table",
     "TaperSection",
+    "Target",
+    "Tied",
     "TimeExpression",
     "TimeTable",
     "TracedPoint",
     "TubeSection",
+    "Variable",
     "VariableSection",
     "Weld",
     "four_bar",

@@ -28,6 +28,7 @@ from fenics_mech.scene.plugged import Tables
 from fenics_mech.scene.sections import AnySection, Rigidity, Stock, check_sections
 from fenics_mech.scene.solver_options import SolverOptions
 from fenics_mech.scene.springs_dampers import Damper, Spring
+from fenics_mech.scene.study import Study
 from fenics_mech.scene.tolerance import Tolerance
 from fenics_mech.scene.units import Acceleration
 
@@ -35,8 +36,6 @@ Drives = Annotated[
     Annotated[Drive, Tag("one")] | Annotated[tuple[Drive, ...], Tag("many")],
     Discriminator(lambda value: "many" if isinstance(value, list | tuple) else "one"),
 ]
-
-
 OF_LINKS = ("materials", "sections", "ground", "links", "joints", "masses", "mesh")  # keys that links are made of
 
 
@@ -80,6 +79,8 @@ class Scene(Part):
         Measured strains to be drawn beside the computed ones.
     points
         Points whose path is followed beside those of the links, by name.
+    study
+        What a study varies and looks at.
     petsc
         Options of PETSc and SLEPc.
     plugins
@@ -124,6 +125,7 @@ class Scene(Part):
     analysis: Analysis = Analysis()
     measurements: tuple[Measurement, ...] = ()
     points: dict[Name, TracedPoint] = Field(default_factory=dict)
+    study: Study | None = None
     petsc: SolverOptions = Field(default_factory=dict)
     plugins: Annotated[dict[str, Any], Tables()] = Field(default_factory=dict)
 
@@ -239,17 +241,13 @@ class Scene(Part):
         return Jet(share * own.value, share * own.first, share * own.second)
 
     def drive_angles(self, count: int) -> Array:
-        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad).
+        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad), ``(count,)``.
 
         Parameters
         ----------
         count
             Number of steps.
 
-        Returns
-        -------
-        numpy.ndarray
-            Shape ``(count,)``.
         """
         return math.copysign(2 * math.pi, self.cycle_rate) * np.arange(count) / count
 

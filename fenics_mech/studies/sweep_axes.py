@@ -156,19 +156,44 @@ def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) 
         raise SceneError(f"a range has two ends, found {ends!r}", place=path, hint="Write (start, stop)")
     found = _ends(scene, path, str(ends[0]), str(ends[1]), RANGE_FORM)
     if isinstance(found[0], int):
-        raise SceneError("a branch needs a number that changes continuously, and this is a whole number", place=path)
+        raise SceneError("this is a whole number, and a number that changes continuously is needed", place=path)
     return found
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
-    """Give a scene as plain data, without its measurements: they change no result.
+    """Give a scene as plain data, without its measurements and its study: they change no result.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    return json.loads(scene.model_copy(update={"measurements": ()}).model_dump_json())
+    return json.loads(scene.model_copy(update={"measurements": (), "study": None}).model_dump_json())
+
+
+def value_in_si(scene: Scene, path: str, value: float | str | None = None) -> float:
+    """Give a number of a scene in SI: the one that it states, or `value` as the scene would read it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    path
+        Dotted path of the number.
+    value
+        A number (SI), or a text with a unit; None for the one that the scene states.
+
+    Raises
+    ------
+    SceneError
+        When the path is not that of a number of the scene, or the value is not valid there.
+    """
+    if value is None:
+        for key, part in _walk(scene_data(scene), path):
+            value = part[key]
+        if value is None:
+            raise SceneError("the scene states no number here", place=path, hint="State it, or give `start`")
+    return float(_in_si(scene, path, value))
 
 
 def placed(data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:

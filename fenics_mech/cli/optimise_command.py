@@ -1,0 +1,62 @@
+"""`fenics-mech optimise`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+
+
+def optimise(
+    scene: SceneFile,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            help="slsqp, trust-constr, least-squares, differential-evolution, or nsga2 for several aims.",
+            show_default="by the study",
+        ),
+    ] = None,
+    starts: Annotated[int, typer.Option(min=1, max=1000, help="Searches; all but the first start at random.")] = 1,
+    steps: Annotated[int, typer.Option(min=1, max=10_000, help="Most steps, or generations, of a search.")] = 50,
+    population: Annotated[int, typer.Option(min=4, max=10_000, help="Members of a population.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of random numbers.")] = 0,
+    jobs: Annotated[
+        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share trials.")
+    ] = 1,
+    folder: OutFolder = Path("out"),
+    strict: Strict = False,
+) -> None:
+    """Search for the best values of the variables of the scene's [study]: write best.toml, history.csv and plots.
+
+    Trials that are finished are kept in the folder. A search that was interrupted goes on when it is started again.
+    """
+    from fenics_mech.studies.design.methods import Search  # noqa: PLC0415
+    from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
+    from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
+    from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
+    from fenics_mech.views.study_summary import study_summary  # noqa: PLC0415
+
+    loaded = loaded_scene(scene, strict)
+    make_folder(folder)
+    with progress_bar(steps * starts) as step:
+
+        def told(count: int, trial: Trial, best: Trial | None) -> None:
+            now = "" if best is None else ", best " + ", ".join(f"{k} {v:.4g}" for k, v in best.numbers.items())
+            step(f"trial {count}{now}")
+
+        found = search(
+            loaded,
+            folder,
+            method=method,
+            starts=starts,
+            search=Search(steps, population, seed),
+            jobs=jobs,
+            progress=told,
+        )
+    plots = plot_study(found, folder)
+    out.print(study_summary(found))
+    tell_written([Path("best.toml"), Path("history.csv"), Path("result.nc"), *plots], folder)

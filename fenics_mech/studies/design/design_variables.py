@@ -1,0 +1,248 @@
+"""What a study varies: its variables as numbers in SI, and the scene with other values of them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fenics_mech.errors import SceneError, shortened
+from fenics_mech.scene import Scene
+from fenics_mech.scene.study import Study, Tied, Variable
+from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of, value_in_si
+
+
+@dataclass(frozen=True)
+class DesignVariable:
+    """A variable of a study in SI.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    numbers
+        The numbers of the scene that follow it.
+    lower, upper
+        Its bounds; of a choice the first and the last index.
+    start
+        Where a search begins.
+    unit
+        SI unit, "1" where it has none.
+    choices
+        Values of a choice, whose variable is their index.
+    """
+
+    name: str
+    numbers: tuple[Tied, ...]
+    lower: float
+    upper: float
+    start: float
+    unit: str = "1"
+    choices: tuple[Any, ...] = ()
+
+    def values(self, value: float) -> dict[str, Any]:
+        """Give the numbers of the scene at a value of the variable, by dotted path.
+
+        Parameters
+        ----------
+        value
+            The value in SI; of a choice the index, which is rounded.
+        """
+        if self.choices:
+            chosen = self.choices[round(value)]
+            return {tied.number: chosen for tied in self.numbers}
+        return {tied.number: tied.factor * value**tied.power for tied in self.numbers}
+
+    def shown(self, value: float) -> Any:
+        """Give a value as a user states it: the chosen one of a choice, else the number in SI."""
+        return self.choices[round(value)] if self.choices else value
+
+
+@dataclass(frozen=True)
+class Design:
+    """A scene with the variables of its study.
+
+    Parameters
+    ----------
+    scene
+        The scene, without its study and its measurements, which change no result.
+    study
+        The study.
+    variables
+        Its variables, in order.
+
+    Examples
+    --------
+    >>> study = {"variables": {"speed": {"numbers": ["drive.speed"], "between": ["100 rpm", "300 rpm"]}}}
+    >>> design = Design.of(fm.load("demos/four_bar.toml").changed(study=study))
+    >>> design.at([20.0]).drive.speed
+    20.0
+    """
+
+    scene: Scene
+    study: Study
+    variables: tuple[DesignVariable, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, study: Study | None = None) -> Design:
+        """Read the variables of a study.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        study
+            Its study; by default the one that the scene states.
+
+        Raises
+        ------
+        SceneError
+            When there is none, a path is not that of a number of the scene, bounds are not valid there or the wrong
+            way round, or the start is not within them.
+        """
+        study = study or scene.study
+        if study is None:
+            raise SceneError("the scene states no study", place="study", hint="Add a [study] with its variables")
+        bare = scene.model_copy(update={"study": None, "measurements": ()})
+        found = tuple(_read(bare, name, variable) for name, variable in study.variables.items())
+        _refuse_twice(found)
+        return cls(bare, study, found)
+
+    @property
+    def start(self) -> list[float]:
+        """The variables where a search begins, in SI."""
+        return [variable.start for variable in self.variables]
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """Smallest and largest value of each variable, in SI."""
+        return [(variable.lower, variable.upper) for variable in self.variables]
+
+    def changes(self, values: Sequence[float]) -> dict[str, Any]:
+        """Give the numbers of the scene at values of the variables, by dotted path.
+
+        Parameters
+        ----------
+        values
+            A value of each variable, in SI.
+        """
+        found: dict[str, Any] = {}
+        for variable, value in zip(self.variables, values, strict=True):
+            found |= variable.values(float(value))
+        return found
+
+    def at(self, values: Sequence[float]) -> Scene:
+        """Give the scene at values of the variables.
+
+        Parameters
+        ----------
+        values
+            A value of each variable, in SI.
+
+        Raises
+        ------
+        SceneError
+            When the scene is not valid with them.
+        """
+        return Scene.read(placed(scene_data(self.scene), self.changes(values)))
+
+    def shown(self, values: Sequence[float]) -> dict[str, Any]:
+        """Give the values as a user states them, by the variables' names.
+
+        Parameters
+        ----------
+        values
+            A value of each variable, in SI.
+        """
+        return {variable.name: variable.shown(float(value)) for variable, value in zip(self.variables, values)}
+
+
+def _refuse_twice(variables: Sequence[DesignVariable]) -> None:
+    """Raise `SceneError` where two variables change one number."""
+    seen: dict[str, str] = {}
+    for variable in variables:
+        for tied in variable.numbers:
+            if tied.number in seen:
+                raise SceneError(
+                    f"{tied.number} follows this variable and {seen[tied.number]!r}",
+                    place=f"study.variables.{variable.name}",
+                    hint="Leave it out of one of them",
+                )
+            seen[tied.number] = variable.name
+
+
+def _read(scene: Scene, name: str, variable: Variable) -> DesignVariable:
+    """Read one variable; errors name its place in the study."""
+    place = f"study.variables.{name}"
+    numbers = tuple(tied if isinstance(tied, Tied) else Tied(number=tied) for tied in variable.numbers)
+    try:
+        for tied in numbers:
+            _refuse_unknown(scene, tied.number)
+        if variable.choices:
+            return _choice(scene, name, numbers, variable)
+        return _range(scene, name, numbers, variable)
+    except SceneError as error:
+        at = place if error.place.startswith(place) or not error.place else f"{place}: {error.place}"
+        raise SceneError(error.message, place=at, hint=error.hint) from None
+
+
+def _refuse_unknown(scene: Scene, path: str) -> None:
+    """Raise `SceneError` where a scene has no number at a path, with those that are spelled nearly so."""
+    known = dict(_leaves(scene_data(scene)))
+    if path in known:
+        return
+    near = difflib.get_close_matches(path, known, n=3, cutoff=0.5)
+    hint = f"Did you mean {' or '.join(near)}?" if near else "Write the keys that lead to it, with dots between them"
+    raise SceneError("the scene states no such number", place=path, hint=hint)
+
+
+def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Give every value of nested data with its dotted path."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in items:
+        where = f"{path}.{key}" if path else str(key)
+        yield where, value
+        yield from _leaves(value, where)
+
+
+def _choice(scene: Scene, name: str, numbers: tuple[Tied, ...], variable: Variable) -> DesignVariable:
+    """Read a variable that is a choice; every choice must be valid in the scene."""
+    for chosen in variable.choices:
+        Scene.read(placed(scene_data(scene), {tied.number: chosen for tied in numbers}))
+    stated = variable.start if variable.start is not None else dict(_leaves(scene_data(scene)))[numbers[0].number]
+    if variable.start is not None and stated not in variable.choices:
+        raise SceneError(f"the start {shortened(stated)} is none of the choices", place=f"study.variables.{name}.start")
+    start = variable.choices.index(stated) if stated in variable.choices else 0
+    return DesignVariable(name, numbers, 0.0, float(len(variable.choices) - 1), float(start), "1", variable.choices)
+
+
+def _range(scene: Scene, name: str, numbers: tuple[Tied, ...], variable: Variable) -> DesignVariable:
+    """Read a variable with bounds, in the unit of its first number where that follows it as it is."""
+    place, first = f"study.variables.{name}", numbers[0]
+    assert variable.between is not None
+    plain = (first.factor, first.power) == (1.0, 1.0)
+    if plain:
+        lower, upper = range_in_si(scene, first.number, variable.between)
+        start = value_in_si(scene, first.number, variable.start)
+    else:
+        if not all(isinstance(end, int | float) for end in variable.between):
+            raise SceneError(
+                "the first number follows with a factor or a power, so that bounds have no unit",
+                place=place,
+                hint="Write numbers in SI, or begin with a number that is the variable itself",
+            )
+        lower, upper = (float(end) for end in variable.between)
+        now = value_in_si(scene, first.number, None)
+        start = float(variable.start) if variable.start is not None else (now / first.factor) ** (1 / first.power)
+    if not lower < upper:
+        low, high = variable.between
+        message = f"the lower bound {shortened(low)} is not below the upper bound {shortened(high)}"
+        raise SceneError(message, place=f"{place}.between", hint="Write [smallest, largest]")
+    if not lower <= start <= upper:
+        raise SceneError(
+            f"it starts at {start:.6g}, outside of its bounds {lower:.6g} and {upper:.6g} (SI)",
+            place=place,
+            hint="Give `start`, or other bounds",
+        )
+    return DesignVariable(name, numbers, lower, upper, start, unit_of(scene, first.number) if plain else "1")

@@ -1,0 +1,215 @@
+"""The best values of a study's variables: a search, and the whole analysis of what it found."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fenics_mech._files import write_whole
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import SceneError
+from fenics_mech.recovery import Result
+from fenics_mech.scene import Scene
+from fenics_mech.scene.writing import write_scene
+from fenics_mech.studies.design.methods import METHODS, Search
+from fenics_mech.studies.design.problem import Problem
+from fenics_mech.studies.design.trial import Trial, Trials
+
+ERRORS = {  # attribute of a result with the relative error of a number, by how its name begins
+    "strain": "error_estimate",
+    "stress": "error_estimate",
+    "utilisation": "error_estimate",
+    "deflection": "deflection_error_estimate",
+    "joint_force": "joint_force_error_estimate",
+    "support": "joint_force_error_estimate",
+    "shaking": "joint_force_error_estimate",
+    "input_torque": "drive_effort_error_estimate",
+    "drive_effort": "drive_effort_error_estimate",
+}
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What a search found.
+
+    Parameters
+    ----------
+    problem
+        The study as a problem of optimisation, with all trials in `history`.
+    best
+        The best trial.
+    result
+        The whole analysis of the best scene, with estimates of errors.
+    message
+        What the method said as it ended.
+    seconds
+        How long all took.
+
+    Examples
+    --------
+    >>> study = {"minimise": ["strain.max"]}
+    >>> study["variables"] = {"ratio": {"numbers": ["drive.speed"], "between": [10, 40]}}
+    >>> quasi_static = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "effects": (), "study": study}
+    >>> found = fm.optimise(fm.load("demos/four_bar.toml").changed(quasi_static))
+    >>> round(found.scene.drive.speed, 3)
+    10.0
+    """
+
+    problem: Problem
+    best: Trial
+    result: Result
+    message: str
+    seconds: float
+
+    @property
+    def scene(self) -> Scene:
+        """The best scene, with its study."""
+        return best_scene(self.problem, self.best)
+
+    @property
+    def history(self) -> list[Trial]:
+        """All trials, in order."""
+        return self.problem.history
+
+    @property
+    def front(self) -> list[Trial]:
+        """The trials between which only a preference decides, where there are several aims."""
+        return self.problem.front
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the best trial keeps all limits."""
+        return self.problem.rank(self.best)[0] == 0
+
+    def gains(self) -> dict[str, float]:
+        """By which share each aim is better than at the start."""
+        first, found = self.problem.first, {}
+        for name, sign in self.problem.aims:
+            start, best = first.numbers[name], self.best.numbers[name]
+            found[name] = sign * (start - best) / (abs(start) or 1.0)
+        return found
+
+    def errors(self) -> dict[str, float]:
+        """Estimated relative error of each aim; NaN where none is estimated."""
+        known = {"mass": 0.0}
+        for quantity in self.problem.trials.quantities:
+            key = next((key for start, key in ERRORS.items() if quantity.name.startswith(start)), "")
+            if quantity.name == "frequency":
+                known[quantity.text] = float(self.result.data["frequency_error"].max())
+            elif quantity.name != "mass":
+                known[quantity.text] = float(self.result.data.attrs.get(key, np.nan))
+            else:
+                known[quantity.text] = 0.0
+        return {name: known[name] for name, _ in self.problem.aims}
+
+
+def best_scene(problem: Problem, trial: Trial) -> Scene:
+    """Give the scene of a trial, with its study."""
+    design = problem.trials.design
+    return design.scene.changed(design.changes(trial.values) | {"study": design.study})
+
+
+def optimise(
+    scene: Scene,
+    folder: str | Path | None = None,
+    *,
+    method: str | None = None,
+    starts: int = 1,
+    search: Search | None = None,
+    jobs: int = 1,
+    progress: Callable[[int, Trial, Trial | None], None] = lambda count, trial, best: None,
+) -> Optimum:
+    """Search for the best values of the variables of a scene's study.
+
+    Trials are analysed without estimates of errors, and with stability only where the study asks for it. The best of
+    them is analysed again as the scene states.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its study.
+    folder
+        Where finished trials are kept, so that a search that was ended goes on, with ``history.csv`` and ``best.toml``.
+    method
+        One of `METHODS`. By default "nsga2" for several aims, "differential-evolution" with choices, else "slsqp".
+    starts
+        Number of searches: the first from the study's start, the others from seeded random ones.
+    search
+        How far a search goes.
+    jobs
+        Processes of this machine that share trials.
+    progress
+        Called with the number of trials, the last and the best after each.
+
+    Raises
+    ------
+    SceneError
+        When the study is not valid, or the scene fails at its start.
+    MechanismError
+        When the method needs a library that is not installed, or no file can be written.
+
+    Examples
+    --------
+    See `Optimum`.
+    """
+    begun, search = time.perf_counter(), search or Search()
+    with TemporaryDirectory() as made:
+        kept = Path(made if folder is None else folder)
+        problem = Problem(Trials.of(_with_fixed_effects(scene), folder=kept / "trials", jobs=jobs), progress)
+        name = _method(problem, method)
+        problem.first  # noqa: B018  (it says what is wrong with the start)
+        points = np.random.default_rng(search.seed).random((starts, len(problem.trials.design.variables)))
+        points[0] = problem.to_unit(problem.trials.design.start)
+        said = [METHODS[name](problem, point, search) for point in points]
+        best = problem.best
+        assert best is not None
+        result = analyse(best_scene(problem, best).changed(effects=scene.effects))
+        found = Optimum(problem, best, result, said[-1], time.perf_counter() - begun)
+        if folder is not None:
+            _write(found, kept)
+    return found
+
+
+def _with_fixed_effects(scene: Scene) -> Scene:
+    """Give a scene with the effects that it calls for at its start: aims would jump where others are chosen."""
+    if scene.effects != "auto" or not scene.members():
+        return scene
+    trials = Trials.of(scene, ())
+    result = analyse(trials.cheapest.changed(trials.design.changes(trials.design.start)))
+    acting = [effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]]
+    return scene.changed(effects=tuple(acting))
+
+
+def _method(problem: Problem, method: str | None) -> str:
+    """Choose the method, or raise where the one that is asked for does not suit the study."""
+    aims, choices = problem.aims, any(variable.choices for variable in problem.trials.design.variables)
+    if not aims:
+        raise SceneError("there is nothing to optimise", place="study", hint='Write minimise = ["mass"] or maximise')
+    if method is not None and method not in METHODS:
+        raise SceneError(f"there is no method {method!r}", place="--method", hint=f"Known: {', '.join(METHODS)}")
+    if method is None:
+        method = "nsga2" if len(aims) > 1 else "differential-evolution" if choices else "slsqp"
+    if len(aims) > 1 and method not in ("nsga2", "least-squares"):
+        raise SceneError(f"{method} takes one aim, and there are {len(aims)}", place="study", hint="Take nsga2")
+    if choices and method not in ("nsga2", "differential-evolution"):
+        raise SceneError(f"{method} takes no choices", place="study", hint="Take differential-evolution or nsga2")
+    return method
+
+
+def _write(found: Optimum, folder: Path) -> None:
+    """Write the history, the best scene and its result."""
+    lines = [",".join(["trial", *(v.name for v in found.problem.trials.design.variables), *found.best.numbers])]
+    lines[0] += ",beyond limits,seconds,error"
+    for number, trial in enumerate(found.history, 1):
+        beyond = found.problem.rank(trial)[0]
+        cells = [number, *trial.values, *trial.numbers.values(), beyond, trial.seconds, trial.error]
+        lines.append(",".join(map(str, cells)))
+    write_whole(folder / "history.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
+    write_scene(found.scene, folder / "best.toml")
+    found.result.save(folder / "result.nc")

@@ -1,0 +1,265 @@
+"""Numbers of a result, by their names: "strain[coupler].max", "shaking_force.rms", "mass", "frequency[1].min"."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError, shortened
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.signal import last_cycle
+from fenics_mech.recovery.stress_figures import fatigue
+from fenics_mech.recovery.variables import ATTRIBUTES
+from fenics_mech.scene import Scene
+from fenics_mech.scene.study import Target
+from fenics_mech.scene.units import EXAMPLES, in_unit
+from fenics_mech.studies.design.reductions import REDUCTIONS, reduced
+from fenics_mech.studies.design.targets import tracer_error
+
+NAME = re.compile(r"([A-Za-z_]+)((?:\[[^\[\]]+\])*)(?:\.([a-z]+))?")
+ALIASES = {"torque": "input_torque"}
+LABELLED = (
+    *("member", "joint", "mode", "support", "point", "link", "drive", "pair", "spring", "damper", "cause"),
+    *("fibre", "component", "disturbance", "gauge", "harmonic"),
+)
+OWN = {  # those that are not variables of a result: unit, meaning
+    "mass": ("kg", "mass of the links and point masses, or of one link"),
+    "stability": ("1", "margin: 1 less the largest magnitude of a Floquet multiplier"),
+    "damage": ("1", "damage by fatigue of one cycle, largest of all places"),
+    "tracer_error": ("m", "distance of a point from its target"),
+}
+PEAKING = ("max", "min", "range")  # taken between few positions too; means over equal steps need no more
+FORM = "Write NAME[LABEL].REDUCTION, such as strain[coupler].max; reductions are " + ", ".join(REDUCTIONS)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a result.
+
+    Parameters
+    ----------
+    text
+        What the user wrote.
+    name
+        Variable of the result, or one of `OWN`.
+    labels
+        Member, joint, mode or the like; all where there is none.
+    reduction
+        What is taken over the cycle; "" of what is one number already.
+
+    Examples
+    --------
+    >>> Quantity.read("strain[coupler].max").labels
+    ('coupler',)
+    """
+
+    text: str
+    name: str
+    labels: tuple[str, ...]
+    reduction: str
+
+    @classmethod
+    def read(cls, text: str) -> Quantity:
+        """Read the name of a number.
+
+        Parameters
+        ----------
+        text
+            The name: ``NAME``, ``NAME.REDUCTION`` or ``NAME[LABEL].REDUCTION``.
+
+        Raises
+        ------
+        SceneError
+            When there is no such number; the error names those that are spelled nearly so.
+        """
+        match = NAME.fullmatch(text.strip())
+        if match is None:
+            raise SceneError(f"cannot read {shortened(text)} as a number of a result", place="study", hint=FORM)
+        name, reduction = ALIASES.get(match[1], match[1]), match[3] or ""
+        known = [*OWN, *ALIASES, *ATTRIBUTES]
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+            hint = f"Did you mean {' or '.join(near)}?" if near else FORM
+            raise SceneError(f"{text!r}: a result has no {name!r}", place="study", hint=hint)
+        allowed = {"stability": ("margin",), "mass": ("",)}.get(name, ("", *REDUCTIONS))
+        if reduction not in allowed:
+            near = difflib.get_close_matches(reduction, allowed, n=1, cutoff=0.4) or [part for part in allowed if part]
+            hint = f"Did you mean {name}{f'.{near[0]}' if near else ''}? " + FORM
+            raise SceneError(f"{text!r}: there is no reduction {reduction!r}", place="study", hint=hint)
+        return cls(text, name, tuple(re.findall(r"\[([^\[\]]+)\]", match[2])), reduction)
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return OWN[self.name][0] if self.name in OWN else str(ATTRIBUTES[self.name][0])
+
+    @property
+    def needs_stability(self) -> bool:
+        """Whether the analysis must judge stability."""
+        return self.name == "stability" or self.name.startswith(("multiplier", "growth_rate"))
+
+    def in_si(self, value: float | str) -> float:
+        """Read a limit on the number.
+
+        Parameters
+        ----------
+        value
+            A number in SI, or a text with a unit.
+
+        Raises
+        ------
+        SceneError
+            When it cannot be read in the unit of the number.
+        """
+        unit = self.unit.replace(" ", "*").replace("^", "**")
+        try:
+            return float(in_unit(unit)(value) if unit in EXAMPLES else value)
+        except ValueError as error:
+            raise SceneError(f"{self.text!r}: {error}", place="study.limits") from error
+
+    def of(self, result: Result, targets: Mapping[str, Target] | None = None) -> float:
+        """Give the number of a result.
+
+        Parameters
+        ----------
+        result
+            The result.
+        targets
+            Paths that points are to follow, by name.
+
+        Raises
+        ------
+        SceneError
+            When the result has no such variable or label, or it is not one number.
+        """
+        if self.name == "mass":
+            return total_mass(result.scene, self.labels)
+        if self.name == "stability":
+            return _margin(self, result)
+        if self.name == "tracer_error":
+            return reduced(_tracer(self, result, targets or {}), self.reduction or "rms")
+        if self.name == "damage":
+            data = fatigue(result).assign_attrs(result.data.attrs)
+            return reduced(self._selected(data["damage"]), "max")
+        return self._of_variable(result)
+
+    def _of_variable(self, result: Result) -> float:
+        """Reduce a variable of the result."""
+        data = result.data
+        if self.reduction in PEAKING:
+            closer = between_positions(result).data
+            data = closer if self.name in closer else data
+        if self.name not in data:
+            raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
+        found = self._selected(data[self.name])
+        if data is result.data and "theta" in found.dims:
+            part = last_cycle(result.scene.analysis, result.scene.drives, result.data)
+            found = found if part is None else found.isel(theta=part)
+        if not self.reduction and found.size > 1:
+            hint = f"Write {self.name}.max, or a label in brackets"
+            raise SceneError(f"{self.text!r} is {found.size} numbers", place="study", hint=hint)
+        value = reduced(found, self.reduction or "mean")
+        if self.name == "strain" and self.reduction == "max" and set(self.labels) <= {*result.scene.members()}:
+            return max(value, reduced(self._selected(result.data["largest_strain"]), "max"))
+        return value
+
+    def _selected(self, found: xr.DataArray) -> xr.DataArray:
+        """Take the labels of a variable."""
+        for label in self.labels:
+            found = _labelled(self.text, found, label)
+        return found
+
+
+def read_all(names: Sequence[str]) -> tuple[Quantity, ...]:
+    """Read several names, each once; see `Quantity.read`.
+
+    Parameters
+    ----------
+    names
+        The names.
+    """
+    return tuple(Quantity.read(name) for name in dict.fromkeys(names))
+
+
+def _labelled(text: str, found: xr.DataArray, label: str) -> xr.DataArray:
+    """Take one label of a variable, along the dimension that has it, or a place 0..1 along members ("@0.5")."""
+    if label.startswith("@") and "s" in found.dims:
+        try:
+            place = float(label[1:])
+        except ValueError:
+            place = math.nan
+        if 0 <= place <= 1:
+            return found.interp(s=place)
+    known: list[str] = []
+    for dim in (dim for dim in found.dims if dim in LABELLED):
+        names = [str(name) for name in found[dim].to_numpy()]
+        if label in names:
+            return found.isel({dim: names.index(label)})
+        known += names
+    near = difflib.get_close_matches(label, known, n=3, cutoff=0.5)
+    hint = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join(known) or 'none'}"
+    raise SceneError(f"{text!r}: there is no {label!r}", place="study", hint=hint)
+
+
+def _available(result: Result) -> str:
+    names = [str(name) for name, variable in result.data.data_vars.items() if variable.dtype.kind == "f"]
+    return f"It has {', '.join(names)}"
+
+
+def _margin(quantity: Quantity, result: Result) -> float:
+    if "multiplier" not in result.data:
+        raise SceneError(
+            f"{quantity.text!r}: stability was not judged", place="study", hint="It needs a periodic response"
+        )
+    return 1.0 - float(np.sqrt((result.data["multiplier"] ** 2).sum("part")).max())
+
+
+def _tracer(quantity: Quantity, result: Result, targets: Mapping[str, Target]) -> xr.DataArray:
+    known = ", ".join(targets) or "none"
+    if len(quantity.labels) != 1 or quantity.labels[0] not in targets:
+        hint = f"Write tracer_error[NAME].rms with the name of a target of the study; known: {known}"
+        raise SceneError(f"{quantity.text!r} names no target", place="study", hint=hint)
+    return tracer_error(result, targets[quantity.labels[0]])
+
+
+def total_mass(scene: Scene, links: Sequence[str] = ()) -> float:
+    """Mass of the links and of the point masses on them (kg).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    links
+        Links that are counted; all where none is named.
+
+    Raises
+    ------
+    SceneError
+        When there is no such link.
+
+    Examples
+    --------
+    >>> f"{total_mass(fm.load('demos/four_bar.toml'), ['coupler']):.4f}"
+    '0.0308'
+    """
+    counted = set(links or scene.links)
+    if unknown := sorted(counted - set(scene.links)):
+        known = ", ".join(scene.links)
+        raise SceneError(f"mass[{unknown[0]}]: there is no such link", place="study", hint=f"Known: {known}")
+    places, weights = np.polynomial.legendre.leggauss(8)
+    s: Array = (1 + places) / 2
+    found = [body.rigid.mass for name, body in scene.links.items() if body.rigid is not None and name in counted]
+    found += [mass.mass for mass in scene.masses.values() if mass.at.split(".")[0] in counted]
+    for label, (link, _) in scene.members().items():
+        if link in counted:
+            length = math.dist(*scene.member_ends(label))
+            found.append(length * float(weights @ scene.rigidity(label, s).line_density) / 2)
+    return float(sum(found))

@@ -1,0 +1,275 @@
+"""One trial of a study: the scene at values of its variables, analysed, and the numbers that the study looks at.
+
+A trial that fails has its error as a value, and NaN for its numbers. Finished trials are files, and not run again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fenics_mech._files import write_whole
+from fenics_mech._version import __version__
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.response.setup import CommonParts
+from fenics_mech.scene import Scene
+from fenics_mech.scene.study import Target
+from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.result_numbers import Quantity, read_all, total_mass
+from fenics_mech.studies.sweep_axes import placed, scene_data
+from fenics_mech.studies.worker_processes import over_processes
+
+LOST = "LostProcess"  # error of a trial whose process was ended from outside
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What one trial found.
+
+    Parameters
+    ----------
+    values
+        Values of the variables, in SI.
+    numbers
+        Numbers of the result by name; NaN where the trial failed.
+    error, message
+        Kind of the error that it ended with and what that said; empty where it did not fail.
+    seconds
+        How long it took.
+    """
+
+    values: tuple[float, ...]
+    numbers: dict[str, float]
+    error: str
+    message: str
+    seconds: float
+
+    @property
+    def failed(self) -> bool:
+        """Whether it ended with an error."""
+        return bool(self.error)
+
+
+@dataclass(frozen=True)
+class Trials:
+    """The trials of a design.
+
+    Parameters
+    ----------
+    design
+        The scene and its variables.
+    quantities
+        The numbers that are looked at.
+    folder
+        Where finished trials are kept; None for nowhere.
+    jobs
+        Processes of this machine that share trials.
+
+    Examples
+    --------
+    >>> study = {"variables": {"speed": {"numbers": ["drive.speed"], "between": [5, 50]}}, "minimise": ["strain.max"]}
+    >>> quasi_static = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "study": study}
+    >>> trials = Trials.of(fm.load("demos/four_bar.toml").changed(quasi_static))
+    >>> slow, fast = trials.run([[10.0], [20.0]])
+    >>> fast.numbers["strain.max"] > 3 * slow.numbers["strain.max"]
+    True
+    """
+
+    design: Design
+    quantities: tuple[Quantity, ...]
+    folder: Path | None = None
+    jobs: int = 1
+    common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
+
+    @classmethod
+    def of(
+        cls, scene: Scene, names: Sequence[str] | None = None, *, folder: Path | None = None, jobs: int = 1
+    ) -> Trials:
+        """Prepare the trials of a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene, with its study.
+        names
+            The numbers to look at; by default those that the study names.
+        folder, jobs
+            As of the class.
+
+        Raises
+        ------
+        SceneError
+            When the study is not valid; see `Design.of` and `Quantity.read`.
+        """
+        design = Design.of(scene)
+        return cls(design, read_all(design.study.names if names is None else names), folder, jobs)
+
+    def run(
+        self, points: Sequence[Sequence[float]], progress: Callable[[Trial], None] = lambda trial: None
+    ) -> list[Trial]:
+        """Run trials, or read those that are finished.
+
+        Parameters
+        ----------
+        points
+            Values of the variables, in SI: one list for each trial.
+        progress
+            Called with each trial as it is known, in order.
+
+        Raises
+        ------
+        SceneError
+            When a result has no such number.
+        MechanismError
+            When a file cannot be written, or the computer has too little of something.
+        """
+        tasks = [self._task(point) for point in points]
+        if self.jobs > 1 and len(tasks) > 1 and self.folder is not None:
+            missing = [task for task in tasks if _known(task) is None]
+            over_processes(self.jobs, missing, _run_here, _give_up)
+        found = []
+        for task in tasks:
+            record = _known(task) or _run(task, self.common)
+            numbers = {name: math.nan if value is None else value for name, value in record["numbers"].items()}
+            found.append(Trial(task.values, numbers, record["error"], record["message"], record["seconds"]))
+            progress(found[-1])
+        return found
+
+    def _task(self, point: Sequence[float]) -> _Task:
+        values = tuple(float(value) for value in point)
+        data = scene_data(self.cheapest)
+        text = json.dumps(
+            [
+                __version__,
+                data,
+                self.design.changes(values),
+                [quantity.text for quantity in self.quantities],
+                {name: target.model_dump() for name, target in self.design.study.targets.items()},
+            ],
+            sort_keys=True,
+        )
+        name = f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
+        path = None if self.folder is None else self.folder / name
+        return _Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
+
+    def data_at(self, values: Sequence[float]) -> Record:
+        """Give the scene of a trial as plain data.
+
+        Parameters
+        ----------
+        values
+            A value of each variable, in SI.
+        """
+        return placed(scene_data(self.cheapest), self.design.changes(values))
+
+    @property
+    def cheapest(self) -> Scene:
+        """The scene with the cheapest analysis that gives the numbers: no errors, and stability where it is asked."""
+        scene = self.design.scene
+        judged = any(quantity.needs_stability for quantity in self.quantities)
+        changes: Record = {"analysis.stability": judged}
+        changes |= {"analysis.allow_unstable": True} if judged else {}
+        if scene.tolerance is None:
+            changes["analysis.error_estimates"] = False
+        return scene.changed(changes)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What a process needs for one trial."""
+
+    path: Path | None
+    values: tuple[float, ...]
+    scene: Record
+    changes: Record
+    quantities: tuple[Quantity, ...]
+    targets: Mapping[str, Target]
+
+
+def _known(task: _Task) -> Record | None:
+    """Read a finished trial; None where there is none, or one that is to be tried again."""
+    if task.path is None:
+        return None
+    try:
+        record = json.loads(task.path.read_text())
+    except (OSError, ValueError):
+        return None
+    whole = isinstance(record, dict) and record.keys() >= {"numbers", "error", "message", "seconds", "again"}
+    return record if whole and not record["again"] else None
+
+
+def _run(task: _Task, common: CommonParts) -> Record:
+    """Run one trial and keep it."""
+    start = time.perf_counter()
+    record: Record = {"numbers": dict.fromkeys(q.text for q in task.quantities), "error": "", "message": ""}
+    record["again"] = False
+    try:
+        record["numbers"] = numbers_of(task, common)
+    except SceneError as error:
+        if error.place.startswith("study"):  # a name that no trial can give
+            raise
+        record |= {"error": type(error).__name__, "message": str(error)}
+    except (OSError, MemoryError) as error:  # of the computer, not of the trial
+        raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
+    except Exception as error:  # what a trial may end with is not known, and must not end the study
+        record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
+    record |= {"values": task.values, "seconds": time.perf_counter() - start}
+    _write(task.path, record)
+    return record
+
+
+def numbers_of(task: _Task, common: CommonParts) -> dict[str, float]:
+    """Analyse the scene of a trial, unless its mass is all that is asked for, and give its numbers by name.
+
+    Parameters
+    ----------
+    task
+        The trial.
+    common
+        Parts of the analysis that trials share.
+
+    Raises
+    ------
+    MechanismError
+        When the analysis fails, or a number is not finite.
+    """
+    scene = Scene.read(placed(task.scene, task.changes))
+    if all(quantity.name == "mass" for quantity in task.quantities):
+        return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
+    result = analyse(scene, common=common)
+    found = {quantity.text: quantity.of(result, task.targets) for quantity in task.quantities}
+    if missing := [name for name, value in found.items() if not math.isfinite(value)]:
+        raise MechanismError(f"{', '.join(missing)} has no value in this result")
+    return found
+
+
+def _write(path: Path | None, record: Record) -> None:
+    if path is not None:
+        text = json.dumps(record)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, lambda temporary: temporary.write_text(text))
+
+
+_common_here = cache(CommonParts)
+
+
+def _run_here(task: _Task) -> None:
+    """Run one of the trials of a worker process."""
+    _run(task, _common_here())
+
+
+def _give_up(task: _Task) -> None:
+    """Write that the process of a trial was lost; the trial is run again by the next study."""
+    said = "the process of this trial was ended from outside: there may be too little memory"
+    numbers = dict.fromkeys(quantity.text for quantity in task.quantities)
+    record = {"numbers": numbers, "error": LOST, "message": said, "seconds": 0.0, "again": True, "values": task.values}
+    _write(task.path, record)

@@ -1,0 +1,88 @@
+"""Summary of an optimisation: what was found first, then the variables, and the numbers with their limits."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.errors import percent
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.design.optimise import Optimum
+
+
+def study_summary(found: Optimum) -> Group:
+    """Tell what an optimisation found.
+
+    Parameters
+    ----------
+    found
+        The optimum.
+    """
+    parts: list[RenderableType] = [
+        Text(verdict(found), style="bold"),
+        _variables(found),
+        _numbers(found),
+        Text(_cost(found)),
+    ]
+    if failures := Counter(trial.error for trial in found.history if trial.failed):
+        kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
+        parts.append(Text(f"Trials that failed, and were passed over: {kinds}."))
+    return Group(*parts)
+
+
+def verdict(found: Optimum) -> str:
+    """Say in one or two sentences whether there is a better design, and whether it is better than its error.
+
+    Parameters
+    ----------
+    found
+        The optimum.
+    """
+    if not found.within_limits:
+        return "No trial keeps all limits; the best of them comes nearest. Widen the bounds, or relax a limit."
+    if len(found.problem.aims) > 1:
+        return f"{len(found.front)} designs are best in their own way: none is better than another in every aim."
+    ((name, gain),), error = found.gains().items(), found.errors()[found.problem.aims[0][0]]
+    if gain <= 0:
+        return f"No better design than the start was found for {name}."
+    better = f"{name} is {percent(gain, 3)} better than at the start, within all limits."
+    if not math.isfinite(error):
+        return f"{better} The error of this number is not estimated."
+    if gain < error:
+        return f"{better} This gain is below the estimated error of {percent(error)}: it may be none."
+    return better + (f" Its estimated error is {percent(error)}." if error else "")
+
+
+def _variables(found: Optimum) -> Table:
+    table = Table("variable", "start", "best", "bounds", "unit")
+    problem = found.problem
+    for variable, start, best in zip(problem.trials.design.variables, problem.first.values, found.best.values):
+        shown = [str(v) if variable.choices else f"{v:.5g}" for v in map(variable.shown, (start, best))]
+        near = 1e-6 * (variable.upper - variable.lower)
+        at = min(best - variable.lower, variable.upper - best) <= near and not variable.choices
+        bounds = f"{variable.lower:.5g} to {variable.upper:.5g}" + " (reached)" * at
+        table.add_row(variable.name, *map(escape, shown), "choice" if variable.choices else bounds, variable.unit)
+    return table
+
+
+def _numbers(found: Optimum) -> Table:
+    table = Table("number", "start", "best", "limit", "unit")
+    problem = found.problem
+    for quantity in problem.trials.quantities:
+        name = quantity.text
+        limits = [f"{'most' if b.sign > 0 else 'least'} {b.limit:.5g}" for b in problem.bounds if b.of == name]
+        values = [f"{trial.numbers[name]:.5g}" for trial in (problem.first, found.best)]
+        table.add_row(escape(name), *values, ", ".join(limits), quantity.unit)
+    return table
+
+
+def _cost(found: Optimum) -> str:
+    run = sum(trial.seconds for trial in found.history)
+    return f"{len(found.history)} trials of {run:.0f} s in all; {found.seconds:.0f} s in this run. {found.message}."

@@ -1,0 +1,134 @@
+"""Optima against closed forms and scans, and derivatives against differences of converged runs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fenics_mech as fm
+from fenics_mech.errors import SceneError
+from fenics_mech.studies.design.methods import Search
+from fenics_mech.studies.design.sensitivity import sensitivity
+from fenics_mech.studies.design.trial import Trials
+
+PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
+
+
+def cantilever(study):
+    """A strip of four parts of one height, each with a width of its own, with a load at its tip."""
+    steps = [LENGTH * k / PARTS for k in range(PARTS + 1)]
+    return fm.Scene(
+        materials={"alloy": {"modulus": MODULUS, "density": 2700}},
+        sections={f"s{k}": {"shape": "rectangle", "width": 0.02, "height": HEIGHT} for k in range(PARTS)},
+        ground={"points": {"P0": (0, 0)}},
+        links={
+            "beam": {
+                "points": {f"P{k}": (x, 0) for k, x in enumerate(steps)},
+                "members": {
+                    f"m{k}": {"ends": (f"P{k}", f"P{k + 1}"), "section": f"s{k}", "material": "alloy"}
+                    for k in range(PARTS)
+                },
+            }
+        },
+        joints={"wall": {"kind": "weld", "connect": ("ground.P0", "beam.P0")}},
+        loads={"tip": {"at": f"beam.P{PARTS}", "force": (0, -LOAD)}},
+        analysis={"method": "static"},
+        study=study,
+    )
+
+
+@pytest.mark.slow
+def test_widths_of_a_cantilever_of_least_mass_are_those_of_the_closed_form():
+    # w = sum(c_k / b_k) with c_k = 12 F/(E h^3) int x^2 dx from the tip; least sum(b_k) has b_k ~ sqrt(c_k)
+    ends = LENGTH * (1 - np.arange(PARTS + 1) / PARTS)
+    c = 12 * LOAD / (MODULUS * HEIGHT**3) * (ends[:-1] ** 3 - ends[1:] ** 3) / 3
+    most = c.sum() / 0.02
+    exact = np.sqrt(c) * np.sqrt(c).sum() / most
+    variables = {f"b{k}": {"numbers": [f"sections.s{k}.width"], "between": ["2 mm", "60 mm"]} for k in range(PARTS)}
+    study = {"variables": variables, "minimise": ["mass"], "limits": [{"of": "deflection.max", "most": most}]}
+    found = fm.optimise(cantilever(study))
+    assert found.within_limits
+    np.testing.assert_allclose(found.best.values, exact, rtol=5e-3)  # the aim is flat there
+    mass = 2700 * HEIGHT * LENGTH / PARTS * exact.sum()
+    assert found.best.numbers["mass"] == pytest.approx(mass, rel=1e-5)
+
+
+def four_bar(method, **study):
+    scene = fm.load("demos/four_bar.toml").changed(
+        {
+            "sections.coupler": {"shape": "rectangle", "width": "25.4 mm", "height": "1.6 mm"},
+            "links.coupler.members.AB.section": "coupler",
+            "analysis.method": method,
+            "effects": (),
+        }
+    )
+    return scene.changed({"study": study, "analysis.sub_intervals": 90})
+
+
+@pytest.mark.slow
+def test_the_height_of_least_peak_strain_at_fixed_mass_is_that_of_a_scan(tmp_path):
+    # width times height is kept: a thick strip is stiff, and its fibres are far from the axis
+    height = {"numbers": ["sections.coupler.height"], "between": ["1 mm", "6 mm"], "start": "1.6 mm"}
+    height["numbers"].append({"number": "sections.coupler.width", "factor": 0.0254 * 0.0016, "power": -1})
+    rate = {"analysis.solver": "collocation", "drive.speed": "240 rpm"}
+    scene = four_bar("periodic", variables={"height": height}, minimise=["strain[coupler].max"]).changed(rate)
+    found = fm.optimise(scene, tmp_path, search=Search(generations=25))
+    near = found.best.values[0] * np.array([0.97, 1.03])
+    beside = Trials.of(scene).run([[value] for value in np.clip(near, 1e-3, 6e-3)])
+    assert all(trial.numbers["strain[coupler].max"] >= found.best.numbers["strain[coupler].max"] for trial in beside)
+    assert {"best.toml", "history.csv", "result.nc"} <= {path.name for path in tmp_path.iterdir()}
+    again = fm.optimise(scene, tmp_path, search=Search(generations=25))
+    assert [trial.seconds for trial in again.history] == [trial.seconds for trial in found.history]  # none anew
+    assert fm.load(tmp_path / "best.toml").sections["coupler"].height == pytest.approx(found.best.values[0])
+
+
+def test_a_catalogue_is_searched_for_its_best_entry():
+    choice = {"numbers": ["links.coupler.members.AB.section"], "choices": ["crank", "strip", "coupler"]}
+    scene = four_bar("quasi-static", variables={"section": choice}, minimise=["mass"])
+    found = fm.optimise(scene, search=Search(generations=5))
+    assert len(found.history) <= 3
+    masses = [trial.numbers["mass"] for trial in Trials.of(scene).run([[0], [1], [2]])]
+    assert found.best.numbers["mass"] == min(masses)
+
+
+@pytest.mark.parametrize(
+    ("study", "method", "said"),
+    [
+        ({}, None, "nothing to optimise"),
+        ({"minimise": ["mass"]}, "simplex", "no method 'simplex'"),
+        ({"minimise": ["mass", "strain.max"]}, "slsqp", "takes one aim"),
+        ({"minimise": ["mass"], "limits": [{"of": "strain.max", "least": 2, "most": 1}]}, None, "Exchange"),
+        ({"minimise": ["mass"], "limits": [{"of": "stress.max", "most": "1 kg"}]}, None, "wrong unit"),
+    ],
+)
+def test_a_bad_study_is_one_message(study, method, said):
+    height = {"numbers": ["sections.coupler.height"], "between": ["1 mm", "6 mm"]}
+    with pytest.raises(SceneError) as caught:
+        fm.optimise(four_bar("quasi-static", variables={"height": height}, **study), method=method)
+    assert said in str(caught.value)
+
+
+NAMES = ["mass", "strain.max", "strain[coupler].max", "shaking_force.rms", "shaking_moment.rms", "torque.rms"]
+NAMES += ["deflection.max", "joint_force[B].max", "frequency[1].min", "transmission_angle.min"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "value"),
+    [("sections.coupler.height", 1.6e-3), ("drive.speed", 32.3), ("ground.points.C.0", 0.254), ("damping.ratio", 0.02)],
+)
+def test_derivatives_are_those_of_converged_runs(number, value):
+    variable = {"numbers": [number], "between": [0.9 * value, 1.1 * value]}
+    scene = four_bar("periodic", variables={"x": variable})
+    scene = scene.changed({"effects": ("coupling",), "analysis.sub_intervals": 180})
+    trials = Trials.of(scene, NAMES)
+    found = sensitivity(trials, [value])
+    slopes = []
+    for h in (4e-4 * value, 2e-4 * value):
+        ahead, behind = trials.run([[value + h], [value - h]])
+        slopes.append({name: (ahead.numbers[name] - behind.numbers[name]) / (2 * h) for name in NAMES})
+    for name in NAMES:
+        exact = (4 * slopes[1][name] - slopes[0][name]) / 3  # Richardson
+        size = max(abs(exact), 1e-3 * abs(found.numbers[name]) / value)
+        # 2e-6: the runs themselves repeat to 1e-9, which their difference divides by 4e-4
+        assert math.isclose(found.derivatives[name][0], exact, abs_tol=2e-6 * size), name
