@@ -13,6 +13,7 @@ from rich.markup import escape
 from fenics_mech._console import err, start_libraries
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
+from fenics_mech.cli.balance_command import balance
 from fenics_mech.cli.check_command import check
 from fenics_mech.cli.compare_command import compare
 from fenics_mech.cli.cost_command import cost
@@ -52,7 +53,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 _COMMANDS = (
     *(run, modes, check, effects, sweep, follow, compare, refine, fatigue, cost, scaling),
-    *(animate, plot, report, export, mesh, schema),
+    *(animate, plot, report, export, mesh, schema, balance),
 )
 for _command in _COMMANDS:
     app.command()(_command if _command in (check, schema) else _with_libraries(_command))

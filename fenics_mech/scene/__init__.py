@@ -49,6 +49,7 @@ from fenics_mech.scene.sections import (
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.tolerance import stated as stated_tolerance
+from fenics_mech.scene.writing import write_scene
 
 __all__ = [
     "AirDrag",
@@ -121,6 +122,7 @@ __all__ = [
     "schema",
     "slider_crank",
     "stated_tolerance",
+    "write_scene",
 ]
 
 add_sections(Scene)  # those of other packages, which import this room
