@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
+    from fenics_mech.studies.synthesis.balancing import balance
     from fenics_mech.views.animation import animate
     from fenics_mech.views.mode_plots import plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
@@ -142,6 +143,7 @@ __all__ = [
     "__version__",
     "analyse",
     "animate",
+    "balance",
     "fatigue",
     "follow",
     "four_bar",
@@ -169,6 +171,7 @@ __all__ = [
     "slider_crank",
     "summary",
     "sweep",
+    "write_scene",
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
@@ -179,6 +182,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Sweep": "studies.sweep",
     "analyse": "analysis",
     "animate": "views.animation",
+    "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",

@@ -14,6 +14,7 @@ from rich.markup import escape
 from fenics_mech._console import drop_empty_folders, err, log_to_terminal, start_libraries
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
+from fenics_mech.cli.balance_command import balance
 from fenics_mech.cli.check_command import check
 from fenics_mech.cli.compare_command import compare
 from fenics_mech.cli.cost_command import cost
@@ -73,7 +74,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _COMMANDS = (
-    *(run, modes, check, effects, sweep, optimise, follow, compare, refine, fatigue, cost, scaling),
+    *(run, modes, check, effects, sweep, optimise, balance, follow, compare, refine, fatigue, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _QUICK = check, import_scene, schema

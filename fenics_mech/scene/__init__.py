@@ -52,6 +52,7 @@ from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamp
 from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.study import Limit, Study, Target, Tied, Variable
 from fenics_mech.scene.tolerance import stated as stated_tolerance
+from fenics_mech.scene.writing import write_scene
 
 __all__ = [
     "AirDrag",
@@ -132,6 +133,7 @@ __all__ = [
     "schema",
     "slider_crank",
     "stated_tolerance",
+    "write_scene",
 ]
 
 add_kinds(Scene)  # those of other packages, which import this room

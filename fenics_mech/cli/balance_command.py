@@ -1,0 +1,76 @@
+"""`fenics-mech balance`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, out, tell
+from fenics_mech.cli.common import SceneFile, Strict, loaded_scene
+from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.synthesis.balancing import Balanced
+
+
+def balance(
+    scene: SceneFile,
+    file: Annotated[Path, typer.Option("-o", "--out", help="Scene file to write.")] = Path("balanced.toml"),
+    on: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Link with a counterweight and its distance from the pin: crank='50 mm'. Several are possible.",
+            show_default="each link that is pinned to the ground, at 0.4 of its length",
+        ),
+    ] = None,
+    moment: Annotated[float, typer.Option(min=0, help="Weight of the shaking moment; that of the force is 1.")] = 0.0,
+    torque: Annotated[float, typer.Option(min=0, help="Weight of the torque of the drive.")] = 0.0,
+    section: Annotated[
+        str | None,
+        typer.Option(help="Section of the bars that hold them.", show_default="that of the link"),
+    ] = None,
+    strict: Strict = False,
+) -> None:
+    """Find counterweights that make the forces on the frame least, and write the scene with them."""
+    from fenics_mech.scene.writing import write_scene  # noqa: PLC0415
+    from fenics_mech.studies.synthesis.balancing import balance as balanced  # noqa: PLC0415
+
+    radii = dict(map(_radius, on)) if on else None
+    found = balanced(loaded_scene(scene, strict), radii, moment=moment, torque=torque, section=section)
+    make_folder(file.parent)
+    write_scene(found.scene, file, f"{found.scene.name} with counterweights, by fenics-mech balance")
+    out.print(_table(found))
+    tell(f"Wrote {file}")
+
+
+def _radius(text: str) -> tuple[str, float]:
+    """Read `LINK=RADIUS`."""
+    from fenics_mech.scene.units import in_unit  # noqa: PLC0415
+
+    link, equals, radius = (part.strip() for part in text.partition("="))
+    if not equals:
+        raise MechanismError(f"cannot read --on {text!r}: write a link and a distance, such as crank='50 mm'")
+    try:
+        return link, in_unit("m")(float(radius) if radius.replace(".", "", 1).isdigit() else radius)
+    except (MechanismError, ValueError) as error:
+        raise MechanismError(f"--on {text!r}: {error}") from error
+
+
+def _table(found: Balanced) -> str:
+    """Write the counterweights, and what inertia does to the frame before and after."""
+    from math import degrees  # noqa: PLC0415
+
+    lines = [
+        f"{one.link}: {1e3 * one.mass:.4g} g at {1e3 * one.radius:.4g} mm from {one.pivot}, {degrees(one.angle):.1f}"
+        "\N{DEGREE SIGN} from the link's x axis"
+        for one in found.counterweights
+    ]
+    lines.append("Root mean square over the cycle, links that do not bend:")
+    words = {"force": ("shaking force", "N"), "moment": ("shaking moment", "N m"), "torque": ("torque", "N m")}
+    for name, (what, unit) in words.items():
+        before, after = found.before.rms[name], found.after.rms[name]
+        now = "0" if after < 1e-9 * before else f"{after:.4g}"
+        lines.append(f"  {what}: {before:.4g} {unit} before, {now} {unit} after")
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""Design of linkages: dimensions that give a motion, and counterweights that keep the frame at rest."""

@@ -1,0 +1,71 @@
+"""Counterweights against closed forms, and inertia forces against those of an analysis with rigid links."""
+
+import numpy as np
+import pytest
+
+import fenics_mech as fm
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.studies.synthesis.balancing import four_bar_counterweights, slider_crank_counterweights
+from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, link_inertias, shaking
+from tests.common import DEMOS, response_of
+
+RIGID = {"effects": (), "analysis.method": "quasi-static"}
+
+
+def total(found, link):
+    """First moment that the counterweight of a link adds, with its bar (kg m)."""
+    before, after = (link_inertias(scene)[link].moment for scene in found)
+    return complex(*(after - before))
+
+
+def test_inertia_forces_are_those_of_an_analysis_with_rigid_links():
+    scene = fm.load(DEMOS / "four_bar.toml")
+    data = response_of(scene.changed(RIGID)).data
+    found = shaking(solve_motion(scene, scene.drive_angles(360)), link_inertias(scene), scene.drive.speed)
+    wanted = {"shaking_force": found.force, "shaking_moment": found.moment, "input_torque": found.torque}
+    for name, values in wanted.items():
+        assert data[name].to_numpy() == pytest.approx(values, abs=1e-9 * np.abs(values).max())  # measured 1e-12
+
+
+def test_a_four_bar_has_the_counterweights_of_berkof_and_lowen_and_no_shaking_force():
+    scene = fm.load(DEMOS / "four_bar.toml")
+    balanced = fm.balance(scene, {"crank": 0.05, "follower": 0.05})
+    pins = {"crank": "A", "coupler": "B", "follower": "B"}
+    lengths = tuple(scene.links[name].points[end][0] for name, end in pins.items())
+    closed = four_bar_counterweights(lengths, tuple(link_inertias(scene).values()))
+    for name, wanted in zip(("crank", "follower"), closed):
+        assert total((scene, balanced.scene), name) == pytest.approx(wanted, rel=1e-8)
+    force = [np.abs(response_of(one.changed(RIGID)).data["shaking_force"]).max() for one in (scene, balanced.scene)]
+    assert force[1] < 1e-10 * force[0]
+
+
+def test_a_slider_crank_has_the_counterweights_of_the_closed_form():
+    scene = fm.load(DEMOS / "slider_crank.toml")
+    balanced = fm.balance(scene, {"crank": 0.05, "rod": 0.05})
+    assert balanced.after.rms["force"] < 1e-10 * balanced.before.rms["force"]
+    lengths = tuple(np.hypot(*scene.links[name].points[end]) for name, end in (("crank", "A"), ("rod", "B")))
+    slider = LinkInertia(0.0, np.zeros(2), 0.0)  # whose mass is at the end of the rod
+    closed = slider_crank_counterweights(lengths, (*link_inertias(scene).values(), slider), 0.05)
+    assert total((scene, balanced.scene), "rod") == pytest.approx(closed[1], rel=1e-6)
+
+
+def test_weights_trade_the_force_for_the_moment():
+    scene = fm.load(DEMOS / "four_bar.toml")
+    alone, compromise = (fm.balance(scene, moment=weight).after.rms for weight in (0.0, 1.0))
+    assert compromise["moment"] < alone["moment"]
+    assert compromise["force"] > alone["force"]
+
+
+@pytest.mark.parametrize(
+    ("radii", "options", "said"),
+    [
+        ({"cranky": 0.1}, {}, "no counterweight can be pinned to 'cranky'"),
+        ({"crank": -0.1}, {}, "is positive"),
+        ({"crank": 2.0}, {}, "heavier than what is needed"),
+        (None, {"moment": -1.0}, "a weight is 0 or more"),
+        (None, {"section": "beam"}, "beam"),
+    ],
+)
+def test_what_cannot_be_balanced_is_said(radii, options, said):
+    with pytest.raises(fm.SceneError, match=said):
+        fm.balance(fm.load(DEMOS / "four_bar.toml"), radii, **options)
