@@ -94,7 +94,7 @@ def test_details_and_no_report(call, tmp_path):
     code, out, _ = call("run", scene, "-o", tmp_path, "--details", "--no-plots", "--no-report")
     assert code == 0
     assert "Peaks of the joint forces" in out
-    assert {path.name for path in tmp_path.iterdir()} == {"scene.toml", "result.nc"}
+    assert {path.name for path in tmp_path.iterdir()} == {"scene.toml", "result.nc", "warnings.txt"}
 
 
 def test_modes_prints_and_writes_frequencies(call, tmp_path):

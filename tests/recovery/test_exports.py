@@ -82,4 +82,4 @@ def test_command_writes_both(result, tmp_path):
     assert done.exit_code == 0, done.output
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["m", "m.pvd", "r.mat"]
     assert len(list((tmp_path / "out" / "m").iterdir())) == 2
-    assert "exported are .pvd" in str(CliRunner().invoke(app, ["export", words[0], "x.csv"]).exception)
+    assert "exported are .pvd" in str(CliRunner().invoke(app, ["export", words[0], "x.xyz"]).exception)

@@ -187,7 +187,8 @@ def test_a_result_of_rigid_links_is_summarised_and_plotted(tmp_path):
     assert " lbf " not in text
     assert " lbf " in str(fm.summary(result, units=AnswerUnits.of(["lbf"])))
     loaded = fm.Result.load(result.save(tmp_path / "result.nc"))
-    assert sorted(path.name for path in fm.plot_all(loaded, tmp_path)) == ["freedoms.png", "joint_forces.png"]
+    names = ["force_paths.png", "freedoms.png", "joint_forces.png", "point_paths.png"]
+    assert sorted(path.name for path in fm.plot_all(loaded, tmp_path)) == names
     largest = np.linalg.norm(loaded.data["joint_force"], axis=-1).max()
     assert fm.plot_joint_forces(loaded).get_lines()[-1].get_ydata()[0] == pytest.approx(largest)  # the ring
     with pytest.raises(fm.ViewError, match="bends"):

@@ -105,13 +105,13 @@ def test_graded_and_stated_meshes_keep_their_kind():
 @pytest.fixture
 def runs(monkeypatch):
     """Scenes that were analysed, one a trial."""
-    found, as_stated = [], fenics_mech.analysis._solved
+    found, as_stated = [], fenics_mech.analysis.solved
 
     def noted(scene, *rest):
         found.append(scene)
         return as_stated(scene, *rest)
 
-    monkeypatch.setattr(fenics_mech.analysis, "_solved", noted)
+    monkeypatch.setattr(fenics_mech.analysis, "solved", noted)
     return found
 
 

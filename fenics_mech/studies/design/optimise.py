@@ -53,12 +53,11 @@ class Optimum:
 
     Examples
     --------
-    >>> study = {"minimise": ["strain.max"]}
-    >>> study["variables"] = {"ratio": {"numbers": ["drive.speed"], "between": [10, 40]}}
+    >>> study = {"maximise": ["input_torque.max"]}
+    >>> study["variables"] = {"speed": {"numbers": ["drive.speed"], "between": [10, 40]}}
     >>> quasi_static = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "effects": (), "study": study}
-    >>> found = fm.optimise(fm.load("demos/four_bar.toml").changed(quasi_static))
-    >>> round(found.scene.drive.speed, 3)
-    10.0
+    >>> fm.optimise(fm.load("demos/four_bar.toml").changed(quasi_static)).scene.drive.speed
+    40.0
     """
 
     problem: Problem
@@ -156,7 +155,12 @@ def optimise(
 
     Examples
     --------
-    See `Optimum`.
+    >>> study = {"minimise": ["strain.max"]}
+    >>> study["variables"] = {"ratio": {"numbers": ["drive.speed"], "between": [10, 40]}}
+    >>> quasi_static = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "effects": (), "study": study}
+    >>> found = fm.optimise(fm.load("demos/four_bar.toml").changed(quasi_static))
+    >>> round(found.scene.drive.speed, 3)
+    10.0
     """
     begun, search = time.perf_counter(), search or Search()
     with TemporaryDirectory() as made:
