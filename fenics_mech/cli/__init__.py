@@ -84,6 +84,16 @@ for _command in _COMMANDS:
 
 
 def main() -> None:
+    """Run the command, which leaves no empty folder where it fails."""
+    try:
+        _run()
+    except BaseException as ended:
+        if getattr(ended, "code", 1):  # of processes that share the work one alone writes, and others end before it
+            drop_empty_folders()
+        raise
+
+
+def _run() -> None:
     """Run the command; every error of ours is one message on stderr and exit code 1."""
     try:
         app()
@@ -93,8 +103,6 @@ def main() -> None:
         _fail(f"not enough memory: take fewer sub_intervals, stations or elements, or a reduction. {error}".rstrip())
     except OSError as error:
         _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
-    finally:
-        drop_empty_folders()
 
 
 def _fail(message: str) -> None:

@@ -34,7 +34,8 @@ class DampedModesLimits:
     most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
     most_iterations: int = 60  # of a subspace, before modes count as not found
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
-    smooth: float = 3e-5  # of the damping: by how much four and six positions may differ; six err by a fifth of it
+    smooth: float = 1e-5  # of the damping of all modes: by how much four and six positions may differ
+    few_smooth: float = 3e-5  # the same of few modes, which take longest to find; six positions err by a fifth of it
 
 
 DAMPED = DampedModesLimits()
@@ -169,10 +170,10 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
     """
     scaled = damping / unit
     if scaled.shape[1] < scaled.shape[2]:
-        factors = _through_six(_turned_alike(scaled), places)
+        factors = _through_six(_turned_alike(scaled), places, DAMPED.few_smooth)
         return None if factors is None else factors * unit
     whole = scaled.transpose(0, 2, 1) @ scaled
-    products = _through_six({ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}, places)
+    products = _through_six({ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}, places, DAMPED.smooth)
     if products is None:
         return None
     try:
@@ -196,15 +197,15 @@ def _turned_alike(scaled: Array) -> dict[int, Array]:
     return alike
 
 
-def _through_six(alike: dict[int, Array], places: Array) -> Array | None:
-    """Take polynomials through six positions of every step; None where one through four differs too much."""
+def _through_six(alike: dict[int, Array], places: Array, smooth: float) -> Array | None:
+    """Take polynomials through six positions of every step; None where one through four differs by more."""
 
     def through(positions: range, place: float) -> Array:
         weights = [np.prod([(place - j) / (i - j) for j in positions if j != i]) for i in positions]
         return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
 
     difference = through(range(-1, 3), 0.5) - through(range(-2, 4), 0.5)
-    if not np.abs(difference).max() <= DAMPED.smooth * np.abs(alike[0]).max():
+    if not np.abs(difference).max() <= smooth * np.abs(alike[0]).max():
         return None
     return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, *alike[0].shape[1:])
 

@@ -60,7 +60,7 @@ def test_run_writes_result_plots_and_summary(call, tmp_path):
     assert peak == pytest.approx(271.8, rel=0.01)  # 268.3 of exact beams, with other damping
     assert f"coupler     19.3     {peak:.0f}" in out
     assert len(out.splitlines()) <= 32
-    assert re.search(r"Wrote result\.nc, report\.html, \d+ tables and 6 plots to ", out)
+    assert re.search(r"Wrote result\.nc, warnings\.txt, report\.html, \d+ tables and 8 plots to ", out)
     page = (tmp_path / "out" / "report.html").read_text()
     assert out.splitlines()[2] in page  # the verdict
 

@@ -55,7 +55,7 @@ def test_quick_grid_has_each_run_with_its_error_or_its_reason(quick):
     for name in ("seconds", "error", "error_all", "wall_seconds"):
         assert np.isnan(data[name].to_numpy()[failed]).all()
         assert (data[name].to_numpy()[~failed] > 0).all()
-    assert all("sub-intervals" in text or "harmonics" in text for text in data["message"].to_numpy()[failed])
+    assert all("sub_intervals" in text or "harmonics" in text for text in data["message"].to_numpy()[failed])
     assert len(quick[1]) == steps_of(seed_four_bar(effects=(COUPLED,)), quick=True)
 
 
