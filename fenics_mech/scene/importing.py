@@ -12,6 +12,7 @@ from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import SCENE, check_texts
 from fenics_mech.scene.models import Scene
+from fenics_mech.scene.writing import text_of
 
 ASSUMED: dict[str, Any] = {  # what neither a drawing nor pylinkage knows
     "materials": {"steel": {"modulus": "207 GPa", "density": "7800 kg/m^3"}},
@@ -23,7 +24,6 @@ HEAD = """# Made from {file} by `fenics-mech import`.
 # Assumed: the material, the section of all members, the driven joint and its speed. Correct them.
 
 """
-LIST = re.compile(r"\[\n(.*?)\n\]", re.S)  # over several lines
 ONE_ELEMENT = {"stations": (0.0, 1.0)}  # of a member, which is what a scene has by itself
 LARGEST = 5_000_000  # bytes of a file of pylinkage
 
@@ -110,15 +110,9 @@ def imported(path: Path, unit: str | None) -> str:
     SceneError
         When it cannot be read, or is no linkage.
     """
-    try:
-        import tomli_w  # noqa: PLC0415  (only here)
-    except ImportError as error:
-        hint = "pip install 'fenics_mech[sketches]'"
-        raise SceneError("writing a scene file needs the extra `sketches`", place=path.name, hint=hint) from error
     data = linked(_read_json(path), unit or "m") if path.suffix == ".json" else drawn(path, unit or "mm")
     Scene.read(data)
-    text = tomli_w.dumps(_plain(data))
-    return HEAD.format(file=path.name) + LIST.sub(lambda found: f"[{' '.join(found[1].split()).rstrip(',')}]", text)
+    return HEAD.format(file=path.name) + text_of(_plain(data))
 
 
 def drawn(path: Path, unit: str) -> dict[str, Any]:

@@ -63,7 +63,17 @@ def scene_text(scene: Scene) -> str:
     scene
         The scene.
     """
-    data = _stated(scene)
+    return text_of(_stated(scene))
+
+
+def text_of(data: Mapping[str, Any]) -> str:
+    """Give the text of a scene file that states plain data.
+
+    Parameters
+    ----------
+    data
+        Texts, numbers, switches, lists and dictionaries of these, by key.
+    """
     above = [f"{key} = {_value(value)}" for key, value in data.items() if not isinstance(value, dict)]
     tables = [_table(key, value) for key, value in data.items() if isinstance(value, dict)]
     return "\n\n".join(["\n".join(above), *tables]) + "\n"

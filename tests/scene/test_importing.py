@@ -84,7 +84,6 @@ def test_a_line_through_a_circle_is_one_link_with_a_pin(svg):
 
 
 def test_what_is_written_is_the_scene(svg, tmp_path):
-    pytest.importorskip("tomli_w")
     text = imported(svg(), "mm")
     scene, again = fm.from_drawing(svg()), fm.load(written(tmp_path, "scene.toml", text))
     assert again.joints == scene.joints
