@@ -105,8 +105,9 @@ def _by_rungs(scene: Scene, progress: Progress, common: CommonParts) -> Result:
             continue
         if suffices(scene, result, decided):
             return result
-        logger.info("linear strains do not suffice: the theory's share is %.3g", theory_share(result))
-        choices = sized(choices, theory_share(result))
+        share = theory_share(result)
+        logger.info("linear strains do not suffice: the theory's share is %s", share)
+        choices = sized(choices, share)
     return as_planned(exact, choices, progress, common)
 
 
