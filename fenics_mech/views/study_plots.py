@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from fenics_mech.views.figures import COLOURS, empty_figure, save
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.optimise import Optimum
+    from fenics_mech.studies.design.trial import Trial
 
 
 def plot_study(found: Optimum, folder: str | Path) -> list[Path]:
@@ -69,7 +71,7 @@ def pareto_figure(found: Optimum) -> Figure:
     return figure
 
 
-def _places(trials: list, first: str, second: str) -> tuple[list[float], list[float]]:  # type: ignore[type-arg]
+def _places(trials: Sequence[Trial], first: str, second: str) -> tuple[list[float], list[float]]:
     return [trial.numbers[first] for trial in trials], [trial.numbers[second] for trial in trials]
 
 

@@ -155,7 +155,7 @@ class Problem:
             The variables of each trial, ``(variables,)`` each.
         """
         points = [self.values(unit) for unit in units]
-        keys = [tuple(float(f"{v:.{PROBLEM.same}g}") for v in point) for point in points]
+        keys = [_key(point) for point in points]
         new = [point for key, point in dict(zip(keys, points)).items() if key not in self._known]
 
         def known(trial: Trial) -> None:
@@ -163,7 +163,7 @@ class Problem:
             self.progress(len(self.history), trial, self.best)
 
         for trial in self.trials.run(new, known):
-            self._known[tuple(float(f"{v:.{PROBLEM.same}g}") for v in trial.values)] = trial
+            self._known[_key(trial.values)] = trial
         return [self._known[key] for key in keys]
 
     def aims_of(self, trial: Trial) -> Array:
@@ -176,7 +176,11 @@ class Problem:
         """By how much a trial is beyond each limit, relative; negative within it, ``(limits,)``."""
         if trial.failed:
             return np.full(len(self.bounds), PROBLEM.failed)
-        return np.array([b.excess(trial.numbers[b.of], abs(b.limit) or self.scales[b.of]) for b in self.bounds])
+        return np.array([b.excess(trial.numbers[b.of], self._scale(b)) for b in self.bounds])
+
+    def _scale(self, bound: Bound) -> float:
+        """Size in whose units the excess of a limit is."""
+        return abs(bound.limit) or self.scales[bound.of]
 
     def jacobian(self, unit: Array) -> tuple[Array, Array]:
         """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``.
@@ -204,10 +208,7 @@ class Problem:
             return None
         span = self._ranges[1]
         aims = [sign / self.scales[name] * found.derivatives[name] * span for name, sign in self.aims]
-        excess = [
-            b.slope(trial.numbers[b.of], abs(b.limit) or self.scales[b.of]) * found.derivatives[b.of] * span
-            for b in self.bounds
-        ]
+        excess = [b.slope(trial.numbers[b.of], self._scale(b)) * found.derivatives[b.of] * span for b in self.bounds]
         return np.array(aims), np.array(excess).reshape(-1, len(unit))
 
     def _by_differences(self, unit: Array) -> tuple[Array, Array]:
@@ -247,3 +248,8 @@ class Problem:
         aims = np.array([self.aims_of(trial) for trial in within]).reshape(len(within), -1)
         better = [((aims <= here).all(axis=1) & (aims < here).any(axis=1)).any() for here in aims]
         return [trial for trial, beaten in zip(within, better) if not beaten]
+
+
+def _key(values: Sequence[float]) -> tuple[float, ...]:
+    """Give what points have in common that are one."""
+    return tuple(float(f"{value:.{PROBLEM.same}g}") for value in values)
