@@ -1,4 +1,4 @@
-"""A motion as the beginning of another: on its own mesh it is itself, and on others Newton's method has little to do."""
+"""A motion as the beginning of another: on its own mesh it is itself, on others Newton's method has little to do."""
 
 import numpy as np
 import pytest
