@@ -43,13 +43,13 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
     from fenics_mech.views.animation import animate
+    from fenics_mech.views.frequency_plot import plot_frequencies
     from fenics_mech.views.mode_plots import plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
         plot_drive,
-        plot_frequencies,
         plot_joint_forces,
         plot_spectrum,
         plot_strain,
@@ -191,7 +191,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",
     "plot_force_path": "views.vector_plots",
-    "plot_frequencies": "views.plots",
+    "plot_frequencies": "views.frequency_plot",
     "plot_joint_forces": "views.plots",
     "plot_mode_shapes": "views.mode_plots",
     "plot_point_path": "views.vector_plots",

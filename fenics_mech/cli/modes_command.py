@@ -26,8 +26,8 @@ def modes(
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
     from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
+    from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
     from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
-    from fenics_mech.views.plots import draw_frequencies  # noqa: PLC0415
 
     loaded = refined(loaded_scene(scene, strict), refine)
     make_folder(folder)
