@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import UNSEEN, sentence, share, short
 
 Level = Literal["bad", "warn", "good", "note"]
@@ -81,7 +81,7 @@ def judgements(result: Result) -> list[Judgement]:
     result
         The result.
     """
-    found = [theory(result), stability(result), error(result)]
+    found = [theory(result), stability(result), error(result)] if result.scene.members() else [_rigid(result)]
     return sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level))
 
 
@@ -93,8 +93,8 @@ def warnings_of(result: Result) -> list[str]:
     result
         The result.
     """
-    judged = judgements(result) if result.scene.members() else []
-    return [*result.warnings, *(f"{j.title}: {j.text}" for j in judged if j.level in ("warn", "bad"))]
+    bad = [judged for judged in judgements(result) if judged.level in ("warn", "bad")]
+    return [*result.warnings, *(f"{judged.title}: {judged.text}" for judged in bad)]
 
 
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
@@ -109,14 +109,18 @@ def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
     return level, f"{WORDS[level]}: {', '.join(j.title for j in judged if j.level in (level, 'good', 'note'))}."
 
 
-def headline(reading: Reading) -> tuple[str, str]:
+def headline(reading: ForceReading) -> tuple[str, str]:
     """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known.
+
+    Of links that do not bend it is the largest joint force.
 
     Parameters
     ----------
     reading
         The result.
     """
+    if not isinstance(reading, Reading):
+        return _largest_force(reading)
     peak = reading.peaks[reading.ranked[0]]
     unit = reading.units.label("stress")
     value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} {unit}"
@@ -124,6 +128,28 @@ def headline(reading: Reading) -> tuple[str, str]:
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
     rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
     return value, f"{where}{when}{rest}."
+
+
+def _largest_force(reading: ForceReading) -> tuple[str, str]:
+    """Give the largest joint force, and where and when it acts."""
+    if not reading.joints:
+        return "Nothing is joined", "so that no joint has a force."
+    k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
+    value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
+    return value, f"in {reading.joints[n]}, at {reading.at(k)}."
+
+
+def _rigid(result: Result) -> Judgement:
+    """Say what a result of rigid links holds, and by how much its joint forces may be off by the time steps."""
+    attributes, level = result.data.attrs, cast(Level, "note")
+    text = "No link bends: there are no stresses, and vibration adds nothing to the forces."
+    if (known := attributes.get("joint_force_error_estimate")) is not None:
+        text += f" By the time steps joint forces are off by at most {share(float(known))} of the largest."
+    if "contacts_closed" in attributes:
+        text += " Forces are those at the positions, and contacts between these are shorter."
+    if "not_estimated" in attributes:
+        level, text = "warn", f"{text} Not known: {attributes['not_estimated']}."
+    return Judgement(level, "links are rigid" + ", error not known" * (level == "warn"), text)
 
 
 def acting(result: Result) -> list[Effect]:

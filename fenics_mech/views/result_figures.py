@@ -114,7 +114,7 @@ def strain_figure(result: Result) -> Figure:
             legend.remove()
             with mpl.rc_context(STYLE):
                 left.set_title(left.get_title("left"), pad=8)
-        left.margins(y=0.14)
+        left.margins(y=0.18)
         _draw_place(right, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure

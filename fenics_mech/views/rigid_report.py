@@ -28,7 +28,10 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     units
         Units of the numbers.
     """
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
+    grid = Table.grid(padding=(0, 2))
+    for name, value in rigid_decisions(result, units).items():
+        grid.add_row(name, escape(value))
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     if result.data.sizes["joint"]:
         parts.append(joints_table(result, units))
         if "contacts_closed" in result.data.attrs:
@@ -39,13 +42,31 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     if "freedom" in result.data.sizes:
         parts.append(_freedoms(result, units))
     if "mean_power" in result.data:
-        error = result.data.attrs["power_balance_error"]
-        parts.append(Text(f"{mean_powers(result)[0]} ({error:.1g} of the largest)."))
+        parts.append(Text(rigid_energy(result)))
     return parts
 
 
-def _decisions(result: Result, units: AnswerUnits) -> Table:
-    """Tell how the result was computed."""
+def rigid_energy(result: Result) -> str:
+    """Tell the mean power of all causes, and how far they are from a balance.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    return f"{mean_powers(result)[0]} ({result.data.attrs['power_balance_error']:.1g} of the largest)."
+
+
+def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
+    """Tell how the result was computed.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
     scene, data = result.scene, result.data
     rows = {"drive": drive_of(scene, units), "method": f"{scene.analysis.method}, {data.sizes['theta']} positions"}
     rows["links"] = "rigid: no link has a member that bends"
@@ -59,11 +80,7 @@ def _decisions(result: Result, units: AnswerUnits) -> Table:
         rows["error estimate"] = f"NOT known: {data.attrs['not_estimated']}"
     if "contacts_closed" in data.attrs:
         rows["contacts"] = f"closed {data.attrs['contacts_closed']} times"
-    rows["damped by"] = damping_of(scene)
-    table = Table.grid(padding=(0, 2))
-    for name, value in rows.items():
-        table.add_row(name, escape(str(value)))
-    return table
+    return rows | {"damped by": damping_of(scene)}
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:

@@ -2,7 +2,10 @@
 
 import pytest
 
+from fenics_mech.scene import parse
 from fenics_mech.views.page.report import report
+from tests.common import analysed
+from tests.studies.test_rigid_linkages import FOUR_BAR
 from tests.views.browser import DESKTOP, PHONE, browser
 from tests.views.test_page import free_result, hostile
 
@@ -37,7 +40,7 @@ def test_it_opens_in_two_seconds_at_the_peak(window, file):
     assert window.text("#told") == "15°"
     assert window.text("#curve-title") == "Stress at the peak\N{RIGHT SINGLE QUOTATION MARK}s place"
     assert window.text("#curve-where").startswith("crank, at O, ")
-    assert window.run("return document.querySelectorAll('#forces figure').length") == 4
+    assert window.run("return document.querySelectorAll('#forces figure').length") == 5  # with that on the frame
     assert window.ask("se/log", type="browser") == []
 
 
@@ -180,7 +183,7 @@ def test_hostile_names_run_nothing(window, result, tmp_path):
     window.open(report(hostile(result), tmp_path / "hostile.html"))
     assert "taken" not in window.run("return document.title").split(": report")[1]
     assert window.run("return document.images.length") == 0
-    assert "onerror" in window.text("#forces figcaption")
+    assert "onerror" in window.text("#forces figure:nth-child(2) figcaption")
     assert window.ask("se/log", type="browser") == []
 
 
@@ -191,3 +194,15 @@ def test_a_motion_in_time_has_a_time_axis(window, tmp_path):
     assert "time (s)" in window.text("#curve")
     window.choose("#position", 20)
     assert window.text("#told") == "0.0200 s"
+
+
+def test_rigid_links_move_and_show_their_forces(window, tmp_path):
+    window.open(report(analysed(parse(FOUR_BAR)), tmp_path / "rigid.html"))
+    assert window.ask("se/log", type="browser") == []
+    assert window.run("return document.querySelectorAll('#forces figure').length") == 5
+    before = picture(window), window.text("#told")
+    window.choose("#position", 18)
+    assert window.text("#told") == "180°"
+    assert picture(window) != before[0]
+    window.click("#to-peak")
+    assert (picture(window), window.text("#told")) == before
