@@ -64,7 +64,7 @@ class Result(Saved):
         Parameters
         ----------
         units
-            Names of units, such as "in", "psi", "lbf", "rpm"; of others those of the scene hold no more.
+            Names of units, such as "in", "psi", "lbf", "rpm". Quantities without one have their usual unit.
 
         Raises
         ------

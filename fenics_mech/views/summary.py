@@ -172,7 +172,7 @@ def _shakes(reading: Reading) -> str:
     for kind, curve in (("force", np.linalg.norm(force, axis=-1)), ("moment", moment)):
         k = int(np.abs(curve).argmax())
         said.append(f"{short(float(curve[k]))} {reading.units.label(kind)} at {reading.at(k)}")
-    return f"on the frame {said[0]}, {said[1]}"
+    return f"shaking force {said[0]}, {said[1]}"
 
 
 def _used(result: Result) -> str:

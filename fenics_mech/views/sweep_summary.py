@@ -15,6 +15,7 @@ from rich.text import Text
 from fenics_mech._arrays import Index
 from fenics_mech._constants import MICRO
 from fenics_mech.recovery.peaks import PEAK
+from fenics_mech.views.resonances import RESONANCE, resonances_of
 from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
 from fenics_mech.views.tables import number, table_of
 
@@ -38,6 +39,7 @@ def sweep_summary(sweep: Sweep) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
         parts.append(_peaks(data, paths))
+    parts += _resonances(data, paths)
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
@@ -70,6 +72,17 @@ def sweep_summary(sweep: Sweep) -> Group:
         at, message = _where(data, paths, places), messages[tuple(places[0])]
         parts.append(Text(f"  {len(places)} at {at}: {why}. The first message is: {message}"))
     return Group(*parts)
+
+
+def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Name the largest resonances of a sweep over one field, as the Campbell diagram does."""
+    if len(paths) > 1 or not (found := resonances_of(data)):
+        return []
+    said = [
+        f"{range_of(data, paths[0], one.point, one.point)} ({one.order} times the drive meets mode {one.mode + 1})"
+        for one in found[: RESONANCE.most]
+    ]
+    return [Text(f"Resonances, the largest first: {', '.join(said)}.")]
 
 
 def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:

@@ -61,7 +61,7 @@ def test_units_that_are_asked_for_are_those_of_all_numbers(call, tmp_path):
     data = Result.load(tmp_path / "out" / "result.nc").data
     assert "lbf in" in shaking
     assert peak == pytest.approx(float(np.abs(data["stress"]).max()) / PSI, rel=0.02)  # the same
-    assert re.search(r"on the frame \S+ lbf at \S+, \S+ lbf in at", " ".join(short.split()))
+    assert re.search(r"shaking force \S+ lbf at \S+, \S+ lbf in at", " ".join(short.split()))
     largest = np.abs(data["shaking_moment"]).max() / (POUND * INCH)
     assert abs(float(shaking.split()[2])) == pytest.approx(float(largest), rel=0.02)  # between positions it is larger
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -192,3 +193,6 @@ def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
     assert [float(text.split()[-2]) for text in named] == pytest.approx([375, 429, 500], abs=3)
     assert "scene: 300 rpm" in [text.get_text() for text in lower.texts]
     assert len(upper.collections[-1].get_offsets()) > 10
+    words = re.search(r"Resonances, the largest first: (.*)\.", said(Sweep(data)))[1]
+    assert [float(speed) for speed in re.findall(r"([\d.]+) rpm \(", words)] == pytest.approx([500, 429, 375], abs=3)
+    assert "rpm (6 times the drive meets mode 1)" in words

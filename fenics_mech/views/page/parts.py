@@ -80,7 +80,7 @@ def figures(reading: ForceReading) -> Html:
         k, m = int(force.argmax()), int(np.abs(moment).argmax())
         turning = f"{short(float(moment[m]))} {reading.units.label('moment')} at {reading.at(m)}"
         where = f"{reading.at(k)}; moment {turning}"
-        found.append(_tile("largest force on the frame", float(force[k]), reading.units.label("force"), where))
+        found.append(_tile("shaking force on the frame", float(force[k]), reading.units.label("force"), where))
     if "frequency" in reading.result.data:
         frequency = reading.result.data["frequency"].to_numpy()
         least = float(frequency[frequency > 0].min(initial=np.inf))
