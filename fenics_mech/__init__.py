@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
+    from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
     from fenics_mech.views.frequency_plot import plot_frequencies
     from fenics_mech.views.mode_plots import plot_mode_shapes
@@ -126,6 +127,7 @@ __all__ = [
     "StressLife",
     "Study",
     "Sweep",
+    "SystemMatrices",
     "Table",
     "TaperSection",
     "Target",
@@ -151,8 +153,10 @@ __all__ = [
     "from_pylinkage",
     "load",
     "manipulator",
+    "matrices",
     "modes",
     "optimise",
+    "participation",
     "plot_all",
     "plot_deflection",
     "plot_drive",
@@ -180,13 +184,16 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
+    "SystemMatrices": "studies.system_matrices",
     "analyse": "analysis",
     "animate": "views.animation",
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
+    "matrices": "studies.system_matrices",
     "optimise": "studies.design.optimise",
+    "participation": "studies.system_matrices",
     "plot_all": "views.result_figures",
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",

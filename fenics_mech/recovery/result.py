@@ -17,6 +17,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk
 from fenics_mech.recovery.saved import CHECKED, Saved
 from fenics_mech.scene import Scene
@@ -57,6 +58,33 @@ class Result(Saved):
     def warnings(self) -> tuple[str, ...]:
         """Numbers of the scene that are hardly meant, and strengths that are exceeded; see `implausible`."""
         return tuple(json.loads(self.data.attrs.get("warnings", "[]")))
+
+    def derived(self, name: str) -> xr.DataArray:
+        """Give a quantity that follows from the result and is not kept in it.
+
+        Parameters
+        ----------
+        name
+            "deflection_in_link" (m): the deflection in the axes of the member's link. "deflection_from_chord" (m): the
+            distance of the bent axis from the line between its ends. "relative_centre" (m): the point at which two
+            links have the same velocity, of each pair of links.
+
+        Returns
+        -------
+        xarray.DataArray
+            Over theta; member and s, and `axis` "x", "y" of the link; or `linked`, the pair, and component.
+
+        Raises
+        ------
+        ResultError
+            When there is no such quantity, or the result lacks what it follows from.
+
+        Examples
+        --------
+        >>> fm.Result.load("out/result.nc").derived("deflection_from_chord").sel(s=1.0).max().item() < 1e-12
+        True
+        """
+        return derived(name, self.data, self.scene)
 
     def told_in(self, units: Sequence[str]) -> Result:
         """Give the same result, whose numbers are printed and drawn in other units.
@@ -141,7 +169,7 @@ class Result(Saved):
         return [self.to_table(str(name), folder / f"{name}.csv") for name in self.data.data_vars]
 
     def to_table(self, name: str, path: str | Path) -> Path:
-        """Write one variable as a table: its coordinates, then its value, in SI.
+        """Write one variable, or one that `derived` gives, as a table: its coordinates, then its value, in SI.
 
         Parameters
         ----------
@@ -160,10 +188,13 @@ class Result(Saved):
         ResultError
             When there is no such variable, or the file cannot be written.
         """
-        if name not in self.data.data_vars:
-            raise ResultError(f"the result has no variable {name!r}; it has {', '.join(map(str, self.data.data_vars))}")
-        table = self.data[name].to_dataframe().reset_index()
-        units = {key: self.data[key].attrs.get("units", "1") for key in (*self.data[name].coords, name)}
+        if name not in {*self.data.data_vars, *DERIVED}:
+            known = ", ".join(map(str, (*self.data.data_vars, *DERIVED)))
+            raise ResultError(f"the result has no variable {name!r}; it has {known}")
+        values = self.data[name] if name in self.data.data_vars else self.derived(name)
+        table = values.to_dataframe().reset_index()
+        units = {str(key): values[key].attrs.get("units", "1") for key in values.coords}
+        units[name] = values.attrs.get("units", "1")
         table = table.rename(columns={key: f"{key} ({unit})" for key, unit in units.items() if unit != "1"})
         write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
         return Path(path)
