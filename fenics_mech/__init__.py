@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
     from fenics_mech.views.frequency_plot import plot_frequencies
-    from fenics_mech.views.mode_plots import plot_mode_shapes
+    from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
@@ -145,6 +145,7 @@ __all__ = [
     "__version__",
     "analyse",
     "animate",
+    "animate_modes",
     "balance",
     "fatigue",
     "follow",
@@ -187,6 +188,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "SystemMatrices": "studies.system_matrices",
     "analyse": "analysis",
     "animate": "views.animation",
+    "animate_modes": "views.mode_plots",
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",

@@ -18,6 +18,9 @@ def animate(
     magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="selected")] = None,
     frames: Annotated[int, typer.Option(min=2, max=10_000, help="Pictures in one cycle.")] = 120,
     names: Annotated[bool, typer.Option("--names", help="Write the joints' names beside them.")] = False,
+    true_width: Annotated[
+        bool, typer.Option("--true-width", help="Draw members as wide as their sections in the plane of motion.")
+    ] = False,
     refine: Refine = 0,
 ) -> None:
     """Draw the moving linkage with magnified deflection, coloured by strain. SCENE may also be a result.nc."""
@@ -40,5 +43,7 @@ def animate(
         def tell_frame(index: int, count: int) -> None:
             step(f"frame {index + 1} of {count}")
 
-        animation.animate(result, file, magnify=magnify, frames=frames, names=names, progress=tell_frame)
+        animation.animate(
+            result, file, magnify=magnify, frames=frames, names=names, true_width=true_width, progress=tell_frame
+        )
     tell(f"Wrote {file}")

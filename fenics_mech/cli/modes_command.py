@@ -16,7 +16,7 @@ def modes(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
     draw: Annotated[
-        Path | None, typer.Option("--draw", help="Also draw the mode shapes: a .png, .pdf or .svg.")
+        Path | None, typer.Option("--draw", help="Also draw the mode shapes: a .png, .pdf or .svg, moving in a .gif.")
     ] = None,
     angle: Annotated[float, typer.Option(help="Drive angle (deg) at which mode shapes are drawn.")] = 0.0,
     refine: Refine = 0,
@@ -45,7 +45,11 @@ def modes(
         tell(f"Rigid-body motion: {freedom}")
     tell_written((table, plot), folder)
     if draw is not None:
-        from fenics_mech.views.mode_plots import plot_mode_shapes  # noqa: PLC0415
+        from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
 
         make_folder(draw.parent)
-        tell(f"Wrote {save(plot_mode_shapes(found, math.radians(angle)), draw)}")
+        if draw.suffix.lower() == ".gif":
+            animate_modes(found, draw, math.radians(angle))
+        else:
+            save(plot_mode_shapes(found, math.radians(angle)), draw)
+        tell(f"Wrote {draw}")

@@ -73,7 +73,6 @@ def call(monkeypatch, capsys, tmp_path):
         ("export led/result.nc motion.pvd", "no link of this result bends"),
         ("plot led/result.nc --only strain", "the result has nothing for strain"),
         ("fatigue led.toml", "no material states `fatigue`"),
-        ("animate led.toml", "no link of the scene bends"),
         ("modes led.toml", "no link has a member"),
         ("sweep led.toml --over drive.speed=10:20:2", "no link has a member"),
     ],
