@@ -48,7 +48,9 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset) -> Group:
     tables[-1].caption, tables[-1].caption_justify = f"{MEANING}\n", "left"
     vibrating = [source for source in sources if source.vibration]
     if len(vibrating) > 1:
-        table = table_of("Vibration of the strain at mid-span (Hz)", "member", *(source.label for source in vibrating))
+        table = table_of(
+            "Vibration of the strain at mid-span, or at a gauge (Hz)", "member", *(source.label for source in vibrating)
+        )
         for member in vibrating[0].vibration:
             rates = [source.vibration.get(member, np.nan) for source in vibrating]
             table.add_row(escape(member), *("-" if np.isnan(rate) else number(rate) for rate in rates))

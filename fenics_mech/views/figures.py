@@ -51,7 +51,7 @@ SIZE = (7.2, 4.0)  # inches
 RESOLUTION = 160  # dots per inch
 ENDINGS = (".png", ".pdf", ".svg")
 LEGEND_COLUMNS = 5
-LETTER, HANDLE = 11.5, 105.0  # widths in a legend (pixels), of a letter and of what stands about a name
+LETTER, HANDLE = 10.0, 86.0  # widths in a legend (pixels), of a letter and of what stands about a name
 STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
 
 

@@ -8,7 +8,7 @@ from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError
 from fenics_mech.recovery import Result
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.compare import Quantity, compare, curves_of_measurement, curves_of_result
+from fenics_mech.studies.compare import Quantity, compare, curves_of_measurement, curves_of_result, with_vibration
 from tests.common import response_of
 
 PLACE = Quantity("strain", "coupler", 0.3, "-")
@@ -58,6 +58,17 @@ def test_scale_of_a_measurement_is_a_difference_without_a_shift(result, source):
     assert float(data["rms"]) == pytest.approx(0.2 * np.sqrt(np.mean(curve**2)), rel=1e-3)
     assert float(data["difference"]) == pytest.approx(0.2 * curve[np.abs(curve).argmax()], rel=1e-3)
     assert np.degrees(float(data["shift"])) == pytest.approx(0.0, abs=0.2)
+
+
+def test_ripples_of_a_measurement_have_a_frequency(result, source):
+    """Nine in a cycle of 0.1945 s are 46.3 Hz, on the quasi-static curve and with some noise."""
+    theta, strain = result.data["theta"].to_numpy(), result.strain_at("coupler", 0.3, "-")
+    noise = np.random.default_rng(3).normal(size=len(theta))
+    size = np.ptp(strain)
+    wave = strain + 0.3 * size * np.cos(9 * theta) + 0.003 * size * noise
+    gauge = with_vibration(curves_of_measurement(theta, wave, PLACE, "gauge"), source)
+    assert gauge.vibration["coupler"] == pytest.approx(9 * 32.3 / (2 * np.pi))
+    assert not with_vibration(gauge, curves_of_measurement(theta, wave, PLACE, "other")).still
 
 
 def test_what_has_no_cycle_is_refused():

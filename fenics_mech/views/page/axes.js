@@ -81,5 +81,5 @@ function range(curves, withZero = true) {
   let low = withZero ? 0 : Infinity, high = withZero ? 0 : -Infinity;
   for (const values of curves) for (const v of values) { if (v < low) low = v; if (v > high) high = v; }
   const room = (high - low || 1) * .15;
-  return [low < 0 || !withZero ? low - room : low, high > 0 || !withZero ? high + room : high];
+  return [low < 0 || !withZero ? low - 1.35 * room : low, high > 0 || !withZero ? high + room : high];
 }
