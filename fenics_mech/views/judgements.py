@@ -164,6 +164,43 @@ def acting(result: Result) -> list[Effect]:
     return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
 
 
+@dataclass(frozen=True)
+class TheorySizes:
+    """By what it is judged whether the theory of a result holds.
+
+    Parameters
+    ----------
+    euler, bow, turn
+        Largest axial force over the buckling load, bow over the length, and rotation of an axis (rad), of any member.
+    nonlinear, carried
+        Whether strains are exact, and whether axial forces act on the bending.
+    left_out
+        Shares of the strain and of the deflection that linear theory leaves out; None where they are not known.
+    """
+
+    euler: float
+    bow: float
+    turn: float
+    nonlinear: bool
+    carried: bool
+    left_out: tuple[float, float] | None = None
+
+    @property
+    def level(self) -> Level:
+        """Whether the theory holds: "good", "warn" (use with care) or "bad"."""
+        if self.nonlinear:
+            return "good" if self.turn <= VALIDITY.rotation else "bad"
+        if self.left_out is not None:
+            strain, bent = self.left_out
+            if strain <= SCENE.neglected and bent <= CHOICE.deflection:
+                return "good"
+            return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
+        pressed = 0.0 if self.carried else self.euler
+        if self.bow > VALIDITY.bow or pressed > SERIOUS:
+            return "bad"
+        return "warn" if pressed > VALIDITY.euler_ratio else "good"
+
+
 def theory(result: Result) -> Judgement:
     """Judge whether deflections and axial forces are small enough for the theory that was used.
 
@@ -174,43 +211,60 @@ def theory(result: Result) -> Judgement:
     """
     members = [str(member) for member in result.data["member"].to_numpy()]
     euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
+    effects, left = acting(result), left_out(result)
+    nonlinear, carried = (
+        any(getattr(effect, kind) for effect in effects) for kind in ("nonlinear", "stress_stiffening")
+    )
+    level = TheorySizes(euler.max(), bow.max(), turn.max(), nonlinear, carried, left).level
     worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
     bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
-    if any(effect.nonlinear for effect in acting(result)):
+    if nonlinear:
         turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
         limit = f"the theory of large rotations holds to {VALIDITY.rotation} rad"
-        if turn.max() <= VALIDITY.rotation:
-            return Judgement("good", "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
-        return Judgement("bad", "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
-    if "source" in result.data and "theory" in result.data["source"]:
-        return _linear_theory(result, f"{sentence(worst)}; {bent}.")
-    carried = any(effect.stress_stiffening for effect in acting(result))
-    pressed = not carried and euler.max() > VALIDITY.euler_ratio
+        if level == "good":
+            return Judgement(level, "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
+        return Judgement(level, "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
+    if left is not None:
+        return _linear_theory(level, left, f"{sentence(worst)}; {bent}.")
     limits = f"{percent(VALIDITY.euler_ratio)} of a buckling load and {percent(VALIDITY.bow)} of a length"
-    if not pressed and bow.max() <= VALIDITY.bow:
-        return Judgement("good", "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
-    if bow.max() > VALIDITY.bow or euler.max() > SERIOUS:
+    if level == "good":
+        return Judgement(level, "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
+    if level == "bad":
         text = f"{sentence(worst)}; {bent}. Linear theory holds to {limits}: the strains are wrong. {ADVICE}"
-        return Judgement("bad", "outside the linear theory", text)
+        return Judgement(level, "outside the linear theory", text)
     off = f"Strains may be off by about {percent(euler.max())}, as the effects leave the axial forces out."
-    return Judgement("warn", "at the edge of the linear theory", f"{off} {sentence(worst)}. {ADVICE}")
+    return Judgement(level, "at the edge of the linear theory", f"{off} {sentence(worst)}. {ADVICE}")
 
 
-def _linear_theory(result: Result, why: str) -> Judgement:
-    """Judge linear theory by the estimate of what it leaves out."""
+def left_out(result: Result) -> tuple[float, float] | None:
+    """Give the shares of strain and deflection that linear theory leaves out; None where they are not known.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    if "source" not in result.data or "theory" not in result.data["source"]:
+        return None
     strain, bent = (
         float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
     )
+    return strain, bent
+
+
+def _linear_theory(level: Level, left: tuple[float, float], why: str) -> Judgement:
+    """Judge linear theory by the estimate of what it leaves out."""
+    strain, bent = left
     if not np.isfinite(strain):
         return Judgement(
-            "bad", "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
+            level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
         )
-    left = f"Linear theory leaves out {share(strain)} of the strain and {share(bent)} of the deflection."
-    if strain <= SCENE.neglected and bent <= CHOICE.deflection:
-        return Judgement("good", "inside the theory", f"{left} {why}")
-    if max(strain, bent) <= SERIOUS:
-        return Judgement("warn", f"linear theory leaves out {share(max(strain, bent))}", f"{left} {why} {ADVICE}")
-    return Judgement("bad", "outside the linear theory", f"{left} {why} {ADVICE}")
+    said = f"Linear theory leaves out {share(strain)} of the strain and {share(bent)} of the deflection."
+    if level == "good":
+        return Judgement(level, "inside the theory", f"{said} {why}")
+    if level == "warn":
+        return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {ADVICE}")
+    return Judgement(level, "outside the linear theory", f"{said} {why} {ADVICE}")
 
 
 def stability(result: Result) -> Judgement | None:

@@ -16,8 +16,9 @@ from fenics_mech._arrays import Index
 from fenics_mech._constants import MICRO
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.views.resonances import RESONANCE, resonances_of
-from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
+from fenics_mech.views.sweep_data import beyond_theory, named, range_of, theory_levels, written
 from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.words import share
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
@@ -46,6 +47,7 @@ def sweep_summary(sweep: Sweep) -> Group:
         text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY that acts: {at}."
         more = "`fenics-mech run` at one of them says by how much its strains are wrong."
         parts.append(Text(f"{text} {more}", style="bold red"))
+    parts += _with_care(data, paths)
     if changing := _changing_effects(data, paths):
         parts.append(Text(changing))
     errors, messages, missing, warned = (
@@ -72,6 +74,18 @@ def sweep_summary(sweep: Sweep) -> Group:
         at, message = _where(data, paths, places), messages[tuple(places[0])]
         parts.append(Text(f"  {len(places)} at {at}: {why}. The first message is: {message}"))
     return Group(*parts)
+
+
+def _with_care(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Say by how much linear theory is off where its numbers are to be used with care."""
+    careful = (theory_levels(data) == "warn").transpose(*paths).to_numpy()
+    if not careful.any() or "theory_share" not in data:
+        return []
+    shares = [data[name].transpose(*paths).to_numpy() for name in ("theory_share", "deflection_theory_share")]
+    most = float(np.nanmax(np.where(careful, np.fmax(*shares), np.nan)))
+    at = _where(data, paths, np.argwhere(careful))
+    text = f"Linear theory leaves out up to {share(most)} of the strain or deflection at {at}: use these with care."
+    return [Text(text, style="yellow")]
 
 
 def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
