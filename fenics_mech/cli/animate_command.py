@@ -36,7 +36,7 @@ def animate(
         result = Result.load(scene)
     else:
         loaded = refined_scene(scene, refine, strict=False)
-        with progress_bar(len(STEPS)) as step:
+        with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(loaded, step)
     with progress_bar(frames) as step:
 

@@ -84,7 +84,7 @@ def _write_modes(scene: Scene, path: Path) -> None:
     from fenics_mech._files import write_whole  # noqa: PLC0415
     from fenics_mech.studies.system_matrices import participation  # noqa: PLC0415
 
-    with progress_bar(len(SOLVING)) as step:
+    with progress_bar(len(SOLVING), alike=False) as step:
         table = participation(scene, step)[path.stem].to_dataframe().reset_index()
     write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
 
@@ -94,7 +94,7 @@ def _write_matrices(scene: Scene, path: Path) -> None:
     from fenics_mech.recovery.exports import to_mat  # noqa: PLC0415
     from fenics_mech.studies.system_matrices import matrices  # noqa: PLC0415
 
-    with progress_bar(len(SOLVING)) as step:
+    with progress_bar(len(SOLVING), alike=False) as step:
         found = matrices(scene, step)
     if path.suffix == ".mat":
         to_mat(found.data, path)

@@ -31,7 +31,7 @@ def modes(
 
     loaded = refined(loaded_scene(scene, strict), refine)
     make_folder(folder)
-    with progress_bar(4) as step:
+    with progress_bar(4, alike=False) as step:
         found = solved(loaded, step)
         step("plot")
         supported = dict(zip(found.data["member"].to_numpy(), found.data["supported"].to_numpy()))

@@ -53,7 +53,7 @@ def run(
     named = None if units is None else unit_names(units)
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + report + plots + csv) as step:
+    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False) as step:
         result = shared(lambda: analyse(loaded, step))
         if not first:
             return
