@@ -13,7 +13,7 @@ from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.views.geometry import ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moments import Moments
-from fenics_mech.views.moving_points import load_arrows, mass_places, point_places, trails
+from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
 from fenics_mech.views.symbols import BLOCK_CORNERS, turned
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
@@ -44,6 +44,8 @@ class Frames:
         Corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``.
     slider_pins
         Positions of these pins (m), ``(frames, sliders, 2)``.
+    guides
+        Guides on links that move (m), ``(frames, guides, 2, 2)``.
     traced, masses
         Positions of the points that the scene traces and of its point masses (m), ``(frames, points, 2)``.
     mass_sizes
@@ -67,6 +69,7 @@ class Frames:
     bars: Array
     sliders: Array
     slider_pins: Array
+    guides: Array
     traced: Array
     masses: Array
     mass_sizes: Array
@@ -79,7 +82,7 @@ class Frames:
 def frames_at(result: Result, at: Array, magnify: float) -> Frames:
     """Interpolate a result at drive angles (rad), or times (s) of a motion in time, and magnify its deflection."""
     scene, shown = result.scene, Moments(result, at)
-    motion = shown.motion()
+    motion = shown.motion
     ends, path = _lines(result, shown, magnify)
     pins = pin_places(scene, motion, path)
     where, angle = slider_angles(scene, motion)
@@ -96,6 +99,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         bars=rigid_bars(scene, motion, pins),
         sliders=turned(BLOCK_CORNERS, angle),
         slider_pins=pins[:, where],
+        guides=moving_guides(result, motion, lambda points: point_places(shown, points, magnify)),
         traced=point_places(shown, list(scene.points), magnify),
         masses=masses,
         mass_sizes=sizes,
@@ -109,7 +113,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
 def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array]:
     """Ends of the members at rest, and their bent lines, as `Frames` has them."""
     data = result.data
-    ends = ends_in(result.scene, shown.motion())
+    ends = ends_in(result.scene, shown.motion)
     if "deflection" not in data:
         return ends, np.zeros((len(ends), 0, 2, 2))
     bent, s = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,6 +59,7 @@ class Moments:
         share = share.reshape(-1, *[1] * (values.ndim - 1))
         return np.asarray((1 - share) * values[before] + share * values[after])
 
+    @cached_property
     def motion(self) -> Motion:
         """Give the rigid positions of the links there."""
         if not self.in_time:

@@ -66,7 +66,16 @@ class Stage:
     def __init__(
         self, frames: Frames, ground: tuple[Array, Array], size: tuple[int, int], look: Look, text: tuple[str, str]
     ) -> None:
-        shown = (frames.path, frames.rigid, frames.bars, frames.pins, frames.traced, frames.trails, *ground)
+        shown = (
+            frames.path,
+            frames.rigid,
+            frames.bars,
+            frames.pins,
+            frames.guides,
+            frames.traced,
+            frames.trails,
+            *ground,
+        )
         points = np.concatenate([part.reshape(-1, 2) for part in shown])
         low, high = points.min(axis=0), points.max(axis=0)
         self.extent = float(np.linalg.norm(high - low))
@@ -99,6 +108,7 @@ class Stage:
         self.meshes["ribbon"]["strain"] = np.repeat(frames.strain[index].ravel(), 2)
         self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], DRAWN.outline * self.extent), "rigid")
         self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], DRAWN.ribbon * self.extent), "outline")
+        self.meshes["guide"].points = self._raised(frames.guides[index], "rigid")
         corners = frames.slider_pins[index][:, None] + DRAWN.block * self.extent * frames.sliders[index]
         for name in ("block", "block edge"):
             self.meshes[name].points = self._raised(corners, "block")
@@ -220,6 +230,10 @@ class Stage:
         """Add rigid links and the blocks of sliders, where there are any."""
         bars, blocks = self.frames.bars.shape[1], self.frames.sliders.shape[1]
         edges, corners = np.zeros((bars * 4, 3)), np.zeros((blocks * 4, 3))
+        guides = self.frames.guides.shape[1]
+        track = pv.PolyData(np.zeros((2 * guides, 3)), lines=_cells(guides, 2))
+        if guides:
+            self.plotter.add_mesh(track, color=INK, lighting=False, line_width=self.size[1] / 250)
         meshes = {
             "bar edge": pv.PolyData(edges, faces=_strips(bars, 2)),
             "bar": pv.PolyData(edges, faces=_strips(bars, 2)),
@@ -229,7 +243,7 @@ class Stage:
         for mesh, colour in zip(meshes.values(), (INK, RIGID, SHADE, INK)):
             if mesh.n_points:
                 self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
-        return meshes
+        return meshes | {"guide": track}
 
     def _add_bar(self, limit: float) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""

@@ -20,6 +20,7 @@ from fenics_mech.views.animation import animate
 from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, strain_limit
 from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.stage import ribbon
+from tests.common import response_of
 from tests.demos.machines import piston
 from tests.studies.test_rigid_linkages import FOUR_BAR
 
@@ -257,3 +258,55 @@ def test_modes_swing(result, tmp_path):
     assert (np.abs(pictures[0] - pictures[2]).max(axis=-1) > 60).sum() > 500  # on both sides
     with pytest.raises(ViewError, match=r"are a \.gif"):
         animate_modes(found, tmp_path / "modes.mp4")
+
+
+def test_a_ram_has_its_guide_on_the_cylinder():
+    """The rod's end lies on it: the guide turns with the cylinder, and is as long as the stroke."""
+    found = response_of(parse(RAM))
+    frames = frames_at(found, cycle(found, 9), 0.0)
+    assert frames.guides.shape == (9, 1, 2, 2)
+    first, second = np.moveaxis(frames.guides[:, 0], 1, 0)
+    assert np.linalg.norm(second - first, axis=1) == pytest.approx(0.2)
+    arm, along = frames.pins[:, 3] - first, (second - first) / 0.2  # of the joint S
+    assert arm[:, 0] * along[:, 1] - arm[:, 1] * along[:, 0] == pytest.approx(0, abs=1e-9)
+    stroke = np.sum(arm * along, axis=1)
+    assert stroke.min() == pytest.approx(0.05, abs=1e-6)
+    assert stroke.max() == pytest.approx(0.2, abs=1e-6)
+
+
+RAM = """
+name = "boom with a ram"
+effects = []
+[materials.steel]
+modulus = "207 GPa"
+density = "7800 kg/m^3"
+[sections]
+bar = { shape = "rectangle", width = "30 mm", height = "30 mm" }
+[ground]
+points = { O = [0, 0], C = ["0.3 m", "-0.3 m"] }
+[links.boom]
+points = { O = [0, 0], A = ["0.8 m", 0], T = ["1.4 m", 0] }
+members.OA = { ends = ["O", "A"], section = "bar", material = "steel" }
+members.AT = { ends = ["A", "T"], section = "bar", material = "steel" }
+angle = "20 deg"
+[links.cylinder]
+points = { C = [0, 0], E = ["0.5 m", 0] }
+members.CE = { ends = ["C", "E"], section = "bar", material = "steel" }
+angle = "45 deg"
+[links.rod]
+points = { D = [0, 0], A = ["0.5 m", 0] }
+members.DA = { ends = ["D", "A"], section = "bar", material = "steel" }
+angle = "45 deg"
+[joints]
+O.connect = ["ground.O", "boom.O"]
+C.connect = ["ground.C", "cylinder.C"]
+A.connect = ["boom.A", "rod.A"]
+S = { kind = "prismatic", connect = ["cylinder.E", "rod.D"] }
+[drive]
+joint = "S"
+period = "3 s"
+law = { kind = "rest-to-rest", start = "0.05 m", end = "0.2 m", out = [0.1, 0.4], back = [0.6, 0.9] }
+[analysis]
+method = "quasi-static"
+sub_intervals = 60
+"""

@@ -16,6 +16,7 @@ from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.frames import default_magnification
 from fenics_mech.views.geometry import ends_of, motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
+from fenics_mech.views.moving_points import moving_guides, places_of
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import DEGREE
 
@@ -174,21 +175,15 @@ def _places(reading: ForceReading) -> dict[str, Array]:
     pins = pin_places(scene, motion, straight)
     moved = pin_places(scene, motion, straight + bent)
     bars, moved_bars = (rigid_bars(scene, motion, at) for at in (pins, moved))
-    traced, moved_traced = (_paths(reading, name) for name in ("point_position", "point_position_bent"))
+    traced, moved_traced = (places_of(result, _traced(reading), times) for times in (0.0, 1.0))
     _, angles = slider_angles(scene, motion)
     found |= {"pins": pins, "pins_bent": moved - pins, "bars": bars, "bars_bent": moved_bars - bars}
+    rails = moving_guides(result, motion, lambda points: places_of(result, points, 0.0))
+    moved_rails = moving_guides(result, motion, lambda points: places_of(result, points, 1.0))
+    found |= {"rails": rails, "rails_bent": moved_rails - rails}
     found |= {"traced": traced, "traced_bent": moved_traced - traced}
     found["guides"] = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     return {name: smoothed(result, values)[1] for name, values in found.items()}
-
-
-def _paths(reading: ForceReading, name: str) -> Array:
-    """Places of the traced points (m), ``(angles, points, 2)``."""
-    data, points = reading.result.data, _traced(reading)
-    if not points:
-        return np.zeros((data.sizes["theta"], 0, 2))
-    kind = name if name in data else "point_position"
-    return data[kind].sel(point=points).transpose("theta", "point", "component").to_numpy()
 
 
 def _fixed(reading: ForceReading) -> dict[str, Any]:

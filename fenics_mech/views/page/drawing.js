@@ -31,7 +31,7 @@ function station(place, m, j, times = shown.magnify) {
 }
 const moved = (rigid, bent) => (place, n, times = shown.magnify) => [0, 1].map(c => at(rigid, place, 2 * n + c) + times * at(bent, place, 2 * n + c));
 const pin = moved(A.pins, A.pins_bent), corner = moved(A.bars, A.bars_bent);
-const tracer = moved(A.traced, A.traced_bent), BARS = A.bars.row / 4;
+const tracer = moved(A.traced, A.traced_bent), rail = moved(A.rails, A.rails_bent), RAILS = A.rails.row / 4, BARS = A.bars.row / 4;
 
 // The scale that holds the mechanism in all places.
 function fit() {
@@ -41,6 +41,7 @@ function fit() {
     for (let m = 0; m < D.members.length; m++) for (const j of [0, S >> 1, S - 1]) see(station(k, m, j));
     for (let n = 0; n < 2 * BARS; n++) see(corner(k, n));
     D.names.forEach((_, n) => see(pin(k, n)));
+    for (let n = 0; n < 2 * RAILS; n++) see(rail(k, n));
     D.traced.forEach((_, n) => see(tracer(k, n)));
   }
   D.ground.forEach(see);
@@ -166,6 +167,7 @@ function mechanism(place) {
   if (MOVES) D.names.forEach((_, n) => stroke(Array.from({ length: 121 }, (_, i) => pin(i * (N - (TURNS ? 0 : 1)) / 120, n, 0)), inks.line, 1.2));
   D.tracks.forEach(track => stroke(track, inks.soft, 1.6));
   D.members.forEach((_, m) => stroke([station(place, m, 0, 0), station(place, m, S - 1, 0)], inks.soft, 1, [4, 4]));
+  for (let n = 0; n < RAILS; n++) stroke([rail(place, 2 * n), rail(place, 2 * n + 1)], inks.soft, 2.4);
   D.ground.forEach(support);
   for (let n = 0; n < BARS; n++) stroke([corner(place, 2 * n), corner(place, 2 * n + 1)], inks.soft, 2 * w);
   D.sliders.forEach((n, i) => block(place, n, i));
