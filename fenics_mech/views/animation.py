@@ -147,8 +147,9 @@ def _pictures(
     scene, shown = result.scene, frames_at(result, *drawn)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     ground = (ground_points(scene), guides_of(scene, motion_of(result)))
+    unit = scene.answer_units.label("strain")
     text = f"{scene.name}, {driven}", _caption(result, shown, drawn[1])
-    stage = Stage(shown, ground, size, Look(strain_limit(result), *look), text)
+    stage = Stage(shown, ground, size, Look(strain_limit(result), unit, *look), text)
     try:
         for index in range(len(shown.labels)):
             progress(index, len(shown.labels))
@@ -162,7 +163,9 @@ def _caption(result: Result, shown: Frames, magnify: float) -> str:
     if not result.scene.members():
         return "links do not bend"
     (when,) = Moments(result, np.array([moment_of_peak(result)])).labels
-    strain = f"{short(shown.peak_strain)} \N{MICRO SIGN}m/m at {when.removeprefix('drive angle ')}"
+    strain = (
+        f"{short(shown.peak_strain)} {result.scene.answer_units.label('strain')} at {when.removeprefix('drive angle ')}"
+    )
     caption = f"ring: largest strain of the motion on the + side, {strain}\n"
     return (
         f"{caption}deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"

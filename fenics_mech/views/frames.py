@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.views.geometry import ends_of
@@ -35,7 +34,7 @@ class Frames:
     half_width
         Half of the sections' sizes in the plane of motion (m), ``(members, stations)``.
     strain
-        Of the "+" fibre (micrometres per metre), ``(frames, members, stations)``.
+        Of the "+" fibre, in the unit of the answer, ``(frames, members, stations)``.
     pins
         Deformed positions of the joints (m), ``(frames, joints, 2)``.
     bars
@@ -57,7 +56,7 @@ class Frames:
     peak
         Where the member is that has the largest strain of the whole motion, at its place (m), ``(frames, 2)``.
     peak_strain
-        That strain, with its sign (micrometres per metre); not a number where no link bends.
+        That strain, with its sign; not a number where no link bends.
     """
 
     labels: tuple[str, ...]
@@ -94,7 +93,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         rigid=ends,
         path=path,
         half_width=_half_widths(result),
-        strain=MICRO * shown.of(of_fibre(result)) if bends else np.zeros(path.shape[:3]),
+        strain=shown.of(of_fibre(result)) / scene.answer_units.size("strain") if bends else np.zeros(path.shape[:3]),
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
         sliders=turned(BLOCK_CORNERS, angle),
@@ -106,7 +105,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         loads=load_arrows(shown, motion, magnify),
         trails=trails(result, magnify),
         peak=np.full((len(at), 2), np.nan) if most is None else path[:, most[1], most[2]],
-        peak_strain=np.nan if most is None else float(MICRO * of_fibre(result)[most]),
+        peak_strain=np.nan if most is None else float(of_fibre(result)[most]) / scene.answer_units.size("strain"),
     )
 
 
@@ -168,8 +167,9 @@ def peak_of(result: Result) -> tuple[int, ...]:
 
 
 def strain_limit(result: Result) -> float:
-    """Round number (micrometres per metre) for the ends of the colour bar, which no strain of the motion exceeds."""
-    largest = MICRO * float(np.abs(of_fibre(result)).max()) if result.scene.members() else 0.0
+    """Round number, in the unit of the answer, for the ends of the colour bar: no strain of the motion exceeds it."""
+    largest = float(np.abs(of_fibre(result)).max()) if result.scene.members() else 0.0
+    largest /= result.scene.answer_units.size("strain")
     if largest == 0:
         return 1.0
     decade = 10.0 ** np.floor(np.log10(largest))

@@ -34,7 +34,9 @@ class Look:
     Parameters
     ----------
     limit
-        Strain at the ends of the colour bar (micrometres per metre).
+        Strain at the ends of the colour bar.
+    unit
+        Its unit.
     names
         Names of the joints that are written beside them, in the order of the pins; none where none shall be.
     true_width
@@ -42,6 +44,7 @@ class Look:
     """
 
     limit: float
+    unit: str
     names: tuple[str, ...] = ()
     true_width: bool = False
 
@@ -91,9 +94,10 @@ class Stage:
         self._add_trails()
         self.meshes = self._add_mechanism(look.limit) | self._add_acting()
         if frames.path.shape[1]:
-            self._add_bar(look.limit)
+            self._add_bar(look.limit, look.unit)
         self._add_text(text[0], 0.03, 0.94)
-        self._add_text(text[1], 0.03, 0.03)
+        for line, height in zip(text[1].splitlines()[::-1], (0.02, 0.062)):
+            self._add_text(line, 0.03, height)
         self.names = [self._add_text(name, 0, 0) for name in look.names]
         self.angle = self._add_text("", 0.03, 0.895)
 
@@ -245,7 +249,7 @@ class Stage:
                 self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
         return meshes | {"guide": track}
 
-    def _add_bar(self, limit: float) -> None:
+    def _add_bar(self, limit: float, unit: str) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
         x, low, high = 1 - 0.8 * DRAWN.bar, 0.22, 0.78  # of the picture
         corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
@@ -264,7 +268,7 @@ class Stage:
             value = limit * (2 * share - 1)
             label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
             self._add_text(label, x + 0.03, low + share * (high - low) - 0.011)
-        self._add_text("strain (\N{MICRO SIGN}m/m)", x - 0.04, high + 0.03)
+        self._add_text(f"strain ({unit})", x - 0.04, high + 0.03)
 
     def _add_text(self, text: str, x: float, y: float) -> pv.Text:
         look = {"font_size": max(int(min(*self.size * np.array([0.75, 1])) / 65), 4), "font_file": FONT, "color": INK}

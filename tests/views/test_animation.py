@@ -106,6 +106,13 @@ def test_colour_bar_holds_the_largest_strain_of_the_motion_and_a_ring_is_there(r
     assert np.array_equal(frames.peak, frames.path[:, 2, 5])
 
 
+def test_strains_are_in_the_units_of_the_answer(result):
+    percent, usual = (frames_at(one, cycle(one, 3), 1.0) for one in (result.told_in(["%"]), result))
+    assert percent.strain == pytest.approx(1e-4 * usual.strain)
+    assert percent.peak_strain == pytest.approx(1e-4 * usual.peak_strain)
+    assert strain_limit(result.told_in(["%"])) == pytest.approx(1e-4 * strain_limit(result))
+
+
 def test_names_and_ring_are_drawn(result, tmp_path):
     plain, named = (
         np.asarray(Image.open(animate(result, tmp_path / f"{names}.png", names=names))).astype(int)
