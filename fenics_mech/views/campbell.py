@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO
-from fenics_mech.views.figures import COLOURS, STRAIN, empty_figure
+from fenics_mech.views.figures import COLOURS, empty_figure
 from fenics_mech.views.resonances import (
     RESONANCE,
     Resonance,
@@ -24,7 +23,7 @@ from fenics_mech.views.resonances import (
     whole_points,
 )
 from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
-from fenics_mech.views.sweep_data import written_unit
+from fenics_mech.views.sweep_data import labelled, units_of, written_unit
 from fenics_mech.views.words import short
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def campbell_figure(sweep: Sweep) -> Figure:
         A sweep over one field, with frequencies and the drive's rate.
     """
     figure, (axes, lower) = empty_figure(rows=2, height=7.4, grid={"height_ratios": [1.9, 1]})
-    x, data = along(sweep), sweep.data
+    x, data, units = along(sweep), sweep.data, units_of(sweep.data)
     low, high = (data[f"frequency_{end}"].transpose(..., "mode").to_numpy() for end in ("lowest", "highest"))
     own = np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi)  # Hz
     places, rate = _rates(x, own)
@@ -60,14 +59,16 @@ def campbell_figure(sweep: Sweep) -> Figure:
     axes.set_ylim(0, top)
     _name_orders(axes, places, lines, top)
     for i, member in enumerate(data["member"].to_numpy()):
-        lower.plot(x, MICRO * data["peak_strain"].sel(member=member), label=str(member), **look_of(i, len(x)))
+        lower.plot(
+            x, data["peak_strain"].sel(member=member) / units.size("strain"), label=str(member), **look_of(i, len(x))
+        )
     dot_beyond(lower, sweep)
     _draw_strains(axes, sweep)
     found = resonances_of(data)
     _name_resonances((axes, lower), sweep, [one for one in found if one.order * own[one.point] < top], own)
     title = f"Natural frequencies, multiples of the drive (dashed){', raised strains (dots)' if found else ''}"
     settle(axes, sweep, title, "frequency (Hz)")
-    settle(lower, sweep, "Largest strain in a cycle", STRAIN, last=True)
+    settle(lower, sweep, "Largest strain in a cycle", labelled(units, "strain"), last=True)
     _mark_scene((axes, lower), x, own, data)
     return figure
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import EFFECTS
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.judgements import TheorySizes
 from fenics_mech.views.tables import number
 
@@ -16,6 +19,32 @@ BEYOND = "outside the theory"
 def written(data: xr.Dataset, path: str) -> Array:
     """Give the values of a swept field in the unit in which its range was written."""
     return data[path].to_numpy().astype(float) / data[path].attrs["written_factor"]
+
+
+def units_of(data: xr.Dataset) -> AnswerUnits:
+    """Give the units in which the scene of a sweep or a branch tells its answers.
+
+    Parameters
+    ----------
+    data
+        The data of the sweep or branch.
+    """
+    return AnswerUnits.of(json.loads(str(data.attrs.get("scene", "{}"))).get("units") or ())
+
+
+def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:
+    """Name what an axis or a column shows, with its unit.
+
+    Parameters
+    ----------
+    units
+        The units.
+    kind
+        Kind of the quantity.
+    name
+        Another name than that of the kind.
+    """
+    return f"{name or kind} ({units.label(kind)})"
 
 
 def edges(x: Array) -> Array:

@@ -13,10 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Index
-from fenics_mech._constants import MICRO
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.views.resonances import RESONANCE, resonances_of
-from fenics_mech.views.sweep_data import beyond_theory, named, range_of, theory_levels, written
+from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import share
 
@@ -129,8 +128,8 @@ def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
 
 def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
     """Tabulate the largest peak strain of every member."""
-    columns = [named(data, path) for path in paths]
-    table = table_of("Largest strain over the sweep", "member", "strain (\N{MICRO SIGN}m/m)", *columns, "place s")
+    columns, units = [named(data, path) for path in paths], units_of(data)
+    table = table_of("Largest strain over the sweep", "member", labelled(units, "strain"), *columns, "place s")
     for member in data["member"].to_numpy():
         one = data.sel(member=member)
         peak = one["peak_strain"].fillna(-1)
@@ -138,5 +137,5 @@ def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
         there = one.isel(best)
         values = [number(written(data, path)[best[path]]) for path in paths]
         place = f"{float(there['peak_strain_s']):.3g}"
-        table.add_row(escape(str(member)), number(MICRO * float(there["peak_strain"])), *values, place)
+        table.add_row(escape(str(member)), number(units.number(float(there["peak_strain"]), "strain")), *values, place)
     return table

@@ -17,7 +17,7 @@ from fenics_mech.views.judgements import theory
 from fenics_mech.views.resonances import distances, gains, raised, resonances
 from fenics_mech.views.sweep_data import theory_levels
 from fenics_mech.views.sweep_maps import strain_map
-from fenics_mech.views.sweep_plots import campbell_figure, response_figure, waterfall_figure
+from fenics_mech.views.sweep_plots import campbell_figure, force_figure, response_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
 from tests.common import DEMOS, analysed
 
@@ -101,6 +101,19 @@ def test_points_outside_the_theory_are_told(made):
     assert "drive.speed = 250 to 300 rpm" in said(sweep)
     sweep.data["effects"][:] = "coupling, large-rotations"
     assert "OUTSIDE" not in said(sweep)
+
+
+def test_sweeps_are_told_in_the_units_of_their_scene(made):
+    sweep = made(SPEEDS)
+    sweep.data["peak_joint_force"] = (("drive.speed", "joint"), np.full((11, 1), 4.4482216152605))
+    sweep = Sweep(sweep.data.assign_coords(joint=["A"]).assign_attrs(scene='{"units": ["%", "in", "lbf"]}'))
+    upper, lower = response_figure(sweep).axes
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("strain (%)", "deflection (in)")
+    assert upper.get_lines()[0].get_ydata()[-1] == pytest.approx(1e-4 * 11)
+    assert lower.get_lines()[0].get_ydata()[-1] == pytest.approx(11e-6 / 0.0254)
+    (forces,) = force_figure(sweep).axes
+    assert forces.get_lines()[0].get_ydata()[-1] == pytest.approx(1)
+    assert "strain (%)" in said(sweep)
 
 
 def test_points_are_judged_by_what_linear_theory_leaves_out_as_a_run_is(made):
