@@ -57,9 +57,10 @@ def compare(
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
     with reading_of_a_file():
         data = compared(sources)
+    told = scenes[0].answer_units
     make_folder(folder)
-    written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder)]
-    out.print(comparison_table(sources, data))
+    written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder, told)]
+    out.print(comparison_table(sources, data, told))
     tell_written(written, folder)
 
 

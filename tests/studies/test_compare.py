@@ -114,6 +114,16 @@ def test_command_writes_table_and_plots(folder):
     assert float(dict(zip(lines[0].split(","), forces.split(",")))["rms"]) == 0
 
 
+def test_comparisons_are_told_in_the_units_of_the_first_scene(folder, result):
+    result.told_in(["%", "in", "lbf"]).save(folder / "inches.nc")
+    text = run(folder / "inches.nc", folder / "b.nc", "-o", folder / "units")
+    row = next(line for line in text.splitlines() if "joint force O (lbf)" in line)
+    force = np.linalg.norm(result.data["joint_force"].sel(joint="O").transpose("theta", "component"), axis=-1)
+    assert float(row.split()[4]) == pytest.approx(force.max() / 4.4482216, rel=1e-3)
+    assert "strain crank (%)" in text
+    assert "deflection crank (in)" in text
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
