@@ -94,7 +94,9 @@ class ForceReading:
         if "shaking_force" not in self.data:
             return None
         force, moment = self.of("shaking_force", "component"), self.of("shaking_moment")
-        return force / self.units.size("force"), moment / self.units.size("moment")
+        least = ROUNDING * self.arm * float(np.linalg.norm(force, axis=-1).max())
+        seen = np.where(np.abs(moment) > least, moment, 0.0)
+        return force / self.units.size("force"), seen / self.units.size("moment")
 
     @cached_property
     def effort(self) -> Array | None:

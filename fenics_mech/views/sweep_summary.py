@@ -14,7 +14,7 @@ from rich.text import Text
 
 from fenics_mech._arrays import Index
 from fenics_mech.recovery.peaks import PEAK
-from fenics_mech.views.resonances import RESONANCE, resonances_of
+from fenics_mech.views.resonances import RESONANCE, resonances_of, whole_points
 from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import share
@@ -89,8 +89,10 @@ def _with_care(data: xr.Dataset, paths: list[str]) -> list[Text]:
 
 def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
     """Name the largest resonances of a sweep over one field, as the Campbell diagram does."""
-    if len(paths) > 1 or not (found := resonances_of(data)):
+    if len(paths) > 1 or not len(whole_points(data)):
         return []
+    if not (found := resonances_of(data)):
+        return [Text("No resonance stands out: no harmonic near a mode rises above its growth with the speed squared.")]
     said = [
         f"{range_of(data, paths[0], one.point, one.point)} ({one.order} times the drive meets mode {one.mode + 1})"
         for one in found[: RESONANCE.most]

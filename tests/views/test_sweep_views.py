@@ -238,3 +238,8 @@ def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
     words = re.search(r"Resonances, the largest first: (.*)\.", said(Sweep(data)))[1]
     assert [float(speed) for speed in re.findall(r"([\d.]+) rpm \(", words)] == pytest.approx([500, 429, 375], abs=3)
     assert "rpm (6 times the drive meets mode 1)" in words
+    data["strain_harmonic"] = (
+        ("drive.speed", "member", "harmonic"),
+        1e-6 * rate[:, None, None] ** 2 * np.ones((1, 1, 9)),
+    )
+    assert "No resonance stands out" in said(Sweep(data))
