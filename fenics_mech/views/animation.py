@@ -20,6 +20,7 @@ from fenics_mech.views.frames import Frames, cycle, default_magnification, frame
 from fenics_mech.views.geometry import motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of
 from fenics_mech.views.moments import Moments
+from fenics_mech.views.reading import reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
 from fenics_mech.views.words import short
@@ -85,7 +86,7 @@ def animate(
     ViewError
         When the file's ending is not known, an option is not usable, or this machine cannot render.
     ResultError
-        When the file cannot be written.
+        When the result lacks what is shown, or the file cannot be written.
 
     Examples
     --------
@@ -144,7 +145,9 @@ def _pictures(
     """Render the mechanism at instants with a magnification, one picture after the other."""
     from fenics_mech.views.stage import Look, Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
-    scene, shown = result.scene, frames_at(result, *drawn)
+    scene = result.scene
+    with reading_of_a_file():
+        shown = frames_at(result, *drawn)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     ground = (ground_points(scene), guides_of(scene, motion_of(result)))
     unit = scene.answer_units.label("strain")

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from fenics_mech import analyse, animate_modes, modes
-from fenics_mech.errors import ViewError
+from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.scene import parse
@@ -265,6 +265,18 @@ def test_modes_swing(result, tmp_path):
     assert (np.abs(pictures[0] - pictures[2]).max(axis=-1) > 60).sum() > 500  # on both sides
     with pytest.raises(ViewError, match=r"are a \.gif"):
         animate_modes(found, tmp_path / "modes.mp4")
+
+
+def test_one_position_is_drawn_and_a_result_that_lacks_points_is_one_message(result, tmp_path):
+    still = response_of(
+        seed_four_bar(analysis={"method": "static", "position": 1.0}, gravity=(0, -9.81), effects=["gravity"])
+    )
+    frames = frames_at(still, cycle(still, 3), 1.0)
+    assert frames.labels == ("drive angle 57°",) * 3
+    assert len(frames.trails) == 0
+    assert animate(still, tmp_path / "m.png", size=SMALL).exists()
+    with pytest.raises(ResultError, match="lacks what is shown"):
+        animate(Result(result.data.drop_vars("point_position")), tmp_path / "m.gif", size=SMALL)
 
 
 def test_a_ram_has_its_guide_on_the_cylinder():
