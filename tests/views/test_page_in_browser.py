@@ -92,6 +92,20 @@ def test_members_and_units_are_chosen(window, file):
     assert window.text("#along-where").startswith("coupler")
 
 
+def test_clicks_in_the_drawing_choose_members(window, file):
+    """Clicks all over it meet each member; far from all of them the choice stays."""
+    window.open(file)
+    chosen = window.run(
+        "const box = document.getElementById('mechanism').getBoundingClientRect(), found = []; "
+        "for (let x = 0; x < box.width; x += 12) for (let y = 0; y < box.height; y += 12) { "
+        "document.getElementById('mechanism').dispatchEvent("
+        "new MouseEvent('click', { clientX: box.left + x, clientY: box.top + y })); "
+        "found.push(document.getElementById('member').value); } return found"
+    )
+    assert set(chosen) == {"0", "1", "2"}
+    assert chosen[0] == "0"  # the corner of the drawing is far from all
+
+
 def test_deflection_is_magnified_and_forces_are_drawn(window, file):
     window.open(file)
     plain = picture(window)
