@@ -87,6 +87,10 @@ def test_json_is_what_the_result_holds(call, tmp_path):
     found, data = json.loads(text), Result.load(tmp_path / "out" / "result.nc").data
     assert found["files"] == [str(tmp_path / "out" / name) for name in ("result.nc", "warnings.txt", "report.html")]
     strain = data["strain"].sel(member="coupler").to_numpy()
+    swing = found["members"]["coupler"]["stress_range"]
+    assert swing["value"] == pytest.approx(float(data["stress_range"].sel(member="coupler").max()))
+    place = {"s": swing["s"], "fibre": swing["fibre"]}
+    assert float(data["stress_range"].sel(member="coupler", **place)) == pytest.approx(swing["value"])
     peak = found["members"]["coupler"]["strain"]
     assert abs(peak["value"]) == pytest.approx(np.abs(strain).max(), rel=0.02)  # between positions it is larger
     assert found["joints"]["A"]["value"] == pytest.approx(
