@@ -32,6 +32,7 @@ from fenics_mech.response.periodic.steady_state import stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
+from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.scene import Scene
@@ -78,7 +79,8 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
-    if scene.analysis.method == "transient":
+    may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
+    if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
@@ -241,6 +243,8 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
     method = str(scene.analysis.method)
     if method != "periodic":
         progress("response")
+        if method == "static" and scene.freedoms:
+            return by_rest(scene, system), method
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)

@@ -195,6 +195,17 @@ class Touching:
         """
         return cls(np.zeros(contacts, dtype=bool), np.ones(contacts))
 
+    @classmethod
+    def shut(cls, contacts: int) -> Touching:
+        """Give contacts that are all closed: they push where bodies overlap.
+
+        Parameters
+        ----------
+        contacts
+            Their number.
+        """
+        return cls(np.ones(contacts, dtype=bool), np.ones(contacts))
+
 
 class JointLaw(Protocol):
     """A law by which a joint's bodies push each other, from their state."""

@@ -6,6 +6,7 @@ take the place of drives in the loop equations.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +22,7 @@ from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint
 
@@ -31,6 +33,7 @@ class FreeMotionLimits:
 
     much: float = 0.1  # of a joint in a free motion, from which on one on the ground is as good as any other
     least_share: float = 1e-6  # of a joint in a free motion, from which on it may be the one that states it
+    longest_lead: float = 0.1  # rad, by which drives are led at once to where they are held
     longest_turn: float = 0.5  # rad, of a link from the positions that are known to those that are looked for
 
 
@@ -68,7 +71,21 @@ class FreeLinkage:
                 place="freedoms",
                 hint="State a freedom for each, or none: what is not stated starts at the links' rough angles",
             )
+        if self._held and scene.drives:
+            q = self._led_to(scene.analysis.position, q)
         refuse_singular(self.loops, np.zeros(1), q[None])
+        return q
+
+    @property
+    def _held(self) -> bool:
+        """Whether the drives are held at `analysis.position`."""
+        return self.scene.analysis.method == "static"
+
+    def _led_to(self, position: float, q: Array) -> Array:
+        """Coordinates of the links where the drives are led to an angle from angle 0, where they are q."""
+        angles = np.linspace(0, position, 1 + math.ceil(abs(position) / FREE_MOTION.longest_lead))
+        for theta in angles[1:]:
+            q = self.pose(np.zeros(1), self.loops.drive(np.array([theta])).value, q[None])[0]
         return q
 
     def at_start(self) -> Motion:
@@ -165,12 +182,19 @@ class FreeLinkage:
         """Angles and strokes of the drives and two derivatives by time, ``(times, drives)`` each."""
         if not self.scene.drives:
             return (np.zeros((len(time), 0)),) * 3
-        theta = self.scene.coordinate(time)
+        theta = self._phase(time)
         jet, count = self.loops.drive(theta.value), len(self.scene.drives)
         value, first, second = (part[:, :count] for part in (jet.value, jet.first, jet.second))
         rate, change = theta.first[:, None], theta.second[:, None]
         acceleration: Array = np.asarray(second * rate**2 + first * change, dtype=float)  # chain rule
         return value, first * rate, acceleration
+
+    def _phase(self, time: Array) -> Jet:
+        """Drive angle (rad) and two derivatives by time, ``(times,)`` each."""
+        if not self._held:
+            return self.scene.coordinate(time)
+        still = np.zeros_like(time)
+        return Jet(np.full_like(time, self.scene.analysis.position), still, still)
 
     def theta(self, time: Array, places: Array) -> Array:
         """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase.
@@ -183,8 +207,8 @@ class FreeLinkage:
             Angles and strokes of the freedoms, ``(times, freedoms)``.
         """
         scene = self.scene
-        if scene.drives:
-            return np.asarray(scene.coordinate(time).value)
+        if scene.drives or self._held:
+            return np.asarray(self._phase(time).value)
         first = next(iter(scene.freedoms))
         return time * scene.cycle_rate if isinstance(scene.joints[first], Slot | Prismatic) else places[:, 0]
 

@@ -15,10 +15,12 @@ from fenics_mech.accuracy.remarks import UNKNOWN_AFTER_CONTACT
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import as_motion
+from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.static.rest import rigid_rest
 from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
 from fenics_mech.scene import Scene
 
@@ -36,12 +38,15 @@ def rigid_result(scene: Scene) -> Result:
     SceneError
         When contacts begin overlapped.
     SolverError
-        When the time steps fail.
+        When the time steps fail, or there is no stable equilibrium.
     AssemblyError
         When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
     """
-    motion = by_rigid_motion(scene)
+    rests = bool(scene.freedoms) and scene.analysis.method == "static"
+    motion = rigid_rest(scene) if rests else by_rigid_motion(scene)
     data = _of_motion(scene, motion)
+    if motion.vibrations is not None:
+        data = data.merge(of_small_motions(motion.vibrations), combine_attrs="no_conflicts")
     parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data)]
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
@@ -124,7 +129,7 @@ def _small_effort(scene: Scene, data: xr.Dataset) -> float:
 
 def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
     """Errors by the time steps, from a motion with a larger tolerance, unless bodies touched."""
-    if not scene.freedoms:
+    if not scene.freedoms or not motion.steps:
         return xr.Dataset()
     if motion.contacts:
         return xr.Dataset(attrs={"not_estimated": UNKNOWN_AFTER_CONTACT})

@@ -17,7 +17,8 @@ class Analysis(Part):
     ----------
     method
         "periodic" (chapter 5); "transient" (in time, from a start); "quasi-static" (loads and inertia of the rigid
-        motion); "static" (loads only, held at one position, appendix C).
+        motion); "static" (loads only, held at one position, appendix C; with freedoms, the equilibrium near the rough
+        angles).
     solver
         Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
@@ -35,7 +36,7 @@ class Analysis(Part):
         Estimate the errors of the answer, which takes about half of the time. Without it nothing tells whether mesh,
         steps and theory suffice, and nothing is refused because they do not: for sweeps whose worst points are known.
     allow_unstable
-        Accept a periodic motion that is unstable: small disturbances grow.
+        Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
         Of "transient": "rigid" (links straight and without elastic velocity) or "static" (bent by loads and rigid
         motion). The file of a result of "transient" goes on from its end. With freedoms there is no file, but

@@ -117,17 +117,16 @@ def check_rigid(scene: Scene) -> None:
     scene
         The scene.
     """
-    led = bool(scene.drives)
+    led, method = bool(scene.drives), scene.analysis.method
     touching = [name for name, law in scene.joint_laws.items() if isinstance(law, TOUCHING)]
     refused = (
-        (scene.analysis.method == "static", "analysis.method", "no link has a member: there is nothing that bends"),
-        (not led and scene.analysis.method != "transient", "analysis.method", "nothing drives the rigid links"),
+        (not led and method not in ("transient", "static"), "analysis.method", "nothing drives the rigid links"),
         (scene.tolerance is not None, "tolerance", "rigid links have no strain, and their motion has `time_tolerance`"),
         (bool(scene.impulses), "impulses", "a motion of rigid links has no impulses"),
         (scene.damping.air is not None, "damping.air", "a motion of rigid links has no drag of the air"),
         (any(drive.motor is not None for drive in scene.drives), "drive.motor", "rigid links have no vibration"),
         (
-            bool(touching) and scene.analysis.method != "transient",
+            bool(touching) and method not in ("transient", "static"),
             f"joint_laws.{touching[0] if touching else ''}",
             "bodies that touch move in time: write method = 'transient'",
         ),

@@ -20,6 +20,7 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
+from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT, refuse_rough
 from fenics_mech.response.transient.free_motion import FREE, stepped
@@ -95,6 +96,8 @@ class RigidMotion:
         Largest effort of each joint law, between the instants too.
     contacts
         How often each law's contacts closed.
+    vibrations
+        Small motions about an equilibrium.
     """
 
     scene: Scene
@@ -105,6 +108,7 @@ class RigidMotion:
     steps: int = 0
     largest: dict[str, float] = field(default_factory=dict)
     contacts: int = 0
+    vibrations: SmallMotions | None = None
 
 
 def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) -> RigidInstants:
@@ -174,7 +178,7 @@ def led_course(scene: Scene) -> RigidMotion:
         When a joint law is of contact.
     """
     for name, law in scene.joint_laws.items():
-        if isinstance(law, TOUCHING):
+        if isinstance(law, TOUCHING) and scene.analysis.method != "static":
             raise SceneError(
                 f"drives lead all links, and what touches at joint {law.joint!r} cannot move them",
                 place=f"joint_laws.{name}",
@@ -188,6 +192,8 @@ def led_course(scene: Scene) -> RigidMotion:
         whole = solve_motion_in_time(
             scene, scene.period / count * np.arange(scene.analysis.cycles * count + 1, dtype=float)
         )
+    elif scene.analysis.method == "static":
+        whole = solve_motion(scene, np.array([scene.analysis.position])).held()
     else:
         whole = solve_motion(scene, scene.drive_angles(count))
     together = max(1, RIGID_MOTION.together // len(linkage.start) ** 2)
@@ -197,7 +203,8 @@ def led_course(scene: Scene) -> RigidMotion:
         velocity, acceleration = coordinates(part.velocity, part.omega), coordinates(part.acceleration, part.alpha)
         inverse = np.asarray(np.linalg.inv(linkage.loops.jacobian(q)), dtype=float)
         states = RigidStates(part.time, part.theta, q, velocity, acceleration, inverse)
-        motion.instants.append(_part(instants_of(dynamics, states, dynamics.all_open()), slice(None)))
+        contacts = dynamics.all_closed() if scene.analysis.method == "static" else dynamics.all_open()
+        motion.instants.append(part_of(instants_of(dynamics, states, contacts), slice(None)))
         none = np.zeros((len(q), 0))
         motion.places.append(none)
         motion.rates.append(none)
@@ -289,7 +296,7 @@ class _Recorder:
         self._note(found.law_efforts)
         self._note_contacts(start, end, curve)
         if count:
-            self._add(_part(found, slice(0, count)), place[:count], rate[:count])
+            self._add(part_of(found, slice(0, count)), place[:count], rate[:count])
         self.energy = max(self.energy, 2 * float(self.state.dynamics.loads.inertia.kinetic_energy(states.links)[-1]))
         self.context.sizes = self.sizes
         self.state.move_on(_states_part(states, slice(-1, None)))
@@ -302,7 +309,7 @@ class _Recorder:
         found = instants_of(self.state.dynamics, states, self.state.contacts)
         self.known += len(time)
         self._note(found.law_efforts)
-        self._add(_part(found, slice(None)), place, rate)
+        self._add(part_of(found, slice(None)), place, rate)
 
     def _note_contacts(self, start: float, end: float, curve: Curve) -> None:
         """Look for the peaks of contacts between the points of a step: they need no accelerations."""
@@ -342,8 +349,16 @@ def _states_part(states: RigidStates, part: slice) -> RigidStates:
     return RigidStates(*(getattr(states, name)[part] for name in names))
 
 
-def _part(found: RigidInstants, part: slice) -> RigidInstants:
-    """Some instants of several, to be kept: without what the solver needed the Jacobian for."""
+def part_of(found: RigidInstants, part: slice) -> RigidInstants:
+    """Give some instants of several, to be kept: without what the solver needed the Jacobian for.
+
+    Parameters
+    ----------
+    found
+        The instants.
+    part
+        Which of them.
+    """
 
     def cut(by_name: dict[str, Array]) -> dict[str, Array]:
         return {name: values[part] for name, values in by_name.items()}
