@@ -65,6 +65,7 @@ __all__ = [
     "AssemblyError",
     "Branch",
     "Bushing",
+    "Cam",
     "Clearance",
     "Contact",
     "CustomSection",

@@ -21,7 +21,7 @@ from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_s
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
-from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene import Cam, Prismatic, Scene, Slot
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint
@@ -228,6 +228,30 @@ def with_freedoms(scene: Scene) -> Scene:
     AssemblyError
         When the links cannot be assembled at their rough angles.
     """
+    return _on_cams(scene, _with_all(scene))
+
+
+def _on_cams(scene: Scene, starting: Scene) -> Scene:
+    """Let followers whose start a scene does not state begin on their cams, as these move."""
+    given = {drive.joint: drive.jet(np.zeros(1), scene.cycle_rate) for drive in scene.drives}
+    rate = float(scene.coordinate(np.zeros(1)).first[0]) if given else 0.0
+    moving = {name: (float(jet.value[0]), rate * float(jet.first[0])) for name, jet in given.items()}
+    moving |= {name: (part.start or 0.0, part.rate_at_start) for name, part in starting.freedoms.items()}
+    found = dict(starting.freedoms)
+    for law in scene.joint_laws.values():
+        if not isinstance(law, Cam) or law.drives not in found or law.joint not in moving:
+            continue
+        stated, (angle, speed) = scene.freedoms.get(law.drives, Freedom()), moving[law.joint]
+        lift = law.lift_at(np.array([angle]))
+        if stated.start is None:
+            begin = {"start": float(lift.value[0])}
+            begin |= {"speed": speed * float(lift.first[0])} if stated.speed is None else {}
+            found[law.drives] = found[law.drives].model_copy(update=begin)
+    return starting.model_copy(update={"freedoms": found})
+
+
+def _with_all(scene: Scene) -> Scene:
+    """Give a scene with a freedom for all that is free, with tight pins where it moves so."""
     if not scene.open_joints or _wholly_stated(scene):
         return _with_chosen(scene, None)
     try:

@@ -129,7 +129,7 @@ def _small_effort(scene: Scene, data: xr.Dataset) -> float:
 
 def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
     """Errors by the time steps, from a motion with a larger tolerance, unless bodies touched."""
-    if not scene.freedoms or not motion.steps:
+    if not motion.steps or not scene.analysis.error_estimates:
         return xr.Dataset()
     if motion.contacts:
         return xr.Dataset(attrs={"not_estimated": UNKNOWN_AFTER_CONTACT})

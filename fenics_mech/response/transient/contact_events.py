@@ -73,8 +73,8 @@ class ContactEvents:
         links = self.state.joint_links(time, place, rate)
         return {name: law.depths(law.joint.state(links)) for name, law in self.laws.items()}
 
-    def refuse_overlapped(self, place: Array, rate: Array) -> None:
-        """Raise `SceneError` where a contact is closed at the start.
+    def begin(self, place: Array, rate: Array) -> None:
+        """Close the contacts that may be closed at the start; raise `SceneError` where another one is.
 
         Parameters
         ----------
@@ -84,7 +84,9 @@ class ContactEvents:
         if not self.laws:
             return
         for name, (depth, _) in self.depths(np.zeros(1), place[None], rate[None]).items():
-            if depth.max() > 0:
+            if not self.laws[name].begins_open:
+                self.state.contacts[name] = Touching(depth[:, 0] > 0, np.ones(len(depth)))
+            elif depth.max() > 0:
                 raise SceneError(
                     f"at the start the bodies of joint {self.laws[name].joint.name!r} overlap by {depth.max():.3g}",
                     place=f"joint_laws.{name}",

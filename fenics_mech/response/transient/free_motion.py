@@ -250,7 +250,7 @@ class _Record:
         self.links = np.zeros((len(times), 3 * len(state.scene.links)))
         self.exerted = _Exerted(state)
         self.events = ContactEvents(state)
-        self.events.refuse_overlapped(start.displacement, start.velocity)
+        self.events.begin(start.displacement, start.velocity)
         self._take(1, start.displacement[None], start.velocity[None])
 
     @property

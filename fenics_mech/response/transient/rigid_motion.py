@@ -257,7 +257,7 @@ class _Recorder:
     def __init__(self, state: RigidState, times: Array, place: Array, rate: Array, step: float) -> None:
         self.state, self.times, self.known, self.reached = state, times, 0, 0.0
         self.events, self.motion = ContactEvents(state), RigidMotion(state.scene)
-        self.events.refuse_overlapped(place, rate)
+        self.events.begin(place, rate)
         nodes, weights = np.polynomial.legendre.leggauss(RIGID_MOTION.stages)
         self.nodes, self.weights = (nodes + 1) / 2, weights / 2
         self._take(times[:1], place[None], rate[None])
