@@ -28,11 +28,11 @@ def valve(speed: float, **changes) -> fm.Scene:
         },
         drive=fm.Drive(joint="O", speed=speed),
         freedoms={"G": fm.Freedom(start=begin, speed=0.0)},
-        springs={
-            "s": fm.LineSpring(between=("ground.S", "valve.V"), stiffness=SPRING, length=0.2 + PRELOAD / SPRING)
-        },
+        springs={"s": fm.LineSpring(between=("ground.S", "valve.V"), stiffness=SPRING, length=0.2 + PRELOAD / SPRING)},
         joint_laws={"cam": fm.Cam(joint="O", drives="G", lift=HARMONIC, stiffness=STIFFNESS, damping=2.0)},
-        analysis=fm.Analysis(method="transient", cycles=1, sub_intervals=60, time_tolerance=1e-6, error_estimates=False),
+        analysis=fm.Analysis(
+            method="transient", cycles=1, sub_intervals=60, time_tolerance=1e-6, error_estimates=False
+        ),
     )
     return scene.changed(changes)
 

@@ -160,13 +160,23 @@ class RigidState:
         """Pose of the links near to the last one that was asked for, or else to the position that is known."""
         last = self._last
         if last is None or last.given.shape != given.shape or np.abs(given - last.given).max() > DIFFERENCES.near:
-            then, q, velocity = self._known
-            near = self.linkage.pose(time, given, q + velocity * (time - then)[:, None])
-            last = self._inverted(time, given, near)
+            last = self._inverted(time, given, self._pose_far(time, given))
         elif not np.array_equal(given, last.given):
             last = self._from(time, given, last)
         self._last = last
         return last
+
+    def _pose_far(self, time: Array, given: Array) -> Array:
+        """Coordinates of the links from the position that is known, or in long steps from the last ones beside each."""
+        then, q, velocity = self._known
+        try:
+            return self.linkage.pose(time, given, q + velocity * (time - then)[:, None])
+        except AssemblyError:
+            if (last := self._last) is None:
+                raise
+        beside = np.abs(given[:, None] - last.given).max(axis=2, initial=0.0).argmin(axis=1)
+        ahead = self.linkage.loops.driven(given - last.given[beside])[..., None]
+        return self.linkage.pose(time, given, last.q[beside] + (last.inverse[beside] @ ahead)[..., 0])
 
     def _from(self, time: Array, given: Array, near: Pose) -> Pose:
         """Pose of the links by a near one, whose Jacobian serves to close the loops."""
