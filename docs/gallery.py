@@ -238,14 +238,14 @@ def section(name: str, result: fm.Result, complete: fm.Result | None = None) -> 
     lines = [
         f"## {result.scene.name[:1].upper()}{result.scene.name[1:]}",
         f'<img src="../demos/{name}.png" width="420" alt="{result.scene.name}">',
-        f"*{SHOWN[name].question}*",
+        f"*{SHOWN[name].question}* Scene: `demos/{name}.toml`",
         SHOWN[name].answer(result),
         usable(result),
     ]
     if complete is not None:
         lines[-1] += f" {of('theory', result).text.removesuffix(ADVICE).strip()}"
         lines.append(f'With `effects = "auto"`: {SHOWN[name].answer(complete)} {usable(complete)}')
-    return "\n\n".join([*lines, f"Scene: `demos/{name}.toml`"]) + "\n"
+    return "\n\n".join(lines) + "\n"
 
 
 def usable(result: fm.Result) -> str:
