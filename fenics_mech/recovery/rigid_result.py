@@ -21,17 +21,20 @@ from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.static.rest import rigid_rest
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
 from fenics_mech.scene import Scene
 
 
-def rigid_result(scene: Scene) -> Result:
+def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
     """Find the motion of a scene of which no link bends, and label everything that was computed.
 
     Parameters
     ----------
     scene
         The scene, with a freedom for all that can move and no drive leads.
+    start
+        The state to go on from; None for that at time 0.
 
     Raises
     ------
@@ -43,11 +46,11 @@ def rigid_result(scene: Scene) -> Result:
         When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
     """
     rests = bool(scene.freedoms) and scene.analysis.method == "static"
-    motion = rigid_rest(scene) if rests else by_rigid_motion(scene)
+    motion = rigid_rest(scene) if rests else by_rigid_motion(scene, start)
     data = _of_motion(scene, motion)
     if motion.vibrations is not None:
         data = data.merge(of_small_motions(motion.vibrations), combine_attrs="no_conflicts")
-    parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data)]
+    parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data, start)]
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
     return Result(with_law_units(scene, with_units(data, efforts, (), ())))
@@ -82,7 +85,7 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
 
 
 def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:
-    """Position, velocity and acceleration of all points of the links, and of those that the scene adds."""
+    """Where the links are, and the motion of all their points and of those that the scene adds."""
     states = [part.states for part in motion.instants]
     names = "theta", "time", "q", "velocity", "acceleration"
     whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
@@ -93,8 +96,10 @@ def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:
     followed = zip(*(whole.of_point(*place) for place in places.values()))
     kinds = ("point_position", "point_velocity", "point_acceleration")
     along = ("theta", "point", "component")
-    found = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, followed)}
-    return xr.Dataset(found, {"point": list(places)})
+    found: dict[str, Any] = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, followed)}
+    found["link_position"] = (("theta", "link", "component"), whole.position)
+    found["link_angle"] = (("theta", "link"), whole.angle)
+    return xr.Dataset(found, {"point": list(places), "link": list(whole.links)})
 
 
 def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:
@@ -111,7 +116,7 @@ def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
     time = np.concatenate([part.states.time for part in motion.instants])
     in_time = scene.analysis.method == "transient"
     if motion.work:
-        mean = {name: work / float(time[-1]) for name, work in motion.work.items()}
+        mean = {name: work / float(np.ptp(time)) for name, work in motion.work.items()}
     elif in_time:
         mean = mean_in_time(time, powers)
     else:
@@ -127,13 +132,13 @@ def _small_effort(scene: Scene, data: xr.Dataset) -> float:
     return MEASURE.small_effort * max([*arms, TINY]) * max(float(abs(data["joint_force"]).max()), TINY)
 
 
-def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
+def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
     """Errors by the time steps, from a motion with a larger tolerance, unless bodies touched."""
     if not motion.steps or not scene.analysis.error_estimates:
         return xr.Dataset()
     if motion.contacts:
         return xr.Dataset(attrs={"not_estimated": UNKNOWN_AFTER_CONTACT})
-    rough = _of_motion(scene, free_course(scene, ESTIMATES.rougher))
+    rough = _of_motion(scene, free_course(scene, start, ESTIMATES.rougher))
     found: dict[str, Any] = {}
     attributes = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():

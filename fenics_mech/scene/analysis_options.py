@@ -39,8 +39,11 @@ class Analysis(Part):
         Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
         Of "transient": "rigid" (links straight and without elastic velocity) or "static" (bent by loads and rigid
-        motion). The file of a result of "transient" goes on from its end. With freedoms there is no file, but
-        "smooth" (on the slow motion, without vibration).
+        motion). With freedoms also "smooth" (on the slow motion, without vibration). The file of a result of
+        "transient" of the same scene goes on from its end.
+    start_time
+        Of a file: the time from which the motion goes on (s), one of those at which its result is given. Without it,
+        the end. Where links bend, a result holds the state of its end only.
     duration
         Of "transient" where nothing is driven: how long the motion goes on (s). It is given at `sub_intervals` equal
         parts of it.
@@ -99,6 +102,7 @@ class Analysis(Part):
     error_estimates: bool = True
     allow_unstable: bool = False
     start: str = "rigid"
+    start_time: Annotated[Time, Field(ge=0)] | None = None
     duration: Annotated[Time, Field(gt=0)] | None = None
     cycles: Annotated[int, Field(ge=1)] = 20
     settled: Annotated[Share, Field(ge=0)] = 1e-3

@@ -73,17 +73,19 @@ class ContactEvents:
         links = self.state.joint_links(time, place, rate)
         return {name: law.depths(law.joint.state(links)) for name, law in self.laws.items()}
 
-    def begin(self, place: Array, rate: Array) -> None:
+    def begin(self, time: float, place: Array, rate: Array) -> None:
         """Close the contacts that may be closed at the start; raise `SceneError` where another one is.
 
         Parameters
         ----------
+        time
+            Of the start (s).
         place, rate
-            Coordinates of the motion at time 0, and their rates, ``(coordinates,)`` each.
+            Coordinates of the motion there, and their rates, ``(coordinates,)`` each.
         """
         if not self.laws:
             return
-        for name, (depth, _) in self.depths(np.zeros(1), place[None], rate[None]).items():
+        for name, (depth, _) in self.depths(np.array([time]), place[None], rate[None]).items():
             if not self.laws[name].begins_open:
                 self.state.contacts[name] = Touching(depth[:, 0] > 0, np.ones(len(depth)))
             elif depth.max() > 0:

@@ -122,11 +122,14 @@ class StartState:
         Time (s).
     displacement, velocity
         q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
+    links
+        Coordinates of the links there (m, m, rad), ``(3 links,)``; None at time 0, where the scene states them.
     """
 
     time: float
     displacement: Array
     velocity: Array
+    links: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._petsc import PETSc, configured, name_of
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
@@ -70,7 +70,7 @@ class ScaledState:
         return self.state.accelerations(time, z / self.weight, rate / self.weight) * self.weight
 
 
-def by_free_motion(scene: Scene, system: System) -> FreeSolution:
+def by_free_motion(scene: Scene, system: System, start: StartState | None = None) -> FreeSolution:
     """Integrate the equation of motion of freedoms and links in time.
 
     Parameters
@@ -78,7 +78,9 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
     scene
         A scene with a freedom for all that can move.
     system
-        Its mechanism at the start.
+        Its mechanism at time 0.
+    start
+        The state to go on from; None for that which `analysis.start` states.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
         When the linkage comes to a dead centre of its freedoms.
     """
     state = FreeState(scene, system)
-    start = start_of(state)
+    start = start or start_of(state)
     return solution_from(state, start, course_of(state, start))
 
 
@@ -118,8 +120,6 @@ def start_of(state: FreeState) -> StartState:
 
     Raises
     ------
-    SceneError
-        When the start is a file: a free motion is not gone on from.
     SolverError
         When no smooth start is found.
     """
@@ -131,12 +131,6 @@ def start_of(state: FreeState) -> StartState:
         return _smooth(state, y, rate)
     if start == "static":
         y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
-    elif start != "rigid":
-        raise SceneError(
-            f"a free motion does not start from {start!r}",
-            place="analysis.start",
-            hint="Write 'rigid', 'static' or 'smooth'",
-        )
     return StartState(0.0, y, rate)
 
 
@@ -190,11 +184,11 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     rougher
         Factor on the tolerance of the scene.
     """
-    state.rewind()
+    state.rewind(start)
     scene, analysis = state.scene, state.scene.analysis
     cycles = analysis.cycles if scene.drives else 1
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
+    times = start.time + step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
     tolerance = rougher * analysis.time_tolerance
     record = _Record(times, start, state, weight)
@@ -208,14 +202,14 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
 
 
 def stepped(context: Collocation, start: tuple[Array, Array], times: Array, petsc: Mapping[str, Any]) -> int:
-    """Integrate a free motion from time 0 on; give the number of time steps.
+    """Integrate a free motion from the first of some times on; give the number of time steps.
 
     Parameters
     ----------
     context
         The steps, which keep the motion.
     start
-        Unknowns and their rates at time 0, ``(unknowns,)`` each.
+        Unknowns and their rates there, ``(unknowns,)`` each.
     times
         Times at which the motion is wanted (s), ``(times,)``: the first step is no longer than between two of them.
     petsc
@@ -227,8 +221,8 @@ def stepped(context: Collocation, start: tuple[Array, Array], times: Array, pets
         When the time steps fail.
     """
     ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    context.begin(ts, *start, min(float(times[1]), context.longest))
-    ts.setTime(0.0)
+    context.begin(ts, *start, min(float(times[1] - times[0]), context.longest))
+    ts.setTime(float(times[0]))
     ts.setMaxTime(float(times[-1]))
     defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
     with configured(ts, "transient_", defaults, petsc):
@@ -244,13 +238,13 @@ class _Record:
     """Takes samples of the motion step by step, and takes the equation on to where it is."""
 
     def __init__(self, times: Array, start: StartState, state: FreeState, weight: Array) -> None:
-        self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, 0.0
+        self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, start.time
         self.states = np.zeros((2, len(times), len(weight)))
         self.accelerations = np.zeros(self.states.shape[1:])
         self.links = np.zeros((len(times), 3 * len(state.scene.links)))
         self.exerted = _Exerted(state)
         self.events = ContactEvents(state)
-        self.events.begin(start.displacement, start.velocity)
+        self.events.begin(start.time, start.displacement, start.velocity)
         self._take(1, start.displacement[None], start.velocity[None])
 
     @property

@@ -29,7 +29,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.setup import moved
-from fenics_mech.response.transient.course import FreeCourse
+from fenics_mech.response.transient.course import FreeCourse, StartState
 from fenics_mech.scene import Scene
 
 States = tuple[Array, Array, Array]  # y, y' and y'', ``(times, coordinates)`` each
@@ -76,11 +76,19 @@ class FreeState:
         self.rewind()
         self.size, self.freedoms = self.system.size, len(self.scene.freedoms)
 
-    def rewind(self) -> None:
-        """Take the position at time 0 as the one that others are near to."""
-        start = self.system.motion
-        q = coordinates(start.position, start.angle)[0]
-        self._known = 0.0, q, np.zeros_like(q)
+    def rewind(self, start: StartState | None = None) -> None:
+        """Take the position at a start as the one that others are near to.
+
+        Parameters
+        ----------
+        start
+            The start; None for time 0.
+        """
+        motion = self.system.motion
+        q, time = coordinates(motion.position, motion.angle)[0], 0.0
+        if start is not None and start.links is not None:
+            q, time = start.links, start.time
+        self._known = time, q, np.zeros_like(q)
         self.contacts = {name: Touching.open(law.contacts) for name, law in self.laws.items()}
 
     @property

@@ -22,7 +22,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.contact_events import ContactEvents
-from fenics_mech.response.transient.course import TRANSIENT, refuse_rough
+from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
 from fenics_mech.response.transient.free_motion import FREE, stepped
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
@@ -144,13 +144,15 @@ def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) ->
     return RigidInstants(states, efforts, forces, exerted, depths, powers, energy)
 
 
-def by_rigid_motion(scene: Scene) -> RigidMotion:
+def by_rigid_motion(scene: Scene, start: StartState | None = None) -> RigidMotion:
     """Find the motion of a linkage of rigid links, and what acts in it.
 
     Parameters
     ----------
     scene
         A scene of which no link bends, with a freedom for all that can move and no drive leads.
+    start
+        The state to go on from; None for that at time 0.
 
     Raises
     ------
@@ -161,7 +163,7 @@ def by_rigid_motion(scene: Scene) -> RigidMotion:
     AssemblyError
         When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
     """
-    return free_course(scene) if scene.freedoms else led_course(scene)
+    return free_course(scene, start) if scene.freedoms else led_course(scene)
 
 
 def led_course(scene: Scene) -> RigidMotion:
@@ -211,13 +213,15 @@ def led_course(scene: Scene) -> RigidMotion:
     return motion
 
 
-def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
+def free_course(scene: Scene, start: StartState | None = None, rougher: float = 1.0) -> RigidMotion:
     """Integrate the motion of the freedoms.
 
     Parameters
     ----------
     scene
         The scene, with freedoms.
+    start
+        The state to go on from; None for that at time 0.
     rougher
         Factor on the tolerance of the scene.
     """
@@ -225,12 +229,12 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     refuse_rough(scene.analysis)
     analysis, linkage = scene.analysis, FreeLinkage(scene)
     state = RigidState(scene, linkage)
+    start = start or stated_start(scene)
+    state.rewind(start)
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange((analysis.cycles if scene.drives else 1) * analysis.sub_intervals + 1, dtype=float)
-    freedoms = scene.freedoms.values()
-    place, rate = (
-        np.array([getattr(part, name) for part in freedoms], dtype=float) for name in ("start", "rate_at_start")
-    )
+    count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
+    times = start.time + step * np.arange(count + 1, dtype=float)
+    place, rate = start.displacement, start.velocity
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
     tolerance = rougher * analysis.time_tolerance
@@ -249,15 +253,29 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     return record.motion
 
 
+def stated_start(scene: Scene) -> StartState:
+    """Give the state at time 0: angles, strokes and rates that the freedoms state.
+
+    Parameters
+    ----------
+    scene
+        The scene, with freedoms.
+    """
+    freedoms = scene.freedoms.values()
+    names = "start", "rate_at_start"
+    place, rate = (np.array([getattr(part, name) for part in freedoms], dtype=float) for name in names)
+    return StartState(0.0, place, rate)
+
+
 class _Recorder:
     """Takes samples of the motion step by step, integrates powers, and opens and closes contacts."""
 
     context: Collocation
 
     def __init__(self, state: RigidState, times: Array, place: Array, rate: Array, step: float) -> None:
-        self.state, self.times, self.known, self.reached = state, times, 0, 0.0
+        self.state, self.times, self.known, self.reached = state, times, 0, float(times[0])
         self.events, self.motion = ContactEvents(state), RigidMotion(state.scene)
-        self.events.begin(place, rate)
+        self.events.begin(self.reached, place, rate)
         nodes, weights = np.polynomial.legendre.leggauss(RIGID_MOTION.stages)
         self.nodes, self.weights = (nodes + 1) / 2, weights / 2
         self._take(times[:1], place[None], rate[None])
@@ -270,7 +288,7 @@ class _Recorder:
 
     def _first_energy(self, place: Array, rate: Array, step: float) -> float:
         """Energy of the motion at the start, and of what it is soon after."""
-        state, time = self.state, np.zeros(1)
+        state, time = self.state, self.times[:1]
         states = place[None], rate[None], np.zeros((1, len(place)))
         mass, left = state.tangents_at(time, *states)[0][0], state.residuals(time, *states)[0]
         soon = step**2 * float(left @ np.linalg.solve(mass, left)) / 2

@@ -17,6 +17,7 @@ from fenics_mech.kinematics.assembly import ASSEMBLY
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.mechanism.rigid_dynamics import Balance, RigidDynamics, RigidStates
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Scene
 
 States = tuple[Array, Array, Array]  # r, r' and r'', ``(times, freedoms)`` each
@@ -100,10 +101,19 @@ class RigidState:
         self.dynamics = RigidDynamics(self.scene, self.linkage.loops, self.linkage.start)
         self.rewind()
 
-    def rewind(self) -> None:
-        """Take the position at time 0 as the one that others are near to, with all contacts open."""
+    def rewind(self, start: StartState | None = None) -> None:
+        """Take the position at a start as the one that others are near to, with all contacts open.
+
+        Parameters
+        ----------
+        start
+            The start; None for time 0.
+        """
+        q, time = self.linkage.start, 0.0
+        if start is not None and start.links is not None:
+            q, time = start.links, start.time
         self.contacts = self.dynamics.all_open()
-        self._known, self._last = (0.0, self.linkage.start, np.zeros_like(self.linkage.start)), None
+        self._known, self._last = (time, q, np.zeros_like(q)), None
 
     def move_on(self, states: RigidStates) -> None:
         """Take a position as the one that others are near to.
