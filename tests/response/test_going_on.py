@@ -21,7 +21,9 @@ def halves(scene, file, steps):
 
 def test_a_motion_of_rigid_links_goes_on_from_its_end_and_from_any_position(tmp_path):
     push = {"kind": "formula", "formula": "2*sin(20*t)"}
-    scene = bars(2, 1e-9, duration=0.4).changed({"freedoms": {"P1": {"effort": push}}, "analysis.error_estimates": False})
+    scene = bars(2, 1e-9, duration=0.4).changed(
+        {"freedoms": {"P1": {"effort": push}}, "analysis.error_estimates": False}
+    )
     whole, goes_on = halves(scene, tmp_path / "half.nc", 4)
     for name in ("freedom_place", "freedom_rate", "joint_force", "link_angle"):
         np.testing.assert_allclose(goes_on[name], whole[name], rtol=0, atol=1e-7)
@@ -60,7 +62,7 @@ def test_a_motion_of_bending_links_goes_on_from_its_end(tmp_path):
 
 def test_what_cannot_be_gone_on_from_is_one_clear_error(tmp_path):
     scene = bars(1, 1e-5, duration=0.2, sub_intervals=4)
-    with pytest.raises(fm.SceneError, match="there is no file 'nothing.nc'"):
+    with pytest.raises(fm.SceneError, match=r"there is no file 'nothing\.nc'"):
         fm.analyse(scene.changed({"analysis.start": "nothing.nc"}))
     (tmp_path / "text.nc").write_text("no result")
     with pytest.raises(fm.SceneError, match="is not a result of this program"):
@@ -69,7 +71,7 @@ def test_what_cannot_be_gone_on_from_is_one_clear_error(tmp_path):
     start = {"analysis.start": str(tmp_path / "one.nc")}
     with pytest.raises(fm.SceneError, match="has the freedoms P0, and the scene the freedoms P1, P0"):
         fm.analyse(bars(2, 1e-5, duration=0.2).changed({**start, "freedoms": {"P1": {}}}))
-    with pytest.raises(fm.SceneError, match="no position at 0.07 s; next to that is 0.05 s"):
+    with pytest.raises(fm.SceneError, match=r"no position at 0\.07 s; next to that is 0\.05 s"):
         fm.analyse(scene.changed({**start, "analysis.start_time": 0.07}))
 
 
