@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -140,6 +141,7 @@ class ContactEvents:
         """Time at which a contact opens or closes; None where it only comes near."""
         name, contact, sign = which
 
+        @cache  # near 0 rounding gives a second sign to the same time, as poses begin from the last one
         def depth(time: float) -> float:
             at = np.array([time])
             return float(sign * self.depths(at, *curve(at))[name][0][contact, 0])
