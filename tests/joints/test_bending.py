@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 import fenics_mech as fm
 
@@ -200,3 +201,39 @@ def test_a_stop_of_bending_links_that_begins_overlapped_is_refused():
     stop = {"kind": "stop", "joint": "O", "upper": 0.9, "contact": STEEL}
     with pytest.raises(fm.SceneError, match=r"bodies of joint 'O' overlap by 0\.1"):
         fm.analyse(slider_crank(True, joint_laws={"stop": stop}))
+
+
+@pytest.mark.slow  # 100 steps of two bars
+def test_blow_of_two_bars_is_that_of_their_waves():
+    # equal bars: a wave of force Z v/2, with Z = A sqrt(E rho), runs through both and back, and parts them after 2 L/c
+    modulus, density, area, length, speed, gap = 1e5, 1e3, 1e-2, 1.0, 0.02, 1e-4
+    one = fm.Link(
+        points={"A": (0, 0), "B": (length, 0)},
+        members={"bar": fm.Member(ends=("A", "B"), section="square", material="soft")},
+    )
+    scene = fm.Scene(
+        name="two bars",
+        materials={"soft": fm.Material(modulus=modulus, density=density)},
+        sections={"square": fm.RectangleSection(width=0.1, height=0.1)},
+        ground=fm.Ground(points={"O": (0, 0)}),
+        links={"first": one, "second": one},
+        joints={
+            "G": fm.Prismatic(connect=("ground.O", "first.A")),
+            "K": fm.Prismatic(connect=("first.B", "second.A")),
+        },
+        freedoms={"G": fm.Freedom(start=0.0, speed=speed), "K": fm.Freedom(start=gap, speed=-speed)},
+        joint_laws={"ends": fm.Stop(joint="K", lower=0.0, contact={"stiffness": 2e4, "exponent": 1.0})},
+        effects=("coupling",),
+        mesh=fm.Mesh(elements=6),
+        analysis=fm.Analysis(
+            method="transient", duration=0.26, sub_intervals=130, time_tolerance=1e-4, error_estimates=False
+        ),
+    )
+    data = fm.analyse(scene).data
+    time, force = data["time"].to_numpy(), data["law_effort"].to_numpy()[:, 0]
+    met, lasts = gap / speed, 2 * length / np.sqrt(modulus / density)
+    assert (force[time < met] == 0).all()
+    assert (force[time > met + 1.1 * lasts] == 0).all()  # elements disperse the wave
+    during = (time > met) & (time < met + lasts)
+    assert force[during].mean() == pytest.approx(area * np.sqrt(modulus * density) * speed / 2, rel=0.03)
+    assert trapezoid(force, time) == pytest.approx(density * area * length * speed, rel=0.03)  # the first one stops
