@@ -43,7 +43,7 @@ class PairedJoints(AtJoint):
 class GearPair(PairedJoints):
     """A gear pair, belt or chain from one pin to another, with the stiffness of its teeth or strands.
 
-    It has no moment at the start. Backlash is not known.
+    It has no moment at the start. Backlash is not known, and the forces of the bearings have no share of the teeth's.
 
     Parameters
     ----------
@@ -80,6 +80,7 @@ class Cam(PairedJoints):
     """A cam that pushes a follower, which may lift off: ``F = K d (1 + b d')`` with the indentation d.
 
     The cam pushes towards larger strokes or angles of the follower. It does not rub.
+    The force of its bearing has no share of the push, which the frame bears at the follower's joint.
 
     Parameters
     ----------
@@ -96,6 +97,7 @@ class Cam(PairedJoints):
 
     Examples
     --------
+    >>> import numpy as np
     >>> lift = fm.Harmonics(mean="5 mm", cosine=("-5 mm",))
     >>> float(fm.Cam(joint="O", drives="G", lift=lift, stiffness=1e7).lift_at(np.array([np.pi])).value[0])
     0.01
