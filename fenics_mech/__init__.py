@@ -66,6 +66,7 @@ __all__ = [
     "AssemblyError",
     "Branch",
     "Bushing",
+    "Cam",
     "Clearance",
     "Contact",
     "CustomSection",

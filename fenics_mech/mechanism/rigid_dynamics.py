@@ -120,6 +120,10 @@ class RigidDynamics:
         """Give all contacts open."""
         return {name: Touching.open(law.contacts) for name, law in self.laws.items()}
 
+    def all_closed(self) -> dict[str, Touching]:
+        """Give all contacts closed: they push where bodies overlap."""
+        return {name: Touching.shut(law.contacts) for name, law in self.laws.items()}
+
     def law_states(self, links: LinkStates) -> dict[str, JointState]:
         """Give the state of each law's joint, by law.
 

@@ -67,6 +67,8 @@ ATTRIBUTES = {
     "drive_effort_rms": ("N m", "root mean square of the drive's effort over the cycle; N along a slide"),
     "freedom_place": ("rad", "angle of each freedom; m where it slides"),
     "freedom_rate": ("rad/s", "rate of each freedom; m/s where it slides"),
+    "rest_frequency": ("Hz", "frequency of each small motion about the equilibrium; 0 where it does not oscillate"),
+    "rest_decay": ("1/s", "rate at which that motion decays; it grows where negative"),
     "freedom_place_error": ("rad", "error of each freedom's angle or stroke by each source, estimated"),
     "freedom_place_relative_error": ("1", "largest error of a freedom by each source, over the largest of all"),
     "law_effort": (

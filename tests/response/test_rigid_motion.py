@@ -149,7 +149,6 @@ def test_a_torsional_spring_and_damper_swing_a_rigid_bar():
 @pytest.mark.parametrize(
     ("changes", "place"),
     [
-        ({"analysis.method": "static"}, "nothing that bends"),
         ({"analysis.method": "periodic"}, "nothing drives"),
         ({"tolerance": 0.01}, "tolerance"),
         ({"damping.air": {"density": 1.2, "coefficient": 1.1}}, "damping.air"),
