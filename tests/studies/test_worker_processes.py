@@ -63,7 +63,7 @@ def log_or_die(task):
         os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_what_processes_log_is_told_here_in_their_order(caplog):
+def test_what_processes_log_is_told_here(caplog):
     caplog.set_level(logging.INFO, "fenics_mech")
     over_processes(2, range(6), log_or_die, lambda task: None)
     told = [record.getMessage() for record in caplog.records if record.name == "fenics_mech.somewhere"]
