@@ -5,6 +5,7 @@ Columns: linkage, time (s), and x and y (m) of the end of the second bar.
 """
 
 import csv
+from itertools import pairwise
 from pathlib import Path
 
 import exudyn as exu
@@ -42,7 +43,7 @@ def beam(system, start, end, velocities):
         )
         for share in np.linspace(0, 1, ELEMENTS + 1)
     ]
-    for one, other in zip(nodes[:-1], nodes[1:]):
+    for one, other in pairwise(nodes):
         cable = system.AddObject(
             ObjectANCFCable2D(
                 nodeNumbers=[one, other],
@@ -80,7 +81,7 @@ def course(places, velocities, grounded, duration):
     system = container.AddSystem()
     ground = system.AddNode(NodePointGround())
     bars = [beam(system, places[k], places[k + 1], velocities[k : k + 2]) for k in range(len(places) - 1)]
-    for one, other in zip(bars[:-1], bars[1:]):
+    for one, other in pairwise(bars):
         pin(system, one[-1], other[0])
     for bar, end in grounded:
         hold(system, ground, bars[bar][end])
