@@ -13,12 +13,15 @@ from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import UNKNOWN_AFTER_CONTACT
 from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import as_motion
 from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
+from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.result import Result, stamp
+from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.static.rest import rigid_rest
 from fenics_mech.response.transient.course import StartState
@@ -50,7 +53,18 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
     data = _of_motion(scene, motion)
     if motion.vibrations is not None:
         data = data.merge(of_small_motions(motion.vibrations), combine_attrs="no_conflicts")
-    parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data, start)]
+    states = [part.states for part in motion.instants]
+    names = "theta", "time", "q", "velocity", "acceleration"
+    whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
+    places = rigid_places(scene, whole)[["link_position", "link_angle"]]
+    parts = [
+        data,
+        places,
+        motion_of_links(scene, whole),
+        _of_points(scene, whole),
+        _of_powers(scene, motion),
+        _errors(scene, motion, data, start),
+    ]
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
     return Result(with_law_units(scene, with_units(data, efforts, (), ())))
@@ -81,14 +95,15 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
         variables["freedom_rate"] = (along, np.concatenate(motion.rates))
         coordinates["freedom"] = list(scene.freedoms)
     laws = law_efforts(_joined(motion, "law_efforts"), _joined(motion, "depths"), motion.largest, motion.contacts)
+    if any(point.startswith("ground.") for joint in scene.joints.values() for point in joint.connect):
+        on_frame = np.concatenate([part.on_frame for part in motion.instants])
+        variables["shaking_force"] = ("theta", "component"), on_frame[:, :2]
+        variables["shaking_moment"] = "theta", on_frame[:, 2]
     return xr.Dataset(variables, coordinates, attributes).merge(laws, combine_attrs="no_conflicts")
 
 
-def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:
-    """Where the links are, and the motion of all their points and of those that the scene adds."""
-    states = [part.states for part in motion.instants]
-    names = "theta", "time", "q", "velocity", "acceleration"
-    whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
+def _of_points(scene: Scene, whole: Motion) -> xr.Dataset:
+    """Position, velocity and acceleration of all points of the links, and of those that the scene adds."""
     places = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
     for name, point in scene.points.items():
         link, (x, y) = scene.place(point.at)
@@ -96,10 +111,8 @@ def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:
     followed = zip(*(whole.of_point(*place) for place in places.values()))
     kinds = ("point_position", "point_velocity", "point_acceleration")
     along = ("theta", "point", "component")
-    found: dict[str, Any] = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, followed)}
-    found["link_position"] = (("theta", "link", "component"), whole.position)
-    found["link_angle"] = (("theta", "link"), whole.angle)
-    return xr.Dataset(found, {"point": list(places), "link": list(whole.links)})
+    found = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, followed)}
+    return xr.Dataset(found, {"point": list(places)})
 
 
 def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:

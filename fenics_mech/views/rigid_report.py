@@ -28,7 +28,10 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     units
         Units of the numbers.
     """
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
+    grid = Table.grid(padding=(0, 2))
+    for name, value in rigid_decisions(result, units).items():
+        grid.add_row(name, escape(value))
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     if result.data.sizes["joint"]:
         parts.append(joints_table(result, units))
         if result.data.attrs.get("contacts_closed"):
@@ -41,13 +44,31 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     if "rest_frequency" in result.data:
         parts.append(small_motions_table(result))
     if "mean_power" in result.data:
-        error = result.data.attrs["power_balance_error"]
-        parts.append(Text(f"{mean_powers(result)[0]} ({error:.1g} of the largest)."))
+        parts.append(Text(rigid_energy(result)))
     return parts
 
 
-def _decisions(result: Result, units: AnswerUnits) -> Table:
-    """Tell how the result was computed."""
+def rigid_energy(result: Result) -> str:
+    """Tell the mean power of all causes, and how far they are from a balance.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    return f"{mean_powers(result)[0]} ({result.data.attrs['power_balance_error']:.1g} of the largest)."
+
+
+def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
+    """Tell how the result was computed.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
     scene, data = result.scene, result.data
     rows = {"drive": drive_of(scene, units), "method": method_of(result)}
     rows["links"] = "rigid: no link has a member that bends"
@@ -61,11 +82,7 @@ def _decisions(result: Result, units: AnswerUnits) -> Table:
         rows["error estimate"] = f"NOT known: {data.attrs['not_estimated']}"
     if "contacts_closed" in data.attrs and scene.analysis.method == "transient":
         rows["contacts"] = f"closed {data.attrs['contacts_closed']} times"
-    rows["damped by"] = damping_of(scene)
-    table = Table.grid(padding=(0, 2))
-    for name, value in rows.items():
-        table.add_row(name, escape(str(value)))
-    return table
+    return rows | {"damped by": damping_of(scene)}
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:

@@ -167,16 +167,14 @@ def _rest(reading: Reading, judged: list[Judgement]) -> Table:
 
 def _shakes(reading: Reading) -> str:
     """Tell the largest force and moment on the frame."""
-    if "shaking_force" not in reading.data:
+    if reading.shaking is None:
         return ""
-    force = np.linalg.norm(reading.of("shaking_force", "component"), axis=-1)
+    force, moment = reading.shaking
     said = []
-    for kind, curve in (("force", force), ("moment", reading.of("shaking_moment"))):
+    for kind, curve in (("force", np.linalg.norm(force, axis=-1)), ("moment", moment)):
         k = int(np.abs(curve).argmax())
-        said.append(
-            f"{short(reading.units.number(float(curve[k]), kind))} {reading.units.label(kind)} at {reading.at(k)}"
-        )
-    return f"on the frame {said[0]}, {said[1]}"
+        said.append(f"{short(float(curve[k]))} {reading.units.label(kind)} at {reading.at(k)}")
+    return f"shaking force {said[0]}, {said[1]}"
 
 
 def _used(result: Result) -> str:

@@ -65,6 +65,8 @@ class RigidInstants:
         Power of each cause (W), ``(times,)`` each.
     energy
         Of motion and of springs (J), ``(times,)``.
+    on_frame
+        Force on the frame (N), and its moment about the origin of the ground (N m), ``(times, 3)``.
     """
 
     states: RigidStates
@@ -74,6 +76,7 @@ class RigidInstants:
     depths: dict[str, Array]
     powers: dict[str, Array]
     energy: Array
+    on_frame: Array
 
 
 @dataclass
@@ -141,7 +144,8 @@ def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) ->
     energy = dynamics.loads.inertia.kinetic_energy(states.links) + dynamics.loads.spring_energy(states.links)
     powers.pop(Cause.SPRINGS, None)
     forces = dynamics.joint_forces(states, balance, contacts)
-    return RigidInstants(states, efforts, forces, exerted, depths, powers, energy)
+    shaking = dynamics.on_frame(states, balance)
+    return RigidInstants(states, efforts, forces, exerted, depths, powers, energy, shaking)
 
 
 def by_rigid_motion(scene: Scene, start: StartState | None = None) -> RigidMotion:
@@ -389,4 +393,5 @@ def part_of(found: RigidInstants, part: slice) -> RigidInstants:
         depths=cut(found.depths),
         powers=cut(found.powers),
         energy=found.energy[part],
+        on_frame=found.on_frame[part],
     )
