@@ -1,4 +1,4 @@
-"""Make `free_exact.csv`: a double pendulum of slender bars, geometrically exact, that starts along X at rest, by Exudyn.
+"""Make `free_exact.csv`: a double pendulum of slender bars, geometrically exact, from rest along X, by Exudyn.
 
 Run it with Exudyn 1.13 beside it: `python tests/data/free_exact.py`.
 Columns: linkage, time (s), and x and y (m) of the end of the second bar.
