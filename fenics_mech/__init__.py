@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
+    from fenics_mech.studies.synthesis.synthesise import Synthesised, synthesise
     from fenics_mech.views.animation import animate
     from fenics_mech.views.mode_plots import plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
@@ -78,6 +79,7 @@ __all__ = [
     "FormulaEffort",
     "Freedom",
     "Friction",
+    "FunctionTask",
     "Gauge",
     "GearPair",
     "Ground",
@@ -101,13 +103,16 @@ __all__ = [
     "MechanismError",
     "Member",
     "Mesh",
+    "MotionTask",
     "Motor",
     "NaturalFrequencies",
     "Optimum",
+    "PathTask",
     "Ply",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
+    "Pose",
     "Prismatic",
     "Pulse",
     "RectangleSection",
@@ -126,6 +131,7 @@ __all__ = [
     "StressLife",
     "Study",
     "Sweep",
+    "Synthesised",
     "Table",
     "TaperSection",
     "Target",
@@ -150,6 +156,7 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "load",
+    "load_task",
     "manipulator",
     "modes",
     "optimise",
@@ -171,6 +178,7 @@ __all__ = [
     "slider_crank",
     "summary",
     "sweep",
+    "synthesise",
     "write_scene",
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
@@ -180,6 +188,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
+    "Synthesised": "studies.synthesis.synthesise",
     "analyse": "analysis",
     "animate": "views.animation",
     "balance": "studies.synthesis.balancing",
@@ -202,6 +211,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "report": "views.page.report",
     "summary": "views.summary",
     "sweep": "studies.sweep",
+    "synthesise": "studies.synthesis.synthesise",
 }
 
 
