@@ -154,6 +154,14 @@ def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
     ------
     SceneError
         When it cannot be read, or states no task.
+
+    Examples
+    --------
+    >>> lines = ['kind = "function"', "crank = [0.5, 1.0, 1.5]", "follower = [1.0, 1.2, 1.5]"]
+    >>> Path("task.toml").write_text(chr(10).join(lines)) > 0
+    True
+    >>> fm.load_task("task.toml").crank
+    (0.5, 1.0, 1.5)
     """
     path = Path(path)
     return read_toml(text_of(path, "task"), path.name, read_task)
