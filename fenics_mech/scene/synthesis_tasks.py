@@ -157,8 +157,9 @@ def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
 
     Examples
     --------
+    >>> import pathlib
     >>> lines = ['kind = "function"', "crank = [0.5, 1.0, 1.5]", "follower = [1.0, 1.2, 1.5]"]
-    >>> Path("task.toml").write_text(chr(10).join(lines)) > 0
+    >>> pathlib.Path("task.toml").write_text(chr(10).join(lines)) > 0
     True
     >>> fm.load_task("task.toml").crank
     (0.5, 1.0, 1.5)
