@@ -22,7 +22,7 @@ from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
 from fenics_mech.planning.meet_tolerance import within
-from fenics_mech.planning.start_state import start_state
+from fenics_mech.planning.start_state import start_state, state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
@@ -32,6 +32,7 @@ from fenics_mech.response.periodic.steady_state import stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
+from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.scene import Scene
@@ -78,11 +79,12 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
-    if scene.analysis.method == "transient":
+    may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
+    if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
-        result = rigid_result(scene)
+        result = rigid_result(scene, state_to_go_on_from(scene, 0))
     elif scene.tolerance is not None:
         trials = Trials(progress, common)
         result = within(scene, trials.analyse, common, trials.judged)
@@ -241,11 +243,13 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
     method = str(scene.analysis.method)
     if method != "periodic":
         progress("response")
+        if method == "static" and scene.freedoms:
+            return by_rest(scene, system), method
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
         if scene.freedoms or scene.joint_laws:
-            return by_free_motion(scene, system), method
+            return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
         return by_time(scene, system, start_state(scene, system)), method
     solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
     check_periodic(scene, system, solver)

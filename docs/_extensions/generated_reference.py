@@ -53,7 +53,7 @@ PAGES: dict[
     ),
     "joint_laws": (
         "Laws of joints",
-        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "JointEffort", "Contact"],
+        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "Cam", "JointEffort", "Contact"],
     ),
     "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
     "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),

@@ -22,7 +22,6 @@ from fenics_mech.scene.joint_laws import (
     Clearance,
     Contact,
     Friction,
-    GearPair,
     GuideClearance,
     JointEffort,
     Stop,
@@ -31,6 +30,7 @@ from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
+from fenics_mech.scene.paired_joints import Cam, GearPair
 from fenics_mech.scene.plugged import add_kinds
 from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
@@ -58,6 +58,7 @@ __all__ = [
     "AirDrag",
     "Analysis",
     "Bushing",
+    "Cam",
     "Clearance",
     "Contact",
     "CustomSection",

@@ -23,7 +23,8 @@ from fenics_mech._files import write_whole
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
-from fenics_mech.recovery.result import Saved, stored_scene
+from fenics_mech.recovery.result import stored_scene
+from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
