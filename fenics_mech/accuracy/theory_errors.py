@@ -1,8 +1,7 @@
 """What the theory of a scene leaves out, from its own answer.
 
-The forces of exact strains and of the coupling are taken at the motion that is known. Those that the scene's equation
-lacks act as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies the
-answer as it amplifies the motion.
+The forces of exact strains and of the coupling are taken at the known motion. Those that the scene's equation lacks act
+as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies both alike.
 
 A state here is q, q' and q'', ``(3, angles, coordinates)``.
 """
