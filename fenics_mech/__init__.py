@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
+    from fenics_mech.studies.synthesis.synthesise import Synthesised, synthesise
     from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
     from fenics_mech.views.frequency_plot import plot_frequencies
@@ -80,6 +81,7 @@ __all__ = [
     "FormulaEffort",
     "Freedom",
     "Friction",
+    "FunctionTask",
     "Gauge",
     "GearPair",
     "Ground",
@@ -103,13 +105,16 @@ __all__ = [
     "MechanismError",
     "Member",
     "Mesh",
+    "MotionTask",
     "Motor",
     "NaturalFrequencies",
     "Optimum",
+    "PathTask",
     "Ply",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
+    "Pose",
     "Prismatic",
     "Pulse",
     "RectangleSection",
@@ -128,6 +133,7 @@ __all__ = [
     "StressLife",
     "Study",
     "Sweep",
+    "Synthesised",
     "SystemMatrices",
     "Table",
     "TaperSection",
@@ -154,6 +160,7 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "load",
+    "load_task",
     "manipulator",
     "matrices",
     "modes",
@@ -177,6 +184,7 @@ __all__ = [
     "slider_crank",
     "summary",
     "sweep",
+    "synthesise",
     "write_scene",
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
@@ -186,6 +194,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
+    "Synthesised": "studies.synthesis.synthesise",
     "SystemMatrices": "studies.system_matrices",
     "analyse": "analysis",
     "animate": "views.animation",
@@ -212,6 +221,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "report": "views.page.report",
     "summary": "views.summary",
     "sweep": "studies.sweep",
+    "synthesise": "studies.synthesis.synthesise",
 }
 
 

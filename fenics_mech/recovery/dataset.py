@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,8 @@ from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, P
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
 from fenics_mech.scene.consistency import mobility
+
+FRAME_FORCES = ("support_force", "support_moment", "shaking_force", "shaking_moment")
 
 
 def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: Sequence[Choice] = ()) -> Result:
@@ -70,6 +72,33 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
     data = _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
+
+
+def collect_named(solution: Solution, fields: Fields, names: Collection[str]) -> Result:
+    """Label some variables, and of the others only those that come with them.
+
+    Parameters
+    ----------
+    solution, fields
+        As of `collect`.
+    names
+        The variables.
+    """
+    if solution.scene.analysis.method == "transient" or not solution.scene.moved_joints:
+        return collect(solution, fields, None)
+    forces = Forces(solution.scene, fields.system, solution.response)
+    makers: dict[tuple[str, ...], Callable[[], xr.Dataset]] = {
+        tuple(fields.variables): xr.Dataset,
+        ("input_torque",): lambda: xr.Dataset({"input_torque": (("theta",), next(iter(forces.efforts().values())))}),
+        FRAME_FORCES: lambda: frame_forces(forces, fields, forces.efforts()),
+    }
+    if isinstance(solution, PeriodicSolution):
+        makers["frequency", "assurance"] = lambda: _of_modes(fields.system, solution.modes)
+    needed = [(known, make) for known, make in makers.items() if not set(known).isdisjoint(names)]
+    if not set(names) <= {name for known, _ in needed for name in known}:
+        return collect(solution, fields, None)
+    data = xr.Dataset(fields.variables, fields.coordinates, stamp(solution.scene))
+    return Result(_joined(data, *(make() for _, make in needed)))
 
 
 def _joined(*parts: xr.Dataset) -> xr.Dataset:

@@ -51,6 +51,7 @@ from fenics_mech.scene.sections import (
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.study import Limit, Study, Target, Tied, Variable
+from fenics_mech.scene.synthesis_tasks import FunctionTask, MotionTask, PathTask, Pose, load_task
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 from fenics_mech.scene.writing import write_scene
 
@@ -72,6 +73,7 @@ __all__ = [
     "FormulaEffort",
     "Freedom",
     "Friction",
+    "FunctionTask",
     "GearPair",
     "Ground",
     "GuideClearance",
@@ -93,11 +95,14 @@ __all__ = [
     "Measurement",
     "Member",
     "Mesh",
+    "MotionTask",
     "Motor",
+    "PathTask",
     "Ply",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
+    "Pose",
     "Prismatic",
     "Pulse",
     "RectangleSection",
@@ -127,6 +132,7 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "load",
+    "load_task",
     "manipulator",
     "parse",
     "quick_return",
