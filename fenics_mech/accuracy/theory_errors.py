@@ -1,8 +1,7 @@
 """What the theory of a scene leaves out, from its own answer.
 
-The forces of exact strains and of the coupling are taken at the motion that is known. Those that the scene's equation
-lacks act as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies the
-answer as it amplifies the motion.
+The forces of exact strains and of the coupling are taken at the known motion. Those that the scene's equation lacks act
+as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies both alike.
 
 A state here is q, q' and q'', ``(3, angles, coordinates)``.
 """
@@ -63,6 +62,7 @@ class TheoryLimits:
     most_iterations: int = 8  # of Newton's method: it converges quadratically where the exact motion is near
     accepted: float = 0.1  # change by the last iteration, up to which its answer is an estimate
     converged: float = 1e-4  # change that the next iteration would make: axial stiffness makes forces of it
+    most_growth: float = 3.0  # powers of 10 in a cycle, of a disturbance beside the motion: no stable one is near then
     damped_up_to: float = 1.0  # as of `Cycle`, of a motion by its harmonics; measured: more modes change 3e-4 of it
 
 
@@ -183,6 +183,8 @@ def _closed(rung: Equation, exact: Callable[[Array], Equation], motion: _Motion,
 
     def answer(tangents: Matrices, load: Array) -> Array:
         flow = Flow(tangents, cycle.tableau, cycle.steps.duration, cycle.scene.petsc)
+        if not flow.cycle.growth < THEORY.most_growth:
+            raise SolverError(f"beside the motion a disturbance grows by 1e{flow.cycle.growth:.0f} in a cycle")
         orbit = orbit_of(flow, flow.cycle.solve(flow.added_by(load)), load)
         at_starts.append(np.stack([part[cycle.steps.regular] for part in (orbit.start, orbit.start_velocity)]))
         return _state(orbit)

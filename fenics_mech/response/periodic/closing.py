@@ -9,6 +9,7 @@ Source: Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Probl
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -49,12 +50,22 @@ class Closing:
         """What states are multiplied by for their numbers to be alike, ``(2n,)``."""
         return np.tile(self.steps.unit, 2)
 
-    @cached_property
+    @property
     def cuts(self) -> list[slice]:
-        """Parts of the cycle in which no state grows much, found by a random state in its second cycle."""
+        """Parts of the cycle in which no state grows much."""
+        return self._passage[0]
+
+    @property
+    def growth(self) -> float:
+        """Power of 10 by which a disturbance grows in a cycle; below 0 where it dies out."""
+        return self._passage[1]
+
+    @cached_property
+    def _passage(self) -> tuple[list[slice], float]:
+        """Cuts and growth, found by a random state in its second cycle."""
         state = np.random.default_rng(0).standard_normal(len(self.unit)) / self.unit
         for _ in range(2):
-            begins, count = [0], len(self.steps.duration)
+            begins, count, growth = [0], len(self.steps.duration), 0.0
             while begins[-1] < count:
                 passed = self.steps.march(state, steps=slice(begins[-1], count)) * self.unit
                 sizes = np.linalg.norm(passed, axis=1)
@@ -62,7 +73,8 @@ class Closing:
                 begins.append(begins[-1] + int(grown[0]) if len(grown) else count)
                 at = begins[-1] - begins[-2]
                 state = passed[at] / (max(sizes[at], TINY) * self.unit)
-        return [slice(first, last) for first, last in pairwise(begins)]
+                growth += math.log10(max(sizes[at], TINY) / max(sizes[0], TINY))
+        return [slice(first, last) for first, last in pairwise(begins)], growth
 
     def solve(self, right: Array, guess: Array | None = None, tolerance: float = CYCLIC.tolerance) -> Array:
         """Solve for the states at the starts of all steps, ``(steps, state)``, or of several cycles.
