@@ -19,6 +19,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
+from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
@@ -237,7 +238,7 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
     values |= {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
     return {
         "effects": ", ".join(acting),
-        "not_estimated": data.attrs.get("not_estimated", ""),
+        "not_estimated": data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE,
         "warnings": "\n".join(result.warnings),
         "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Index
+from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.views.resonances import RESONANCE, resonances_of, whole_points
 from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
 MOST_RANGES = 6  # of values that failed, that are listed
+NONE = "NO errors are estimated at {}: the theory is judged there by fixed limits, and mesh and steps are not judged."
 KINDS = {  # of errors, in words
     "SceneError": "the scene is not valid there",
     "TooLargeError": "too large for memory or a solver",
@@ -60,7 +62,9 @@ def sweep_summary(sweep: Sweep) -> Group:
         parts.append(Text(f"{text}: take more sub_intervals"))
     for source in np.unique(missing[missing != ""]):
         at = _where(data, paths, np.argwhere(missing == source))
-        parts.append(Text(f"NOT included in the error estimates at {at}: {source}"))
+        parts.append(
+            Text(NONE.format(at) if source == NO_ESTIMATE else f"NOT included in the error estimates at {at}: {source}")
+        )
     if (warned != "").any():
         first = warned[tuple(np.argwhere(warned != "")[0])].splitlines()[0]
         at = _where(data, paths, np.argwhere(warned != ""))
@@ -140,4 +144,6 @@ def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
         values = [number(written(data, path)[best[path]]) for path in paths]
         place = f"{float(there['peak_strain_s']):.3g}"
         table.add_row(escape(str(member)), number(units.number(float(there["peak_strain"]), "strain")), *values, place)
+    if without := int((data["not_estimated"] == NO_ESTIMATE).sum()):
+        table.caption = f"{without} of {data['not_estimated'].size} points have no error estimate"
     return table
