@@ -96,7 +96,7 @@ class Stage:
         if frames.path.shape[1]:
             self._add_bar(look.limit, look.unit)
         self._add_text(text[0], 0.03, 0.94)
-        for line, height in zip(text[1].splitlines()[::-1], (0.02, 0.062)):
+        for line, height in zip(text[1].splitlines()[::-1], (0.015, 0.058)):
             self._add_text(line, 0.03, height)
         self.names = [self._add_text(name, 0, 0) for name in look.names]
         self.angle = self._add_text("", 0.03, 0.895)
