@@ -163,6 +163,7 @@ def _scene(found: Synthesised) -> Scene:
         },
         "drive": _drive(found),
         "damping": {"ratio": 0.01},
+        "effects": "auto",  # slow links of bars do not vibrate
     }
     if not isinstance(found.task, FunctionTask):
         data["points"] = {"P": {"at": "coupler.A", "offset": _pair(linkage.point)}}

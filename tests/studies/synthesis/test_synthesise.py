@@ -195,6 +195,7 @@ def test_the_command_writes_a_scene_that_can_be_analysed(tmp_path):
     assert picture.stat().st_size > 10_000
     scene = fm.load(file)
     assert scene.links["crank"].points["A"][0] == pytest.approx(fm.synthesise(load_task(task)).linkage.crank)
+    assert fm.analyse(scene).data.attrs["error_estimate"] < 0.05
 
 
 def test_a_search_is_the_same_each_time():
