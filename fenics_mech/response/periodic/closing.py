@@ -73,7 +73,7 @@ class Closing:
                 begins.append(begins[-1] + int(grown[0]) if len(grown) else count)
                 at = begins[-1] - begins[-2]
                 state = passed[at] / (max(sizes[at], TINY) * self.unit)
-                growth += math.log10(max(sizes[at], TINY) / max(sizes[0], TINY))
+                growth += math.log10(max(sizes[at], TINY)) - math.log10(max(sizes[0], TINY))
         return [slice(first, last) for first, last in pairwise(begins)], growth
 
     def solve(self, right: Array, guess: Array | None = None, tolerance: float = CYCLIC.tolerance) -> Array:
