@@ -101,6 +101,78 @@ def rattling(result: fm.Result) -> str:
     )
 
 
+def motion(result: fm.Result) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Give times, and place and rate of the first freedom."""
+    return (
+        result.data["time"].to_numpy(),
+        *(result.data[f"freedom_{of}"].to_numpy()[:, 0] for of in ("place", "rate")),
+    )
+
+
+def swinging(result: fm.Result) -> str:
+    """Tell the period of a pendulum that starts from rest, by the two times at which it is lowest on its first way."""
+    time, place, _ = motion(result)
+    k = np.flatnonzero((place[:-1] > -np.pi / 2) & (place[1:] <= -np.pi / 2))
+    lowest = time[k] - (place[k] + np.pi / 2) * (time[k + 1] - time[k]) / (place[k + 1] - place[k])
+    return f"It swings with a period of {short(float(np.diff(lowest)[0]))} s, where small swings would have 1.64 s."
+
+
+def shutting(result: fm.Result) -> str:
+    """Tell when a door is shut, and how hard it hits."""
+    time, place, rate = motion(result)
+    k = int(np.argmax(place < 0))
+    push = short(float(result.data["largest_law_effort"][0]))
+    return f"It is shut after {short(time[k])} s, with {short(-rate[k - 1])} rad/s. The frame bears {push} N m."
+
+
+def hammering(result: fm.Result) -> str:
+    """Tell how hard a hammer hits, and how far it rebounds."""
+    _, place, _ = motion(result)
+    hit, push = int(np.argmax(place < 0.01)), float(result.data["largest_law_effort"][0])
+    return f"It hits with up to {short(push / 1e6)} MN, and rebounds by {short(1e3 * place[hit:].max())} mm."
+
+
+def starting(result: fm.Result) -> str:
+    """Tell when a machine is up to its speed, and which that is."""
+    time, _, rate = motion(result)
+    late = time[np.argmax(rate > 0.95 * rate[-1])]
+    return f"It has 95 % of its speed after {short(late)} s. At the end it turns at {short(rate[-1])} rad/s."
+
+
+def slowing(result: fm.Result) -> str:
+    """Tell by how much a stroke slows a flywheel."""
+    time, _, rate = motion(result)
+    last = rate[time > time[-1] - 1]
+    return f"Over the last second the speed varies by {short(100 * np.ptp(last) / last.mean())} % of its mean."
+
+
+def walking(result: fm.Result) -> str:
+    """Tell the speed of a crank over its last turn."""
+    _, place, rate = motion(result)
+    last = place > place[-1] - 2 * np.pi
+    least, most, joint = rate[last].min(), rate[last].max(), float(result.data["drive_effort"].max())
+    return f"The crank turns at {short(least)} to {short(most)} rad/s. The motor gives up to {short(joint)} N m."
+
+
+def lifting(result: fm.Result) -> str:
+    """Tell how far a follower leaves its cam."""
+    gap, push = -float(result.data["indentation"].min()), float(result.data["largest_law_effort"][-1])
+    return f"It leaves its cam by {short(1e6 * gap)} \N{MICRO SIGN}m, and hits it with {short(push)} N."
+
+
+def wiping(result: fm.Result) -> str:
+    """Tell the torque that a crank needs."""
+    return f"The motor needs up to {short(float(result.data['input_torque'].max()))} N m."
+
+
+def residual(result: fm.Result) -> str:
+    """Tell how far the gripper swings in the first dwell."""
+    time, bend = result.data["time"].to_numpy(), result.data["deflection"].sel(member="arm").to_numpy()[:, -1]
+    dwell = (time > 0.26) & (time < 0.54)
+    size = np.linalg.norm(bend[dwell], axis=-1).max()
+    return f"In its first dwell the gripper swings on by {short(1e3 * size)} mm."
+
+
 @dataclass(frozen=True)
 class Shown:
     """What the gallery asks of a demo.
@@ -139,6 +211,15 @@ SHOWN = {
     ),
     "joint_laws/belt_friction": Shown("When does a block on a moving belt stick, and when does it slip?", slipping),
     "joint_laws/rattling_slider_crank": Shown("How hard does a piston's pin with 0.5 mm of clearance hit?", rattling),
+    "joint_laws/valve_train": Shown("Does a valve stay on its cam at 9000 rpm?", lifting),
+    "free_motion/pendulum": Shown("How long does a bar take that swings from horizontal?", swinging),
+    "free_motion/door_closer": Shown("When does a door shut, and how hard?", shutting),
+    "free_motion/drop_hammer": Shown("How hard does a ram of 50 kg hit that drops by 1 m?", hammering),
+    "free_motion/motor_start": Shown("How long does a motor take to bring a fan up to its speed?", starting),
+    "free_motion/press_with_flywheel": Shown("How much does a stroke slow the flywheel of a press?", slowing),
+    "free_motion/walking_legs": Shown("How evenly does a motor turn a pair of walking legs?", walking),
+    "free_motion/wiper": Shown("Which torque does a wiper need whose blade rubs?", wiping),
+    "free_motion/pick_and_place": Shown("How far does a slender arm swing on after its move?", residual),
 }
 
 
@@ -157,14 +238,14 @@ def section(name: str, result: fm.Result, complete: fm.Result | None = None) -> 
     lines = [
         f"## {result.scene.name[:1].upper()}{result.scene.name[1:]}",
         f'<img src="../demos/{name}.png" width="420" alt="{result.scene.name}">',
-        f"*{SHOWN[name].question}*",
+        f"*{SHOWN[name].question}* Scene: `demos/{name}.toml`",
         SHOWN[name].answer(result),
         usable(result),
     ]
     if complete is not None:
         lines[-1] += f" {of('theory', result).text.removesuffix(ADVICE).strip()}"
         lines.append(f'With `effects = "auto"`: {SHOWN[name].answer(complete)} {usable(complete)}')
-    return "\n\n".join([*lines, f"Scene: `demos/{name}.toml`"]) + "\n"
+    return "\n\n".join(lines) + "\n"
 
 
 def usable(result: fm.Result) -> str:
@@ -173,8 +254,12 @@ def usable(result: fm.Result) -> str:
         return verdict(judgements(result))[1]
     if "not_estimated" in result.data.attrs:
         return f"The links are rigid. Not estimated is {result.data.attrs['not_estimated']}."
+    if "joint_force_error_estimate" not in result.data.attrs:
+        return "The links are rigid, and the drive leads them: each position is exact."
     wrong = float(result.data.attrs["joint_force_error_estimate"])
-    return f"The links are rigid. Joint forces are off by at most {share(wrong)}, by estimate."
+    size = share(wrong)
+    bound = "" if size.startswith("less") else "at most "
+    return f"The links are rigid. Joint forces are off by {bound}{size}, by estimate."
 
 
 def results(name: str) -> tuple[fm.Result, fm.Result | None]:
@@ -204,7 +289,8 @@ def draw(name: str, result: fm.Result) -> None:
     if result.scene.members():
         fm.animate(result, DEMOS / f"{name}.png", size=SIZE)
     else:
-        figure = (force_figure if SHOWN[name].answer is rattling else freedom_figure)(result)
+        free = "freedom_place" in result.data and SHOWN[name].answer is not rattling
+        figure = (freedom_figure if free else force_figure)(result)
         figure.savefig(DEMOS / f"{name}.png", dpi=110)
 
 

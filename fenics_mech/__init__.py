@@ -42,14 +42,16 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
+    from fenics_mech.studies.synthesis.synthesise import Synthesised, synthesise
+    from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
-    from fenics_mech.views.mode_plots import plot_mode_shapes
+    from fenics_mech.views.frequency_plot import plot_frequencies
+    from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
         plot_drive,
-        plot_frequencies,
         plot_joint_forces,
         plot_spectrum,
         plot_strain,
@@ -65,6 +67,7 @@ __all__ = [
     "AssemblyError",
     "Branch",
     "Bushing",
+    "Cam",
     "Clearance",
     "Contact",
     "CustomSection",
@@ -78,6 +81,7 @@ __all__ = [
     "FormulaEffort",
     "Freedom",
     "Friction",
+    "FunctionTask",
     "Gauge",
     "GearPair",
     "Ground",
@@ -101,13 +105,16 @@ __all__ = [
     "MechanismError",
     "Member",
     "Mesh",
+    "MotionTask",
     "Motor",
     "NaturalFrequencies",
     "Optimum",
+    "PathTask",
     "Ply",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
+    "Pose",
     "Prismatic",
     "Pulse",
     "RectangleSection",
@@ -126,6 +133,8 @@ __all__ = [
     "StressLife",
     "Study",
     "Sweep",
+    "Synthesised",
+    "SystemMatrices",
     "Table",
     "TaperSection",
     "Target",
@@ -143,6 +152,7 @@ __all__ = [
     "__version__",
     "analyse",
     "animate",
+    "animate_modes",
     "balance",
     "fatigue",
     "follow",
@@ -150,9 +160,12 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "load",
+    "load_task",
     "manipulator",
+    "matrices",
     "modes",
     "optimise",
+    "participation",
     "plot_all",
     "plot_deflection",
     "plot_drive",
@@ -171,6 +184,7 @@ __all__ = [
     "slider_crank",
     "summary",
     "sweep",
+    "synthesise",
     "write_scene",
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
@@ -180,18 +194,23 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
+    "Synthesised": "studies.synthesis.synthesise",
+    "SystemMatrices": "studies.system_matrices",
     "analyse": "analysis",
     "animate": "views.animation",
+    "animate_modes": "views.mode_plots",
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "modes": "studies.natural_frequencies",
+    "matrices": "studies.system_matrices",
     "optimise": "studies.design.optimise",
+    "participation": "studies.system_matrices",
     "plot_all": "views.result_figures",
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",
     "plot_force_path": "views.vector_plots",
-    "plot_frequencies": "views.plots",
+    "plot_frequencies": "views.frequency_plot",
     "plot_joint_forces": "views.plots",
     "plot_mode_shapes": "views.mode_plots",
     "plot_point_path": "views.vector_plots",
@@ -202,6 +221,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "report": "views.page.report",
     "summary": "views.summary",
     "sweep": "studies.sweep",
+    "synthesise": "studies.synthesis.synthesise",
 }
 
 

@@ -109,15 +109,13 @@ def html_of(what: RenderableType) -> str:
 
 
 @contextmanager
-def progress_bar(total: int) -> Iterator:
+def progress_bar(total: int, alike: bool = True) -> Iterator:
     """Show a progress bar with the time left, or where there is no terminal a line now and then.
 
-    Gives what names the next step. The time left is known once some steps are done.
+    Gives what names the next step. The time left is known once some steps are done, where all are `alike`.
     """
-    columns = (
-        *(SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()),
-        *(TextColumn("left:"), TimeRemainingColumn()),
-    )
+    columns = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
+    columns += [TextColumn("left:"), TimeRemainingColumn()] if alike else []
     with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
         started, spoken = False, time.monotonic()
@@ -128,7 +126,7 @@ def progress_bar(total: int) -> Iterator:
             started = True
             if not err.is_terminal and time.monotonic() - spoken >= PAUSE:
                 spoken = time.monotonic()
-                left = progress.tasks[0].time_remaining
+                left = progress.tasks[0].time_remaining if alike else None
                 known = "" if left is None else f", about {left:.0f} s left"
                 err.print(f"{name}{known}", highlight=False, markup=False, soft_wrap=True)
 

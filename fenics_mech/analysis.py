@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._guard import ADVICE, guarded
-from fenics_mech.accuracy.estimate import estimate
+from fenics_mech.accuracy.estimate import Errors, estimate
 from fenics_mech.accuracy.validity import refuse_far
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
@@ -22,19 +22,21 @@ from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
 from fenics_mech.planning.meet_tolerance import within
-from fenics_mech.planning.start_state import start_state
+from fenics_mech.planning.start_state import start_state, state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
 from fenics_mech.recovery.rigid_result import rigid_result
 from fenics_mech.recovery.strength import exceeded
-from fenics_mech.response.periodic.steady_state import stability_of
+from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.response.periodic.steady_state import by_collocation, stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
-from fenics_mech.response.solution import CollocationSolution, Solution
+from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
+from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.plausibility import implausible
 
 logger = logging.getLogger(__name__)
@@ -78,11 +80,12 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
-    if scene.analysis.method == "transient":
+    may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
+    if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
-        result = rigid_result(scene)
+        result = rigid_result(scene, state_to_go_on_from(scene, 0))
     elif scene.tolerance is not None:
         trials = Trials(progress, common)
         result = within(scene, trials.analyse, common, trials.judged)
@@ -154,20 +157,30 @@ def solved(
     common: CommonParts | None = None,
 ) -> tuple[Solution, Result]:
     """Analyse a scene as `as_planned` does, and give the solution too."""
+    solution, solver = _answer(scene, progress, common)
+    result = collected(solution, choices, progress)
+    result.data.attrs["solver"] = solver
+    return solution, result
+
+
+def _answer(
+    scene: Scene, progress: Progress, common: CommonParts | None, near: KnownMotion | None = None
+) -> tuple[Solution, str]:
+    """Build the mechanism of a scene and solve for its response, and name the solver."""
     refuse_too_stiff(scene)
     system = mechanism(scene, progress, common)
     names = ", ".join(effect.name for effect in active(scene))
     logger.info("%d coordinates, %d positions, effects: %s", system.size, len(system.motion.theta), names)
-    solution, solver = solve(scene, system, progress)
-    result = collected(solution, choices, progress)
-    result.data.attrs["solver"] = solver
+    solution, solver = solve(scene, system, progress, near)
     logger.info("solved by %s", solver)
-    return solution, result
+    return solution, solver
 
 
 @dataclass
 class Trials:
     """Analyses with one discretisation after the other, of which only some are judged as to stability.
+
+    Each begins from what is known by the one before: its motion, or where only the stations are others, its solution.
 
     Parameters
     ----------
@@ -178,6 +191,8 @@ class Trials:
     progress: Progress
     common: CommonParts
     _last: Solution | None = None
+    _solver: str = ""
+    _errors: Errors | None = None
 
     def analyse(self, trial: Scene, choices: Sequence[Choice]) -> Result:
         """Analyse a scene as it states, but for stability.
@@ -189,8 +204,14 @@ class Trials:
         choices
             What was decided about each effect.
         """
-        unjudged, self._last = trial.changed(analysis__stability=False), None  # whose memory the next needs
-        self._last, result = solved(unjudged, choices, self.progress, self.common)
+        unjudged = trial.changed(analysis__stability=False)
+        if self._last is not None and _but_for_stations(self._last.scene) == _but_for_stations(unjudged):
+            self._last = replace(self._last, scene=unjudged)
+        else:
+            near, self._errors, self._last = _known(self._last), None, None  # whose memory the next needs
+            self._last, self._solver = _answer(unjudged, self.progress, self.common, near)
+        result, self._errors = _collected(self._last, choices, self.progress, self._errors)
+        result.data.attrs["solver"] = self._solver
         return result
 
     def judged(self, result: Result, allow_unstable: bool) -> Result:
@@ -214,7 +235,20 @@ class Trials:
         return Result(result.data.merge(of_stability(stability), combine_attrs="no_conflicts"))
 
 
-def solve(scene: Scene, system: System, progress: Progress = lambda step: None) -> tuple[Solution, str]:
+def _but_for_stations(scene: Scene) -> Scene:
+    return scene.changed(analysis__stations=Analysis().stations)
+
+
+def _known(solution: Solution | None) -> KnownMotion | None:
+    """Give the motion of a solution for Newton's method to begin from."""
+    if not isinstance(solution, CollocationSolution) or isinstance(solution, MotorSolution):
+        return None
+    return KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit)
+
+
+def solve(
+    scene: Scene, system: System, progress: Progress = lambda step: None, near: KnownMotion | None = None
+) -> tuple[Solution, str]:
     """Solve for the response of a mechanism by the method of its scene, and name the solver.
 
     Parameters
@@ -225,6 +259,8 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
         Its mechanism.
     progress
         Called with the name of each of `STEPS` as it begins.
+    near
+        A motion beside the one that is sought, from which collocation may begin.
 
     Returns
     -------
@@ -241,17 +277,21 @@ def solve(scene: Scene, system: System, progress: Progress = lambda step: None) 
     method = str(scene.analysis.method)
     if method != "periodic":
         progress("response")
+        if method == "static" and scene.freedoms:
+            return by_rest(scene, system), method
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
         if scene.freedoms or scene.joint_laws:
-            return by_free_motion(scene, system), method
+            return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
         return by_time(scene, system, start_state(scene, system)), method
     solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
     check_periodic(scene, system, solver)
     progress("modes")
     modes = solve_modes(system, scene.analysis.modes, scene.petsc)
     progress("response")
+    if near is not None and SOLVERS[solver] is by_collocation:
+        return by_collocation(scene, system, modes, near), solver
     return SOLVERS[solver](scene, system, modes), solver
 
 
@@ -274,18 +314,27 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
     SolverError
         When deflections are beyond the theory, or something is not finite.
     """
+    return _collected(solution, choices, progress)[0]
+
+
+def _collected(
+    solution: Solution, choices: Sequence[Choice], progress: Progress, elsewhere: Errors | None = None
+) -> tuple[Result, Errors | None]:
+    """Do as `collected`, and give the errors too; `elsewhere` are those of the same motion at other stations."""
     progress("recovery")
-    fields = recover(solution)
-    errors = None
+    fields, errors = recover(solution), None
     if solution.scene.analysis.error_estimates:
         progress("errors")
-        errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
+        if elsewhere is None:
+            errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
+        else:
+            errors = elsewhere.at_stations(fields.curves)
         errors.judge(solution.scene)
         choices = sized(choices, errors.relative("strain").get("theory"))
     refuse_far(solution.scene, fields.system, fields.members)
     result = collect(solution, fields, errors, choices)
     _refuse_infinite(result)
-    return result
+    return result, errors
 
 
 def _refuse_infinite(result: Result) -> None:

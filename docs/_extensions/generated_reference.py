@@ -53,7 +53,7 @@ PAGES: dict[
     ),
     "joint_laws": (
         "Laws of joints",
-        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "JointEffort", "Contact"],
+        ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "Cam", "JointEffort", "Contact"],
     ),
     "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
     "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),
@@ -70,6 +70,7 @@ def write(folder: Path = FOLDER) -> None:
     """Write every generated page into a folder; a page that has not changed is left as it is."""
     folder.mkdir(exist_ok=True)
     made = scene_pages() | {
+        "synthesis": tasks(),
         "commands": commands(),
         "variables": variables(),
         "effects": effects(),
@@ -102,6 +103,15 @@ def scene_pages() -> dict[str, str]:
             text.append(_table(kinds[name], classes[name]))
         found[page] = "\n".join(text)
     return found
+
+
+def tasks() -> str:
+    """Give the page of the keys of a synthesis' tasks."""
+    text = ["# Tasks of a synthesis\n\nThey stand in files of their own, for `fenics-mech synthesise`.\n"]
+    for part in (fenics_mech.FunctionTask, fenics_mech.MotionTask, fenics_mech.Pose, fenics_mech.PathTask):
+        text.append(f"({part.__name__})=\n## {_words(part.__name__)}\n\n{_summary(part)}\n")
+        text.append(_table(part.model_json_schema(), part))
+    return "\n".join(text)
 
 
 def _below(part: type) -> Iterator[type]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,12 +17,13 @@ from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
-from fenics_mech.accuracy.quantities import Quantities, measures, places_of
+from fenics_mech.accuracy.quantities import Quantities, measures, measures_of_members, places_of
 from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
-from fenics_mech.accuracy.theory_errors import UNKNOWN, judged, theory_errors
+from fenics_mech.accuracy.theory_errors import theory_errors
+from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
@@ -134,6 +135,19 @@ class Errors:
         """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""
         found = [self.errors[what][source] for source in sources if source in self.errors[what]]
         return np.sum(found, axis=0) / self.measure[what] if found else np.zeros_like(self.measure[what])
+
+    def at_stations(self, curves: Mapping[str, Array]) -> Errors:
+        """Give the errors of the same motion at other stations.
+
+        Parameters
+        ----------
+        curves
+            As of `estimate`, at these stations.
+        """
+        largest = {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
+        here = {name: {"stations": between_stations(curve)} for name, curve in curves.items()}
+        errors = {name: {**by_source, **here.get(name, {})} for name, by_source in self.errors.items()}
+        return replace(self, errors=errors, measure={**self.measure, **measures_of_members(largest)})
 
     @property
     def too_large(self) -> bool:

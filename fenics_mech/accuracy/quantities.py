@@ -206,10 +206,6 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     lengths = [math.dist(*scene.member_ends(label)) for label in scene.members()]
     bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest["strain"])
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
-    of_members = {
-        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
-        for name in ("strain", "deflection")
-    }
     sliding = np.array([unit == "N" for unit in effort_units(scene.moved_joints, scene.joints)], dtype=bool)
     arms = np.array([scene.size_at(joint) for joint in scene.moved_joints])
     efforts = np.zeros(len(sliding))
@@ -217,9 +213,23 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
         efforts[same] = largest["torque"][same].max(initial=0.0)
     least = np.maximum(MEASURE.small_effort * force * np.where(sliding, 1.0, arms), TINY)
     return {
-        **of_members,
+        **measures_of_members(largest),
         "joint_force": np.full_like(largest["joint_force"], force),
         "torque": np.maximum(efforts, least),
+    }
+
+
+def measures_of_members(largest: Mapping[str, Array]) -> dict[str, Array]:
+    """Give the values that errors of strains and deflections are relative to; see `measures`.
+
+    Parameters
+    ----------
+    largest
+        The largest of each member, ``(members,)``: "strain" and "deflection".
+    """
+    return {
+        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
+        for name in ("strain", "deflection")
     }
 
 

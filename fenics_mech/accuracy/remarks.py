@@ -18,6 +18,7 @@ from fenics_mech.response.solution import (
 )
 from fenics_mech.scene.sampling import SAMPLING
 
+NO_ESTIMATE = "all errors, as none is estimated there"  # of a point of a sweep without error estimates
 UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
 
 

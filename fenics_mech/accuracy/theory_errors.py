@@ -1,8 +1,7 @@
 """What the theory of a scene leaves out, from its own answer.
 
-The forces of exact strains and of the coupling are taken at the motion that is known. Those that the scene's equation
-lacks act as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies the
-answer as it amplifies the motion.
+The forces of exact strains and of the coupling are taken at the known motion. Those that the scene's equation lacks act
+as a load. The exact equation, linearised about the motion, answers to it, so that a resonance amplifies both alike.
 
 A state here is q, q' and q'', ``(3, angles, coordinates)``.
 """
@@ -10,7 +9,7 @@ A state here is q, q' and q'', ``(3, angles, coordinates)``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -19,8 +18,9 @@ from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
+from fenics_mech.accuracy.fast_vibration import phase_rates, with_vibration
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities, stations_of
-from fenics_mech.effects import EFFECTS
+from fenics_mech.accuracy.theory_ladder import exact_theory, judged_by_answer
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import mean_tension
@@ -45,12 +45,6 @@ from fenics_mech.response.solution import (
 )
 from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
 from fenics_mech.scene import Scene
-
-(COUPLING,) = (name for name, effect in EFFECTS.items() if effect.couples and not effect.stated_by)
-(EXACT_STRAINS,) = (name for name, effect in EFFECTS.items() if effect.nonlinear)
-TENSION = EFFECTS[EXACT_STRAINS].replaces
-LADDER = (COUPLING, TENSION, EXACT_STRAINS)  # effects that this estimate judges
-UNKNOWN = "what the theory leaves out"  # as results say it where there is no estimate
 
 
 @dataclass(frozen=True)
@@ -99,7 +93,7 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
         return None
     try:
         with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces
-            change = _change(solution, exact).largest
+            change = _change(solution, exact)
     except UnresolvedError:
         return None
     except SolverError:
@@ -107,45 +101,16 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     return {name: np.nan_to_num(part, nan=np.inf, posinf=np.inf) for name, part in change.items()}
 
 
-def _change(solution: Solution, exact: Scene) -> Quantities:
+def _change(solution: Solution, exact: Scene) -> Mapping[str, Array]:
     match solution:
         case MotorSolution():
-            return _under_motor(solution, exact)
+            return _under_motor(solution, exact).largest
         case PeriodicSolution():
-            return _about_cycle(solution, exact)
+            return _about_cycle(solution, exact).largest
         case TransientSolution():
             return _in_time(solution, exact)
         case _:
-            return _about_positions(solution, exact)
-
-
-def judged_by_answer(scene: Scene) -> bool:
-    """Whether the response of a scene can tell what its theory leaves out.
-
-    Motions in time with impulses do not. Reduced members do not have the coordinates of exact strains, nor do members
-    that cannot stretch.
-    """
-    struck = scene.impulses and scene.analysis.method == "transient"
-    stretches = not any(EXACT_STRAINS in EFFECTS[name].refuses for name in _beside(scene.named_effects))
-    return stretches and not struck and scene.analysis.reduction == "none"
-
-
-def judged(method: str) -> set[str]:
-    """Give the effects that the estimate judges: the coupling only where the elastic motion has inertia."""
-    return set(LADDER if method in ("periodic", "transient") else (TENSION, EXACT_STRAINS))
-
-
-def exact_theory(scene: Scene) -> Scene:
-    """Give the scene with exact strains, and where it moves with the coupling; itself if it has them."""
-    needed = judged(scene.analysis.method) - {TENSION}
-    if needed <= set(scene.named_effects):
-        return scene
-    return scene.changed(effects=(*_beside(scene.named_effects), *sorted(needed)))
-
-
-def _beside(effects: Sequence[str]) -> list[str]:
-    """Give the effects that the estimate does not judge."""
-    return [name for name in effects if name not in LADDER]
+            return _about_positions(solution, exact).largest
 
 
 def _about_positions(solution: Solution, exact: Scene) -> Quantities:
@@ -228,10 +193,11 @@ def _closed(rung: Equation, exact: Callable[[Array], Equation], motion: _Motion,
     return np.sum(at_starts, axis=0)
 
 
-def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
-    """Change of a response in time from the same start, cycle by cycle.
+def _in_time(solution: TransientSolution, exact: Scene) -> Mapping[str, Array]:
+    """Largest change of a response in time from the same start, cycle by cycle.
 
     Both motions are made by the same steps, from one position to the next: what is too fast for these dies out in both.
+    The response has it, and exact strains bring it out of phase.
 
     Raises
     ------
@@ -246,7 +212,7 @@ def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
     at_start = [equation_along(*one, solve_motion_in_time(scene, course.time[:1])) for one in both]
     between = scene.period / scene.analysis.sub_intervals
     steps = _steps_between(at_start[0], between)
-    step, responses = between / steps, []
+    step, responses, rates = between / steps, [], []
     own = np.concatenate([course.displacement[0], step * course.velocity[0]])  # a state of `Flow`: its pace is the step
     change = np.zeros_like(own)
     if scene.analysis.start == "static":
@@ -261,11 +227,18 @@ def _in_time(solution: TransientSolution, exact: Scene) -> Quantities:
         passed, changes = _carried(rung, top, step, own, change)
         motion, states = solve_motion_in_time(scene, time), np.stack([passed, passed + changes])[:, :-1:steps]
         q, rate = states[..., : over_cycle.size], states[..., over_cycle.size :] / step
-        responses.append([elastic_response(equation_along(*one, motion), q[i], rate[i]) for i, one in enumerate(both)])
+        at_positions = [equation_along(*one, motion) for one in both]
+        responses.append([elastic_response(one, q[i], rate[i]) for i, one in enumerate(at_positions)])
+        own_equation, exact_equation = at_positions
+        tension = mean_tension(own_equation.system, responses[-1][0])
+        lost = course.displacement[part] - q[0], course.velocity[part] - rate[0]
+        rates.append(phase_rates(own_equation, exact_equation.linearised(q[0], rate[0], tension), lost))
         own, change = passed[-1], changes[-1]
-    whole = moved(exact, there, solution.system.motion)
+    whole, system = moved(exact, there, solution.system.motion), solution.system
     base, found = (concatenated(list(parts)) for parts in zip(*responses))
-    return _between((scene, solution.system, base), (exact, whole, found))
+    changed = _between((scene, system, base), (exact, whole, found))
+    vibration = _between((scene, system, base), (scene, system, solution.response))
+    return dict(with_vibration(changed, vibration, between * np.cumsum(np.concatenate(rates))))
 
 
 def _carried(rung: Equation, top: Equation, step: float, own: Array, change: Array) -> tuple[Array, Array]:

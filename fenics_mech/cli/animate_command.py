@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, progress_bar, tell
-from fenics_mech.cli.common import Refine, SceneFile, refined_scene
+from fenics_mech.cli.common import Refine, SceneFile, Units, loaded_result, refined_scene, unit_names
 from fenics_mech.errors import MechanismError
 
 
@@ -18,11 +18,14 @@ def animate(
     magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="selected")] = None,
     frames: Annotated[int, typer.Option(min=2, max=10_000, help="Pictures in one cycle.")] = 120,
     names: Annotated[bool, typer.Option("--names", help="Write the joints' names beside them.")] = False,
+    true_width: Annotated[
+        bool, typer.Option("--true-width", help="Draw members as wide as their sections in the plane of motion.")
+    ] = False,
     refine: Refine = 0,
+    units: Units = None,
 ) -> None:
     """Draw the moving linkage with magnified deflection, coloured by strain. SCENE may also be a result.nc."""
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.views import animation  # noqa: PLC0415
 
     animation.check_ending(file)
@@ -30,15 +33,17 @@ def animate(
     if scene.suffix == ".nc":
         if refine:
             raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
-        result = Result.load(scene)
+        result = loaded_result(scene, units)
     else:
         loaded = refined_scene(scene, refine, strict=False)
-        with progress_bar(len(STEPS)) as step:
-            result = analyse(loaded, step)
+        with progress_bar(len(STEPS), alike=False) as step:
+            result = analyse(loaded if units is None else loaded.changed(units=unit_names(units)), step)
     with progress_bar(frames) as step:
 
         def tell_frame(index: int, count: int) -> None:
             step(f"frame {index + 1} of {count}")
 
-        animation.animate(result, file, magnify=magnify, frames=frames, names=names, progress=tell_frame)
+        animation.animate(
+            result, file, magnify=magnify, frames=frames, names=names, true_width=true_width, progress=tell_frame
+        )
     tell(f"Wrote {file}")

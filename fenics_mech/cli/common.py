@@ -11,6 +11,7 @@ from fenics_mech._console import warn
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
+    from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
@@ -20,7 +21,28 @@ Tolerance = Annotated[
     list[str] | None,
     typer.Option("--tol", help="Largest error, such as 1e-3 (strain) or deflection=1%. It selects mesh and steps."),
 ]
+Units = Annotated[
+    str | None,
+    typer.Option(help="Units of numbers and plots, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
+]
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is created if missing.")]
+
+
+def loaded_result(path: Path, units: str | None = None) -> Result:
+    """Load a result file; its numbers are told in the units of its scene, or in others."""
+    from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+
+    result = Result.load(path)
+    return result if units is None else result.told_in(unit_names(units))
+
+
+def unit_names(units: str) -> list[str]:
+    """Names of units that are written after one another, as one option."""
+    from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
+
+    names = [name.strip() for name in units.split(",")]
+    AnswerUnits.of(names, "--units")
+    return names
 
 
 def loaded_scene(path: Path, strict: bool) -> Scene:

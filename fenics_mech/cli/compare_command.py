@@ -35,7 +35,7 @@ def compare(
     A measurement that a scene names is compared at its place there, without further options.
     """
     from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.studies.compare import Quantity, by_theories, curves_of_result  # noqa: PLC0415
+    from fenics_mech.studies.compare import Quantity, by_theories, curves_of_result, with_vibration  # noqa: PLC0415
     from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
     from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
     from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
@@ -52,14 +52,15 @@ def compare(
             elif path.suffix == ".toml":
                 scenes.append(loaded_scene(path, strict=False))
                 sources += by_theories(scenes[-1], step) if len(files) == 1 else [_analysed(scenes[-1], path, files)]
-        sources += _measured(files, scenes, gauge)
+        sources += [with_vibration(one, sources[0]) for one in _measured(files, scenes, gauge)]
     if len(sources) < 2:
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
     with reading_of_a_file():
         data = compared(sources)
+    told = scenes[0].answer_units
     make_folder(folder)
-    written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder)]
-    out.print(comparison_table(sources, data))
+    written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder, told)]
+    out.print(comparison_table(sources, data, told))
     tell_written(written, folder)
 
 

@@ -22,7 +22,7 @@ def effects(
     strict: Strict = False,
 ) -> None:
     """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
-    from fenics_mech.accuracy.theory_errors import EXACT_STRAINS  # noqa: PLC0415
+    from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS  # noqa: PLC0415
     from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
     from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415

@@ -7,32 +7,42 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, tell
+from fenics_mech._console import make_folder, progress_bar, tell
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
 
-OF_RESULTS, OF_SCENES = (".pvd", ".mat", ".csv"), (".py",)
+OF_RESULTS, OF_SCENES, OF_MATRICES = (".pvd", ".mat", ".csv"), (".py",), (".mat", ".nc")
+OF_MODES = ("modal_coordinate", "energy_share")  # tables of the part of each mode in the motion
+SOLVING = ("kinematics", "beams", "modes", "response")  # steps of solving a scene anew
 
 
 def export(
     source: Annotated[Path, typer.Argument(help="Result (.nc), or scene (.toml).", show_default=False)],
     files: Annotated[
-        list[Path],
+        list[Path] | None,
         typer.Argument(
             help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave, .py for Exudyn, and the table of a "
             "variable by its name, such as stress_range.csv.",
             show_default=False,
         ),
-    ],
+    ] = None,
     every: Annotated[int, typer.Option(min=1, help="Of how many positions one goes into a .pvd.")] = 1,
+    matrices: Annotated[
+        Path | None, typer.Option(help="File (.mat or .nc) for M, C and K at all positions.", show_default=False)
+    ] = None,
 ) -> None:
-    """Write a result for ParaView or MATLAB, one variable as a table, or a scene as a script for Exudyn."""
+    """Write a result for ParaView or MATLAB, one variable as a table, matrices, or a scene as a script for Exudyn."""
     from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.scene import load  # noqa: PLC0415
 
+    files = files or []
+    if not files and matrices is None:
+        raise MechanismError("name a file to write, such as motion.pvd or stress_range.csv, or --matrices matrices.mat")
+    if matrices is not None and matrices.suffix not in OF_MATRICES:
+        raise MechanismError(f"{matrices}: matrices are written as {' or '.join(OF_MATRICES)}")
     if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
         known = ".pvd (ParaView), .mat (MATLAB), .py (Exudyn) and .csv (table of a variable, by its name)"
         raise MechanismError(f"{unknown[0]}: exported are {known}")
@@ -48,6 +58,10 @@ def export(
         else:
             _write_result(result, path, every)
         tell(f"Wrote {path}")
+    if matrices is not None:
+        make_folder(matrices.parent)
+        _write_matrices(scene, matrices)
+        tell(f"Wrote {matrices}")
 
 
 def _write_result(result: Result, path: Path, every: int) -> None:
@@ -57,10 +71,35 @@ def _write_result(result: Result, path: Path, every: int) -> None:
     with reading_of_a_file():
         if path.suffix == ".pvd":
             result.to_vtk(path, every)
+        elif path.stem in OF_MODES and path.suffix == ".csv":
+            _write_modes(result.scene, path)
         elif path.suffix == ".csv":
             result.to_table(path.stem, path)
         else:
             result.to_mat(path)
+
+
+def _write_modes(scene: Scene, path: Path) -> None:
+    """Write the part of each mode in the motion of a scene, which is solved anew."""
+    from fenics_mech._files import write_whole  # noqa: PLC0415
+    from fenics_mech.studies.system_matrices import participation  # noqa: PLC0415
+
+    with progress_bar(len(SOLVING), alike=False) as step:
+        table = participation(scene, step)[path.stem].to_dataframe().reset_index()
+    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+
+
+def _write_matrices(scene: Scene, path: Path) -> None:
+    """Write the matrices of a scene's equation, for MATLAB or as NetCDF."""
+    from fenics_mech.recovery.exports import to_mat  # noqa: PLC0415
+    from fenics_mech.studies.system_matrices import matrices  # noqa: PLC0415
+
+    with progress_bar(len(SOLVING), alike=False) as step:
+        found = matrices(scene, step)
+    if path.suffix == ".mat":
+        to_mat(found.data, path)
+    else:
+        found.save(path)
 
 
 def _write_script(scene: Scene, path: Path) -> None:

@@ -20,7 +20,7 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), strict: Strict = 
         result = Result.load(scene)
     else:
         loaded = loaded_scene(scene, strict)
-        with progress_bar(len(STEPS)) as step:
+        with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(loaded, step)
     with reading_of_a_file():
         found = damaged(result)

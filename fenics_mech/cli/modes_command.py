@@ -16,7 +16,7 @@ def modes(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
     draw: Annotated[
-        Path | None, typer.Option("--draw", help="Also draw the mode shapes: a .png, .pdf or .svg.")
+        Path | None, typer.Option("--draw", help="Also draw the mode shapes: a .png, .pdf or .svg, moving in a .gif.")
     ] = None,
     angle: Annotated[float, typer.Option(help="Drive angle (deg) at which mode shapes are drawn.")] = 0.0,
     refine: Refine = 0,
@@ -26,12 +26,12 @@ def modes(
     from fenics_mech.scene import refined  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
     from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
+    from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
     from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
-    from fenics_mech.views.plots import draw_frequencies  # noqa: PLC0415
 
     loaded = refined(loaded_scene(scene, strict), refine)
     make_folder(folder)
-    with progress_bar(4) as step:
+    with progress_bar(4, alike=False) as step:
         found = solved(loaded, step)
         step("plot")
         supported = dict(zip(found.data["member"].to_numpy(), found.data["supported"].to_numpy()))
@@ -45,7 +45,11 @@ def modes(
         tell(f"Rigid-body motion: {freedom}")
     tell_written((table, plot), folder)
     if draw is not None:
-        from fenics_mech.views.mode_plots import plot_mode_shapes  # noqa: PLC0415
+        from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
 
         make_folder(draw.parent)
-        tell(f"Wrote {save(plot_mode_shapes(found, math.radians(angle)), draw)}")
+        if draw.suffix.lower() == ".gif":
+            animate_modes(found, draw, math.radians(angle))
+        else:
+            save(plot_mode_shapes(found, math.radians(angle)), draw)
+        tell(f"Wrote {draw}")

@@ -30,7 +30,7 @@ def optimise(
     folder: OutFolder = Path("out"),
     strict: Strict = False,
 ) -> None:
-    """Search for the best values of the variables of the scene's [study]: write best.toml, history.csv and plots.
+    """Search for the best values of the variables in the study of the scene: write best.toml, history.csv and plots.
 
     Trials that are finished are kept in the folder. A search that was interrupted goes on when it is started again.
     """

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, tell_written
-from fenics_mech.cli.common import OutFolder
+from fenics_mech.cli.common import OutFolder, Units, loaded_result
 
 
 def plot(
@@ -22,13 +22,13 @@ def plot(
         ),
     ] = None,
     ending: Annotated[str, typer.Option("--as", help="Kind of the files: png, pdf or svg.")] = "png",
+    units: Units = None,
 ) -> None:
     """Draw a saved result: strains where they are largest, maps, deflections, forces, spectrum, frequencies."""
-    from fenics_mech.errors import ViewError  # noqa: PLC0415
-    from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.errors import ViewError  # noqa: PLC0415  (numerical libraries take a second: not for --help)
     from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
 
-    loaded = Result.load(result)
+    loaded = loaded_result(result, units)
     make_folder(folder)
     if not (written := plot_all(loaded, folder, only or (), f".{ending.lower().lstrip('.')}")):
         if loaded.data.sizes["theta"] == 1:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, refined_scene
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, Units, refined_scene, unit_names
 from fenics_mech.errors import MechanismError, printable
 
 if TYPE_CHECKING:
@@ -26,10 +26,7 @@ def run(
     tolerance: Tolerance = None,
     strict: Strict = False,
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
-    units: Annotated[
-        str | None,
-        typer.Option(help="Units of numbers and plots, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
-    ] = None,
+    units: Units = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
@@ -42,7 +39,6 @@ def run(
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
         from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
@@ -54,11 +50,10 @@ def run(
         make_folder(folder)
         return loaded
 
-    named = None if units is None else [name.strip() for name in units.split(",")]
-    AnswerUnits.of(named or [], "--units")
+    named = None if units is None else unit_names(units)
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + report + plots + csv) as step:
+    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False) as step:
         result = shared(lambda: analyse(loaded, step))
         if not first:
             return
@@ -67,7 +62,7 @@ def run(
         if csv:
             step("writing tables")
             written["tables"] = result.to_csv(folder)
-        if report and loaded.members():
+        if report:
             step("report")
             written[""].append(write_report(result, folder / "report.html"))
         if plots:

@@ -38,6 +38,12 @@ def sweep(
     jobs: Annotated[
         int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share the points.")
     ] = 1,
+    estimates_at_peaks: Annotated[
+        bool,
+        typer.Option(
+            "--estimates-at-peaks", help="Estimate errors at the peaks of the strains and the ends of the ranges alone."
+        ),
+    ] = False,
     refine: Refine = 0,
     strict: Strict = False,
 ) -> None:
@@ -64,6 +70,7 @@ def sweep(
             gauge=gauge,
             refine_peaks=refine_peaks,
             jobs=jobs,
+            estimates_at_peaks=estimates_at_peaks,
             progress=lambda done, points: step(f"point {done + 1} of {points}"),
         )
     if first:

@@ -24,6 +24,7 @@ from fenics_mech.joints.laws import laws_of
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
+from fenics_mech.scene.paired_joints import PairedJoints
 
 Contacts = Mapping[str, Touching]  # by law
 
@@ -91,7 +92,7 @@ class BentJoints:
             Whether rotational dofs are the sines of rotations.
         """
         laws = scene.joint_laws.values()
-        joints = [law.joint for law in laws] + [law.drives for law in laws if law.kind == "gear-pair"]
+        joints = [law.joint for law in laws] + [law.drives for law in laws if isinstance(law, PairedJoints)]
         points = (point for joint in joints for point in scene.joints[joint].connect)
         names = tuple(dict.fromkeys(point for point in points if not point.startswith("ground.")))
         frames = JointFrames.of(scene, system.beams.mesh, names, of_sines)

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene import Clearance, Contact, GuideClearance
+from fenics_mech.scene import Contact
+from fenics_mech.scene.joint_laws import LooseJoint
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def damping_of(contact: Contact) -> float:
     return float(brentq(left, e * (1 - e) / 2, 1 - 1e-15, xtol=1e-15, rtol=1e-14)) / e
 
 
-def rubbing(stated: Clearance | GuideClearance, push: Array, sliding: Array) -> Array:
+def rubbing(stated: LooseJoint, push: Array, sliding: Array) -> Array:
     """Friction of a contact (N), ``(states,)``: Coulomb's, regularised at low speeds.
 
     Parameters

@@ -33,6 +33,7 @@ class SliderContact:
     joint: JointPlace
     stated: GuideClearance
     cause = Cause.CONTACTS
+    begins_open = True
     contacts = 4  # both ends at the lower wall, then at the upper one
 
     def _ends(self, state: JointState) -> Iterator[tuple[Array, Array, Array]]:

@@ -195,6 +195,17 @@ class Touching:
         """
         return cls(np.zeros(contacts, dtype=bool), np.ones(contacts))
 
+    @classmethod
+    def shut(cls, contacts: int) -> Touching:
+        """Give contacts that are all closed: they push where bodies overlap.
+
+        Parameters
+        ----------
+        contacts
+            Their number.
+        """
+        return cls(np.ones(contacts, dtype=bool), np.ones(contacts))
+
 
 class JointLaw(Protocol):
     """A law by which a joint's bodies push each other, from their state."""
@@ -211,6 +222,10 @@ class JointLaw(Protocol):
     def contacts(self) -> int:
         """Number of places at which the bodies may touch."""
 
+    @property
+    def begins_open(self) -> bool:
+        """Whether nothing may touch at the start, as the force goes by the rate at which a contact began."""
+
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
         """What acts on the second body at times (s), ``(states,)``."""
 
@@ -222,6 +237,7 @@ class WithoutContact:
     """A law by which bodies do not touch."""
 
     contacts = 0
+    begins_open = True
 
     def depths(self, state: JointState) -> tuple[Array, Array]:
         """Give no contact.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fenics_mech.joints.bushings import SoftBearing
+from fenics_mech.joints.cams import both_sides_of_cam
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.gears import both_sides
 from fenics_mech.joints.given_efforts import GivenEffort
@@ -13,12 +14,13 @@ from fenics_mech.joints.joint_state import JointLaw, JointPlace
 from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.stops import StopContact
 from fenics_mech.kinematics.link_states import LinkStates
-from fenics_mech.scene import Bushing, Clearance, Friction, GearPair, GuideClearance, JointEffort, Scene, Stop
+from fenics_mech.scene import Bushing, Cam, Clearance, Friction, GuideClearance, JointEffort, Scene, Stop
 from fenics_mech.scene.joint_laws import OneJointLaw, PluggedEffort
+from fenics_mech.scene.paired_joints import PairedJoints
 
 
 def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace]) -> dict[str, JointLaw]:
-    """Give the laws of a scene's joints, by name; the driven side of a gear pair as "name:joint".
+    """Give the laws of a scene's joints, by name; the driven side of gears or a cam as "name:joint".
 
     Parameters
     ----------
@@ -32,9 +34,13 @@ def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace])
     found: dict[str, JointLaw] = {}
     for name, stated in scene.joint_laws.items():
         joint = place(stated.joint)
-        if isinstance(stated, GearPair):
+        if isinstance(stated, PairedJoints):
             pair = joint, place(stated.drives)
-            found[name], found[f"{name}:{stated.drives}"] = both_sides(stated, pair, joint.state(start))
+            if isinstance(stated, Cam):
+                sides: tuple[JointLaw, JointLaw] = both_sides_of_cam(stated, pair)
+            else:
+                sides = both_sides(stated, pair, joint.state(start))
+            found[name], found[f"{name}:{stated.drives}"] = sides
         else:
             found[name] = _law(joint, stated)
     return found
@@ -49,7 +55,7 @@ def law_names(scene: Scene) -> list[str]:
         The scene.
     """
     laws = scene.joint_laws.items()
-    both = ([name, f"{name}:{law.drives}"] if isinstance(law, GearPair) else [name] for name, law in laws)
+    both = ([name, f"{name}:{law.drives}"] if isinstance(law, PairedJoints) else [name] for name, law in laws)
     return [name for names in both for name in names]
 
 

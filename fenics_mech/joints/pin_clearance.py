@@ -34,6 +34,7 @@ class JournalContact:
     joint: JointPlace
     stated: Clearance
     cause = Cause.CONTACTS
+    begins_open = True
     contacts = 1
 
     def depths(self, state: JointState) -> tuple[Array, Array]:

@@ -28,6 +28,7 @@ class StopContact:
     joint: JointPlace
     stated: Stop
     cause = Cause.CONTACTS
+    begins_open = True
 
     @property
     def _limits(self) -> list[tuple[float, float]]:

@@ -6,6 +6,7 @@ take the place of drives in the loop equations.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +21,8 @@ from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_s
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
-from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene import Cam, Prismatic, Scene, Slot
+from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joints import Joint
 
@@ -31,6 +33,7 @@ class FreeMotionLimits:
 
     much: float = 0.1  # of a joint in a free motion, from which on one on the ground is as good as any other
     least_share: float = 1e-6  # of a joint in a free motion, from which on it may be the one that states it
+    longest_lead: float = 0.1  # rad, by which drives are led at once to where they are held
     longest_turn: float = 0.5  # rad, of a link from the positions that are known to those that are looked for
 
 
@@ -68,7 +71,21 @@ class FreeLinkage:
                 place="freedoms",
                 hint="State a freedom for each, or none: what is not stated starts at the links' rough angles",
             )
+        if self._held and scene.drives:
+            q = self._led_to(scene.analysis.position, q)
         refuse_singular(self.loops, np.zeros(1), q[None])
+        return q
+
+    @property
+    def _held(self) -> bool:
+        """Whether the drives are held at `analysis.position`."""
+        return self.scene.analysis.method == "static"
+
+    def _led_to(self, position: float, q: Array) -> Array:
+        """Coordinates of the links where the drives are led to an angle from angle 0, where they are q."""
+        angles = np.linspace(0, position, 1 + math.ceil(abs(position) / FREE_MOTION.longest_lead))
+        for theta in angles[1:]:
+            q = self.pose(np.zeros(1), self.loops.drive(np.array([theta])).value, q[None])[0]
         return q
 
     def at_start(self) -> Motion:
@@ -165,12 +182,19 @@ class FreeLinkage:
         """Angles and strokes of the drives and two derivatives by time, ``(times, drives)`` each."""
         if not self.scene.drives:
             return (np.zeros((len(time), 0)),) * 3
-        theta = self.scene.coordinate(time)
+        theta = self._phase(time)
         jet, count = self.loops.drive(theta.value), len(self.scene.drives)
         value, first, second = (part[:, :count] for part in (jet.value, jet.first, jet.second))
         rate, change = theta.first[:, None], theta.second[:, None]
         acceleration: Array = np.asarray(second * rate**2 + first * change, dtype=float)  # chain rule
         return value, first * rate, acceleration
+
+    def _phase(self, time: Array) -> Jet:
+        """Drive angle (rad) and two derivatives by time, ``(times,)`` each."""
+        if not self._held:
+            return self.scene.coordinate(time)
+        still = np.zeros_like(time)
+        return Jet(np.full_like(time, self.scene.analysis.position), still, still)
 
     def theta(self, time: Array, places: Array) -> Array:
         """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase.
@@ -183,8 +207,8 @@ class FreeLinkage:
             Angles and strokes of the freedoms, ``(times, freedoms)``.
         """
         scene = self.scene
-        if scene.drives:
-            return np.asarray(scene.coordinate(time).value)
+        if scene.drives or self._held:
+            return np.asarray(self._phase(time).value)
         first = next(iter(scene.freedoms))
         return time * scene.cycle_rate if isinstance(scene.joints[first], Slot | Prismatic) else places[:, 0]
 
@@ -204,6 +228,30 @@ def with_freedoms(scene: Scene) -> Scene:
     AssemblyError
         When the links cannot be assembled at their rough angles.
     """
+    return _on_cams(scene, _with_all(scene))
+
+
+def _on_cams(scene: Scene, starting: Scene) -> Scene:
+    """Let followers whose start a scene does not state begin on their cams, as these move."""
+    given = {drive.joint: drive.jet(np.zeros(1), scene.cycle_rate) for drive in scene.drives}
+    rate = float(scene.coordinate(np.zeros(1)).first[0]) if given else 0.0
+    moving = {name: (float(jet.value[0]), rate * float(jet.first[0])) for name, jet in given.items()}
+    moving |= {name: (part.start or 0.0, part.rate_at_start) for name, part in starting.freedoms.items()}
+    found = dict(starting.freedoms)
+    for law in scene.joint_laws.values():
+        if not isinstance(law, Cam) or law.drives not in found or law.joint not in moving:
+            continue
+        stated, (angle, speed) = scene.freedoms.get(law.drives, Freedom()), moving[law.joint]
+        lift = law.lift_at(np.array([angle]))
+        if stated.start is None:
+            begin = {"start": float(lift.value[0])}
+            begin |= {"speed": speed * float(lift.first[0])} if stated.speed is None else {}
+            found[law.drives] = found[law.drives].model_copy(update=begin)
+    return starting.model_copy(update={"freedoms": found})
+
+
+def _with_all(scene: Scene) -> Scene:
+    """Give a scene with a freedom for all that is free, with tight pins where it moves so."""
     if not scene.open_joints or _wholly_stated(scene):
         return _with_chosen(scene, None)
     try:

@@ -21,12 +21,13 @@ from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
 from fenics_mech.joints.laws import laws_of
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates
+from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.mechanism.rigid_loads import RigidLoads
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import OPEN
 
+FROM_OUTSIDE = (Cause.WEIGHT, Cause.LOADS, Cause.EXTERNAL_DRAG)  # what acts on links and not on the frame
 Contacts = Mapping[str, Touching]  # by law
 
 
@@ -118,6 +119,10 @@ class RigidDynamics:
     def all_open(self) -> dict[str, Touching]:
         """Give all contacts open."""
         return {name: Touching.open(law.contacts) for name, law in self.laws.items()}
+
+    def all_closed(self) -> dict[str, Touching]:
+        """Give all contacts closed: they push where bodies overlap."""
+        return {name: Touching.shut(law.contacts) for name, law in self.laws.items()}
 
     def law_states(self, links: LinkStates) -> dict[str, JointState]:
         """Give the state of each law's joint, by law.
@@ -227,6 +232,29 @@ class RigidDynamics:
         found = np.empty((len(multipliers), count))
         found[:, list(self.loops.drive_order)] = multipliers[:, multipliers.shape[1] - count :]
         return found
+
+    def on_frame(self, states: RigidStates, balance: Balance) -> Array:
+        """Force on the frame (N) and its moment about the origin of the ground (N m), ``(states, 3)``.
+
+        The frame gives what the links need, but for weight, loads and drag of the surroundings.
+        Source: Berkof and Lowen, Trans. ASME J. Eng. Ind. 91 (1969), p. 21.
+
+        Parameters
+        ----------
+        states, balance
+            A motion, and what acts in it.
+        """
+        links, rate = states.links, states.acceleration.reshape(len(states.q), -1, 3)
+        given = sum((balance.forces[cause] for cause in FROM_OUTSIDE if cause in balance.forces), np.zeros(()))
+        needed = (self.loads.inertia.needed(links, states.acceleration) - given).reshape(rate.shape)
+        force, place = needed[..., :2], links.pose[:, :-1, :2]
+        moment = np.sum(needed[..., 2] + cross(place, force), axis=1)
+        bodies = [*self.scene.links]
+        for name, freedom in self.scene.freedoms.items():
+            first, second = (point.split(".")[0] for point in self.scene.joints[name].connect[:2])
+            if freedom.inertia and "ground" in (first, second):  # what turns in the rotor, the frame turns back
+                moment = moment + freedom.inertia * rate[:, bodies.index(second if first == "ground" else first), 2]
+        return -np.column_stack([force.sum(axis=1), moment])
 
     def joint_forces(self, states: RigidStates, balance: Balance, contacts: Contacts) -> dict[str, Array]:
         """Force of each joint's first body on its second (N), ``(states, 2)`` each, or of its pin on a body.

@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.theory_errors import EXACT_STRAINS, LADDER, TENSION, exact_theory, judged_by_answer
+from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS, LADDER, TENSION, exact_theory, judged_by_answer
 from fenics_mech.accuracy.validity import bow
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey

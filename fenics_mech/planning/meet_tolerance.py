@@ -11,7 +11,7 @@ import numpy as np
 
 from fenics_mech.accuracy.estimate import ORIGINS
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.theory_errors import UNKNOWN
+from fenics_mech.accuracy.theory_ladder import UNKNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.result import Result
 from fenics_mech.response.setup import moved
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.course import StartState
-from fenics_mech.scene import Scene
+from fenics_mech.response.transient.free_motion import start_of
+from fenics_mech.response.transient.free_state import FreeState
+from fenics_mech.scene import Cam, Scene
 
 WANTED = "Give the result of a transient analysis of the same scene"
+STATED = "rigid", "static", "smooth"
+SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position
 SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
 
 
 def start_state(scene: Scene, system: System) -> StartState:
-    """Give the state that `analysis.start` states: at rest, in static equilibrium, or the end of another result.
+    """Give the state that `analysis.start` states: straight, bent, on the slow motion, or the end of another result.
 
     Parameters
     ----------
@@ -41,38 +48,120 @@ def start_state(scene: Scene, system: System) -> StartState:
     if start == "static":
         here = moved(scene, system, solve_motion_in_time(scene, np.zeros(1)))
         return StartState(0.0, solve_static(here).displacement[0], still)
+    if start == "smooth":
+        return start_of(FreeState(scene, system))
     return _end_of(Path(start), scene, system)
 
 
-def _end_of(start: Path, scene: Scene, system: System) -> StartState:
-    """Give the state at the end of another result."""
+def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
+    """Give the state of another result, from which a motion with freedoms goes on; None where the scene names none.
+
+    Parameters
+    ----------
+    scene
+        A scene with freedoms for all that can move.
+    size
+        Number of the links' elastic coordinates.
+
+    Raises
+    ------
+    SceneError
+        When the result cannot be read, or does not fit the scene.
+    """
+    if scene.analysis.method != "transient" or scene.analysis.start in STATED or not scene.freedoms:
+        return None
+    data, start = _read(Path(scene.analysis.start)), scene.analysis.start
+    needed = {"time", "theta", "freedom_place", "freedom_rate", "link_position", "link_angle"}
+    names = data["freedom"].to_numpy().tolist() if needed <= set(data.variables) else []
+    if names != list(scene.freedoms):
+        raise _unfit(f"{start} has {_listed(names)}, and the scene {_listed(scene.freedoms)}")
+    k = _number(scene, data)
+    along = {name: data[name].transpose("theta", ...)[k].to_numpy() for name in needed - {"time", "theta"}}
+    place, rate = along["freedom_place"], along["freedom_rate"]
+    if size:
+        if k != data.sizes["theta"] - 1:
+            raise _unfit(f"{start} holds the state of bending links at its end only")
+        if "state" not in data or data["state"].shape != (size + len(place), 2):
+            raise _unfit(f"{start} has other coordinates than the scene with its {size}")
+        place, rate = data["state"].transpose("derivative", "dof").to_numpy()
+    if "indentation" in data:
+        _refuse_touching(scene, data, k)
+    links = coordinates(along["link_position"][None], along["link_angle"][None])[0]
+    return StartState(float(data["time"][k]), place, rate, links)
+
+
+def _listed(names: Collection[str]) -> str:
+    return f"the freedoms {', '.join(names)}" if names else "no freedoms"
+
+
+def _number(scene: Scene, data: xr.Dataset) -> int:
+    """Number of the position from which the motion goes on."""
+    time, wanted = data["time"].to_numpy(), scene.analysis.start_time
+    if wanted is None:
+        return len(time) - 1
+    k = int(np.abs(time - wanted).argmin())
+    if abs(time[k] - wanted) > SAME_TIME * max(float(np.ptp(time)), abs(wanted)):
+        raise SceneError(
+            f"{scene.analysis.start} has no position at {wanted:.10g} s; next to that is {time[k]:.10g} s",
+            place="analysis.start_time",
+            hint="Give a time of the result, or leave it out to go on from the end",
+        )
+    return k
+
+
+def _refuse_touching(scene: Scene, data: xr.Dataset, k: int) -> None:
+    """Raise where a contact is closed whose force goes by the rate at which it began."""
+    for name, depth in zip(data["contact"].to_numpy(), data["indentation"].transpose("theta", ...)[k].to_numpy()):
+        law = scene.joint_laws.get(str(name).partition(":")[0])
+        if depth > 0 and law is not None and not isinstance(law, Cam):
+            raise SceneError(
+                f"at {float(data['time'][k]):.6g} s the bodies of joint {law.joint!r} touch, and how fast they met is "
+                "not kept",
+                place="analysis.start_time",
+                hint="Go on from a time at which they do not touch",
+            )
+
+
+def _unfit(what: str) -> SceneError:
+    return SceneError(f"{what}: it cannot go on from there", place="analysis.start", hint=WANTED)
+
+
+def _read(start: Path) -> xr.Dataset:
+    """Read another result.
+
+    Raises
+    ------
+    SceneError
+        When there is no such file, or it is no result.
+    """
     if not start.is_file():
         raise SceneError(
             f"there is no file {str(start)!r}",
             place="analysis.start",
-            hint="Write 'rigid', 'static', or the file of a result of a transient analysis",
+            hint="Write 'rigid', 'static', 'smooth', or the file of a result of a transient analysis",
         )
     try:
-        data = Result.load(start).data
+        return Result.load(start).data
     except ResultError as error:
         message = f"{str(start)!r} is not a result of this program"
         raise SceneError(message, place="analysis.start", hint=WANTED) from error
+
+
+def _end_of(start: Path, scene: Scene, system: System) -> StartState:
+    """Give the state at the end of another result."""
+    data = _read(start)
     goes_on = {"state", "time", "theta"} <= set(data.variables) and data["state"].dims == ("dof", "derivative")
     if not goes_on or data["state"].shape != (system.size, 2):
         held = f"{data.sizes['dof']} degrees of freedom" if goes_on else "no state"
-        raise SceneError(
-            f"{start} holds {held}, and the scene has {system.size}: it cannot go on from there",
-            place="analysis.start",
-            hint=WANTED,
-        )
+        raise _unfit(f"{start} holds {held}, and the scene has {system.size}")
+    if _number(scene, data) != data.sizes["theta"] - 1:
+        raise _unfit(f"{start} holds the state of bending links at its end only")
     time, angle = float(data["time"][-1]), float(data["theta"][-1])
     turned = float(scene.coordinate(np.array([time])).value[0])
     if abs(angle - turned) > SAME_ANGLE * max(1.0, abs(turned)):
-        raise SceneError(
+        raise _unfit(
             f"{start} ends after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the scene's drive is "
-            f"at {math.degrees(turned):.6g} deg: it cannot go on from there",
-            place="analysis.start",
-            hint=WANTED,
+            f"at {math.degrees(turned):.6g} deg"
         )
     displacement, velocity = data["state"].transpose("derivative", "dof").to_numpy()
     return StartState(time, displacement, velocity)

@@ -15,14 +15,14 @@ from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
-from fenics_mech.response.solution import CollocationSolution, InTime, MotorSolution, Solution
+from fenics_mech.response.solution import CollocationSolution, FreeSolution, InTime, MotorSolution, Solution
 
 
 def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:
     """Give the mean power of every cause over a cycle, or over a motion in time.
 
     Powers jump where loads jump and impulses strike. Their mean over a cycle by collocation is by the quadrature of its
-    steps, which end there.
+    steps, which end there, and so is that over a motion with freedoms or joint laws.
 
     Parameters
     ----------
@@ -50,18 +50,18 @@ def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array]
     struck_in_time = in_time and bool(scene.impulses)
     if not scene.moved_joints or scene.analysis.method == "static" or struck_in_time or count < 2:
         return found
-    points = solution.points if isinstance(solution, CollocationSolution) else None
+    points = solution.points if isinstance(solution, CollocationSolution | FreeSolution) else None
     weights = np.full(count, 1 / count)
+    ends = stored(forces.system.motion.time, stored_energy(forces)) if in_time else {}
     if points is not None:
         forces, weights = Forces(scene, points.system, points.response), points.weights
         efforts = forces.efforts()
     rates = drive_rates(scene, forces.system.motion)
     powers = _powers(forces, efforts, rates)
-    if in_time:
-        time = forces.system.motion.time
-        mean = mean_in_time(time, powers) | stored(time, stored_energy(forces))
+    if in_time and points is None:
+        mean = mean_in_time(forces.system.motion.time, powers) | ends
     else:
-        mean = {name: float(weights @ power) for name, power in powers.items()}
+        mean = {name: float(weights @ power) for name, power in powers.items()} | ends
     if points is not None and points.impulses is not None:
         impulses = ImpulseWork(scene, points.impulses)
         mean[next(iter(mean))] += float(impulses.by_drives.sum()) / scene.period

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
+from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import drive_figures, energy_balance
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
@@ -29,10 +30,12 @@ from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.recovery.without_vibration import without_vibration
-from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, Solution
+from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, RestSolution, Solution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
 from fenics_mech.scene.consistency import mobility
+
+FRAME_FORCES = ("support_force", "support_moment", "shaking_force", "shaking_moment")
 
 
 def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: Sequence[Choice] = ()) -> Result:
@@ -71,6 +74,33 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
     return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
 
 
+def collect_named(solution: Solution, fields: Fields, names: Collection[str]) -> Result:
+    """Label some variables, and of the others only those that come with them.
+
+    Parameters
+    ----------
+    solution, fields
+        As of `collect`.
+    names
+        The variables.
+    """
+    if solution.scene.analysis.method == "transient" or not solution.scene.moved_joints:
+        return collect(solution, fields, None)
+    forces = Forces(solution.scene, fields.system, solution.response)
+    makers: dict[tuple[str, ...], Callable[[], xr.Dataset]] = {
+        tuple(fields.variables): xr.Dataset,
+        ("input_torque",): lambda: xr.Dataset({"input_torque": (("theta",), next(iter(forces.efforts().values())))}),
+        FRAME_FORCES: lambda: frame_forces(forces, fields, forces.efforts()),
+    }
+    if isinstance(solution, PeriodicSolution):
+        makers["frequency", "assurance"] = lambda: _of_modes(fields.system, solution.modes)
+    needed = [(known, make) for known, make in makers.items() if not set(known).isdisjoint(names)]
+    if not set(names) <= {name for known, _ in needed for name in known}:
+        return collect(solution, fields, None)
+    data = xr.Dataset(fields.variables, fields.coordinates, stamp(solution.scene))
+    return Result(_joined(data, *(make() for _, make in needed)))
+
+
 def _joined(*parts: xr.Dataset) -> xr.Dataset:
     """Put datasets with the same labels together, without a look at whether these are the same."""
     return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
@@ -101,6 +131,8 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     """What a response has by its kind: modes, stability and condition, or the end of a motion in time."""
     if isinstance(solution, InTime):
         return [_of_course(solution.course), *_of_freedoms(solution), _of_laws(solution)]
+    if isinstance(solution, RestSolution):
+        return [_at_rest(solution), of_small_motions(solution.vibrations)]
     if not isinstance(solution, PeriodicSolution):
         return []
     parts = [_of_modes(system, solution.modes), without_vibration(solution)]
@@ -189,6 +221,13 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
     return [xr.Dataset(variables, {"freedom": freedoms})]
+
+
+def _at_rest(solution: RestSolution) -> xr.Dataset:
+    """Angles and strokes of the freedoms at rest."""
+    freedoms = solution.scene.freedoms
+    places = np.array([[part.start for part in freedoms.values()]], dtype=float)
+    return xr.Dataset({"freedom_place": (("theta", "freedom"), places)}, {"freedom": list(freedoms)})
 
 
 def _of_laws(solution: InTime) -> xr.Dataset:

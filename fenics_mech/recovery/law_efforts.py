@@ -69,6 +69,7 @@ def with_law_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
 
 def _unit_of(scene: Scene, name: str) -> str:
     """Unit of what a joint law exerts."""
-    law = scene.joint_laws[name.partition(":")[0]]
-    slides = isinstance(scene.joints[law.joint], Slot | Prismatic)
+    stated, _, driven = name.partition(":")
+    law = scene.joint_laws[stated]
+    slides = isinstance(scene.joints[driven or law.joint], Slot | Prismatic)
     return "N" if slides or isinstance(law, OPEN) else "N m"

@@ -60,14 +60,33 @@ def link_motion(forces: Forces) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `link_omega`, `link_alpha` by `link`, and its `instant_centre`; `point_position`,
-        `point_velocity`, `point_acceleration` by `point` with links that do not bend, and with `_bent` behind them on
-        bent links: rates only where the coupling acts, without which the equation does not know them.
+        What `motion_of_links` gives. `point_position`, `point_velocity`, `point_acceleration` by `point` with links
+        that do not bend, and with `_bent` behind them on bent links: rates only where the coupling acts, without which
+        the equation does not know them. A mechanism at rest has no rates.
+    """
+    found, names = _of_points(forces)
+    points = xr.Dataset(found, {"theta": forces.system.motion.theta, "point": names, "component": ["x", "y"]})
+    return points.merge(motion_of_links(forces.scene, forces.system.motion))
+
+
+def motion_of_links(scene: Scene, motion: Motion) -> xr.Dataset:
+    """Give the motion of links that do not bend.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    motion
+        Its motion.
+
+    Returns
+    -------
+    xarray.Dataset
+        `link_omega`, `link_alpha` by `link`, and its `instant_centre`.
         `transmission_angle` by `pair`, `slide_place` by `slide`. A mechanism at rest has no rates.
     """
-    motion, scene = forces.system.motion, forces.scene
     labels: dict[str, Any] = {"theta": motion.theta, "link": list(motion.links), "component": ["x", "y"]}
-    found, labels["point"] = _of_points(forces)
+    found: dict[str, Any] = {}
     if motion.omega.any() or motion.velocity.any():
         found["link_omega"] = (("theta", "link"), motion.omega)
         found["link_alpha"] = (("theta", "link"), motion.alpha)
@@ -77,10 +96,10 @@ def link_motion(forces: Forces) -> xr.Dataset:
         found["slide_place"] = (("theta", "slide"), np.stack(list(slides.values()), axis=1))
         labels["slide"] = list(slides)
     loops = Loops.of(scene)
-    pairs = transmission_angles(loops, coordinates(motion.position, motion.angle)) if scene.drives else None
-    if pairs:
-        found["transmission_angle"] = (("theta", "pair"), np.stack(list(pairs.values()), axis=1))
-        labels["pair"] = [f"{joint} ({', '.join(links)})" for joint, links in pairs]
+    angles = transmission_angles(loops, coordinates(motion.position, motion.angle)) if scene.drives else None
+    if angles:
+        found["transmission_angle"] = (("theta", "pair"), np.stack(list(angles.values()), axis=1))
+        labels["pair"] = [f"{joint} ({', '.join(links)})" for joint, links in angles]
     return xr.Dataset(found, labels)
 
 

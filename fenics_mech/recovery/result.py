@@ -2,119 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
-import io
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
-import h5py
 import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import read_bounded, reason_of, write_whole
-from fenics_mech._guard import memory
+from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
-from fenics_mech.errors import ResultError, SceneError, shortened
+from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk
+from fenics_mech.recovery.saved import CHECKED, Saved
 from fenics_mech.scene import Scene
 
-SEAL = b"fenics_mech sha256 "
-SEAL_LENGTH = len(SEAL) + 64
 PLOTS = (  # functions of the top level, which draw a result
     *("strain", "strain_map", "spectrum", "deflection"),
     *("joint_forces", "force_path", "point_path", "drive", "frequencies"),
 )
-
-
-@dataclass(frozen=True)
-class ResultLimits:
-    """Limits of the files of results, which may come from a stranger."""
-
-    largest_file: int = 2**40  # bytes
-    largest_ratio: int = 4  # of the data to the file, as results are not compressed
-
-
-RESULT = ResultLimits()
-
-
-@dataclass(frozen=True)
-class Saved:
-    """A dataset that saves and loads.
-
-    Parameters
-    ----------
-    data
-        The dataset; its attributes have the names in `NEEDED`.
-    """
-
-    KIND: ClassVar[str]
-    ENGINE: ClassVar[str] = "scipy"  # NetCDF 3, which has no times in it
-    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech",)
-    data: xr.Dataset
-
-    def save(self, path: str | Path) -> Path:
-        """Write as NetCDF, with a seal behind it by which damage is found; the file appears whole or not at all.
-
-        The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass over the
-        seal.
-
-        Parameters
-        ----------
-        path
-            File to write; its folder must exist.
-
-        Returns
-        -------
-        Path
-            The file.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
-        content = bytes(self.data.to_netcdf(engine=self.ENGINE))  # type: ignore[call-overload]
-        write_whole(Path(path), lambda temporary: temporary.write_bytes(content + seal_of(content)))
-        return Path(path)
-
-    @classmethod
-    def load(cls, path: str | Path) -> Self:
-        """Read what was saved.
-
-        Parameters
-        ----------
-        path
-            A file that `save` wrote.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be read or holds something else.
-        """
-        try:
-            file = read_bounded(Path(path), min(RESULT.largest_file, memory() // 4))
-        except (OSError, ValueError) as error:
-            raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {reason_of(error)}") from error
-        content = file[:-SEAL_LENGTH]
-        if file != content + seal_of(content):  # HDF5 may end the process over a damaged file
-            raise ResultError(
-                f"{path}: this file is not a {cls.KIND} of fenics_mech, or was cut or changed after it was written"
-            )
-        try:
-            if cls.ENGINE == Result.ENGINE:
-                _check_content(content)
-            with xr.open_dataset(io.BytesIO(content), engine=cls.ENGINE) as data:
-                loaded = data.load()
-        except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
-            raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {error}") from error
-        if not set(cls.NEEDED) <= set(loaded.attrs):
-            raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
-        return cls(loaded)
 
 
 @dataclass(frozen=True)
@@ -136,7 +47,7 @@ class Result(Saved):
     """
 
     KIND: ClassVar[str] = "result"
-    ENGINE: ClassVar[str] = "h5netcdf"
+    ENGINE: ClassVar[str] = CHECKED
 
     @cached_property
     def scene(self) -> Scene:
@@ -147,6 +58,54 @@ class Result(Saved):
     def warnings(self) -> tuple[str, ...]:
         """Numbers of the scene that are hardly meant, and strengths that are exceeded; see `implausible`."""
         return tuple(json.loads(self.data.attrs.get("warnings", "[]")))
+
+    def derived(self, name: str) -> xr.DataArray:
+        """Give a quantity that follows from the result and is not kept in it.
+
+        Parameters
+        ----------
+        name
+            "deflection_in_link" (m): the deflection in the axes of the member's link. "deflection_from_chord" (m): the
+            distance of the bent axis from the line between its ends. "relative_centre" (m): the point at which two
+            links have the same velocity, of each pair of links.
+
+        Returns
+        -------
+        xarray.DataArray
+            Over theta; member and s, and `axis` "x", "y" of the link; or `linked`, the pair, and component.
+
+        Raises
+        ------
+        ResultError
+            When there is no such quantity, or the result lacks what it follows from.
+
+        Examples
+        --------
+        >>> fm.Result.load("out/result.nc").derived("deflection_from_chord").sel(s=1.0).max().item() < 1e-12
+        True
+        """
+        return derived(name, self.data, self.scene)
+
+    def told_in(self, units: Sequence[str]) -> Result:
+        """Give the same result, whose numbers are printed and drawn in other units.
+
+        Parameters
+        ----------
+        units
+            Names of units, such as "in", "psi", "lbf", "rpm". Quantities without one have their usual unit.
+
+        Raises
+        ------
+        SceneError
+            When a name is no unit of an answer.
+
+        Examples
+        --------
+        >>> fm.Result.load("out/result.nc").told_in(["lbf in"]).plot("drive").get_ylabel()
+        'torque (lbf in)'
+        """
+        scene = self.scene.changed(units=tuple(units))
+        return Result(self.data.assign_attrs(scene=scene.model_dump_json()))
 
     def plot(self, what: str = "strain", *names: Any, axes: Any = None, **options: Any) -> Any:
         """Draw one quantity, as the function ``fm.plot_...`` of that name does.
@@ -210,7 +169,7 @@ class Result(Saved):
         return [self.to_table(str(name), folder / f"{name}.csv") for name in self.data.data_vars]
 
     def to_table(self, name: str, path: str | Path) -> Path:
-        """Write one variable as a table: its coordinates, then its value, in SI.
+        """Write one variable, or one that `derived` gives, as a table: its coordinates, then its value, in SI.
 
         Parameters
         ----------
@@ -229,10 +188,13 @@ class Result(Saved):
         ResultError
             When there is no such variable, or the file cannot be written.
         """
-        if name not in self.data.data_vars:
-            raise ResultError(f"the result has no variable {name!r}; it has {', '.join(map(str, self.data.data_vars))}")
-        table = self.data[name].to_dataframe().reset_index()
-        units = {key: self.data[key].attrs.get("units", "1") for key in (*self.data[name].coords, name)}
+        if name not in {*self.data.data_vars, *DERIVED}:
+            known = ", ".join(map(str, (*self.data.data_vars, *DERIVED)))
+            raise ResultError(f"the result has no variable {name!r}; it has {known}")
+        values = self.data[name] if name in self.data.data_vars else self.derived(name)
+        table = values.to_dataframe().reset_index()
+        units = {str(key): values[key].attrs.get("units", "1") for key in values.coords}
+        units[name] = values.attrs.get("units", "1")
         table = table.rename(columns={key: f"{key} ({unit})" for key, unit in units.items() if unit != "1"})
         write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
         return Path(path)
@@ -331,19 +293,6 @@ def at_place(curves: Array, stations: Array, s: float) -> Array:
     return (1 - share) * curves[..., i] + share * curves[..., i + 1]
 
 
-def _check_content(content: bytes) -> None:
-    """Raise `ValueError` where an HDF5 file takes data from other files, or holds more than its size, compressed."""
-    with h5py.File(io.BytesIO(content), "r") as file:
-        total = 0
-        for name in file:
-            data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
-            if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
-                raise ValueError(f"{shortened(name)} is not in the file itself")
-            total += data.nbytes
-    if total > RESULT.largest_ratio * len(content):
-        raise ValueError(f"its data would take {total:.3g} bytes, and it has {len(content)}")
-
-
 def stored_scene(data: xr.Dataset) -> Scene:
     """Give the scene whose analysis a dataset holds.
 
@@ -361,17 +310,6 @@ def stored_scene(data: xr.Dataset) -> Scene:
         return Scene.read(json.loads(data.attrs["scene"]))
     except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
         raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
-
-
-def seal_of(content: bytes) -> bytes:
-    """Give what stands behind a file's content.
-
-    Parameters
-    ----------
-    content
-        The content, before the seal.
-    """
-    return SEAL + hashlib.sha256(content).hexdigest().encode()
 
 
 def stamp(scene: Scene) -> dict[str, str]:

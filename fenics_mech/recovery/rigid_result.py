@@ -13,36 +13,58 @@ from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import UNKNOWN_AFTER_CONTACT
 from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import as_motion
+from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
+from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.result import Result, stamp
+from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.static.rest import rigid_rest
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
 from fenics_mech.scene import Scene
 
 
-def rigid_result(scene: Scene) -> Result:
+def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
     """Find the motion of a scene of which no link bends, and label everything that was computed.
 
     Parameters
     ----------
     scene
         The scene, with a freedom for all that can move and no drive leads.
+    start
+        The state to go on from; None for that at time 0.
 
     Raises
     ------
     SceneError
         When contacts begin overlapped.
     SolverError
-        When the time steps fail.
+        When the time steps fail, or there is no stable equilibrium.
     AssemblyError
         When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
     """
-    motion = by_rigid_motion(scene)
+    rests = bool(scene.freedoms) and scene.analysis.method == "static"
+    motion = rigid_rest(scene) if rests else by_rigid_motion(scene, start)
     data = _of_motion(scene, motion)
-    parts = [data, _of_points(scene, motion), _of_powers(scene, motion), _errors(scene, motion, data)]
+    if motion.vibrations is not None:
+        data = data.merge(of_small_motions(motion.vibrations), combine_attrs="no_conflicts")
+    states = [part.states for part in motion.instants]
+    names = "theta", "time", "q", "velocity", "acceleration"
+    whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
+    places = rigid_places(scene, whole)[["link_position", "link_angle"]]
+    parts = [
+        data,
+        places,
+        motion_of_links(scene, whole),
+        _of_points(scene, whole),
+        _of_powers(scene, motion),
+        _errors(scene, motion, data, start),
+    ]
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
     return Result(with_law_units(scene, with_units(data, efforts, (), ())))
@@ -73,14 +95,15 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
         variables["freedom_rate"] = (along, np.concatenate(motion.rates))
         coordinates["freedom"] = list(scene.freedoms)
     laws = law_efforts(_joined(motion, "law_efforts"), _joined(motion, "depths"), motion.largest, motion.contacts)
+    if any(point.startswith("ground.") for joint in scene.joints.values() for point in joint.connect):
+        on_frame = np.concatenate([part.on_frame for part in motion.instants])
+        variables["shaking_force"] = ("theta", "component"), on_frame[:, :2]
+        variables["shaking_moment"] = "theta", on_frame[:, 2]
     return xr.Dataset(variables, coordinates, attributes).merge(laws, combine_attrs="no_conflicts")
 
 
-def _of_points(scene: Scene, motion: RigidMotion) -> xr.Dataset:
+def _of_points(scene: Scene, whole: Motion) -> xr.Dataset:
     """Position, velocity and acceleration of all points of the links, and of those that the scene adds."""
-    states = [part.states for part in motion.instants]
-    names = "theta", "time", "q", "velocity", "acceleration"
-    whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
     places = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
     for name, point in scene.points.items():
         link, (x, y) = scene.place(point.at)
@@ -106,7 +129,7 @@ def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
     time = np.concatenate([part.states.time for part in motion.instants])
     in_time = scene.analysis.method == "transient"
     if motion.work:
-        mean = {name: work / float(time[-1]) for name, work in motion.work.items()}
+        mean = {name: work / float(np.ptp(time)) for name, work in motion.work.items()}
     elif in_time:
         mean = mean_in_time(time, powers)
     else:
@@ -122,13 +145,13 @@ def _small_effort(scene: Scene, data: xr.Dataset) -> float:
     return MEASURE.small_effort * max([*arms, TINY]) * max(float(abs(data["joint_force"]).max()), TINY)
 
 
-def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
+def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
     """Errors by the time steps, from a motion with a larger tolerance, unless bodies touched."""
-    if not scene.freedoms:
+    if not motion.steps or not scene.analysis.error_estimates:
         return xr.Dataset()
     if motion.contacts:
         return xr.Dataset(attrs={"not_estimated": UNKNOWN_AFTER_CONTACT})
-    rough = _of_motion(scene, free_course(scene, ESTIMATES.rougher))
+    rough = _of_motion(scene, free_course(scene, start, ESTIMATES.rougher))
     found: dict[str, Any] = {}
     attributes = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():

@@ -99,7 +99,7 @@ def of_cycle(data: xr.Dataset, part: slice, period: float, still: xr.DataArray |
         "peak", where the member's strain is largest: "gauge_s" and "gauge_fibre" say where. Vibrations are those of the
         strain at mid-span about its quasi-static curve.
     """
-    cycle = data.isel(theta=part)
+    cycle = data[["strain", "joint_force", "input_torque"]].isel(theta=part)
     phase = abs(float(cycle["theta"][0]))
     waves, place = _gauged(cycle["strain"])
     found: dict[str, tuple[tuple[str, ...], Array]] = {"strain": (("member", "gauge"), waves)}

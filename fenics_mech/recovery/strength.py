@@ -38,10 +38,11 @@ def exceeded(
     for label, (_, member) in members.items():
         most, worst = 1.0, ""
         for fibre, material in outer_materials(member, sections[member.section]).items():
-            strength = None if material is None else materials[material].strength
+            if material is None or (strength := materials[material].strength) is None:
+                continue
             stress = data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy()
             k, i = np.unravel_index(int(np.abs(stress).argmax()), stress.shape)
-            if strength is None or abs(stress[k, i]) <= most * strength:
+            if abs(stress[k, i]) <= most * strength:
                 continue
             most, angle = abs(stress[k, i]) / strength, np.degrees(float(data["theta"][k])) % 360
             worst = (

@@ -10,7 +10,7 @@ from fenics_mech.accuracy.frequency_errors import FREQUENCY
 from fenics_mech.scene.springs_dampers import Damper, Hinge, Spring
 
 ATTRIBUTES = {
-    "strain": ("1", "strain of the outer fibre"),
+    "strain": ("1", "strain of the outer fibre, as a gauge measures it"),
     "strain_error": ("1", "error of the member's strain by each source, estimated"),
     "deflection_error": ("m", "error of the member's deflection by each source, estimated"),
     "joint_force_error": ("N", "error of the joint's force by each source, estimated"),
@@ -26,7 +26,10 @@ ATTRIBUTES = {
     "strain_axial": ("1", "axial strain"),
     "strain_bending": ("1", "bending strain of the outer fibre"),
     "strain_quasi_static": ("1", "strain of the outer fibre without vibration, in linear theory"),
-    "stress": ("Pa", "stress of the outer fibre"),
+    "stress": (
+        "Pa",
+        "stress of the outer fibre; modulus times strain, and what damping by `ratio` or `material` adds by the rate",
+    ),
     "stress_quasi_static": ("Pa", "stress of the outer fibre without vibration, in linear theory"),
     "position": ("m", "place of the member's end in the rigid linkage, fixed frame"),
     "link_position": ("m", "place of the link's origin in the rigid linkage, fixed frame"),
@@ -64,6 +67,8 @@ ATTRIBUTES = {
     "drive_effort_rms": ("N m", "root mean square of the drive's effort over the cycle; N along a slide"),
     "freedom_place": ("rad", "angle of each freedom; m where it slides"),
     "freedom_rate": ("rad/s", "rate of each freedom; m/s where it slides"),
+    "rest_frequency": ("Hz", "frequency of each small motion about the equilibrium; 0 where it does not oscillate"),
+    "rest_decay": ("1/s", "rate at which that motion decays; it grows where negative"),
     "freedom_place_error": ("rad", "error of each freedom's angle or stroke by each source, estimated"),
     "freedom_place_relative_error": ("1", "largest error of a freedom by each source, over the largest of all"),
     "law_effort": (

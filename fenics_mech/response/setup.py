@@ -230,8 +230,8 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
         raise SceneError(
             f"nothing holds the mechanism against its loads: {free}",
             place="analysis.method",
-            hint="Add a drive, a spring or a support, or write method = 'quasi-static' for links that give way to the "
-            "loads and carry their own inertia",
+            hint="State its [freedoms] for an equilibrium that is searched, add a drive, a spring or a support, or "
+            "write method = 'quasi-static' for links that give way to the loads and carry their own inertia",
         )
     if len(rigid) and system.terms.law is not None:
         free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid))

@@ -15,10 +15,31 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
+from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.response.transient.course import Course, FreeCourse, StartState
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Scene
+
+
+@dataclass(frozen=True)
+class AtPoints:
+    """A motion at points inside all its steps.
+
+    Parameters
+    ----------
+    system, response
+        The mechanism and its response there.
+    weights
+        Weights of the points in a mean over the cycle, or over a motion in time, ``(points,)``.
+    impulses
+        The state at the impulses of the cycle, where there are some.
+    """
+
+    system: System
+    response: ElasticResponse
+    weights: Array
+    impulses: AtImpulses | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +64,19 @@ class Solution:
 @dataclass(frozen=True, kw_only=True)
 class StaticSolution(Solution):
     """A static or quasi-static response."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestSolution(StaticSolution):
+    """An equilibrium of a linkage with freedoms; the scene's freedoms start there.
+
+    Parameters
+    ----------
+    vibrations
+        Small motions about it.
+    """
+
+    vibrations: SmallMotions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +107,15 @@ class FreeSolution(InTime):
 
     course: FreeCourse
     state: FreeState
+
+    @property
+    def points(self) -> AtPoints | None:
+        """The motion at the points over which powers are integrated."""
+        if (inside := self.course.inside) is None:
+            return None
+        course = inside.course
+        states = course.displacement, course.velocity, course.acceleration
+        return AtPoints(*self.state.along(states, course), inside.weights)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,26 +167,6 @@ class SubIntervalSolution(PeriodicSolution):
 
     joined: SubIntervals
     boundary_load: Array | None = None
-
-
-@dataclass(frozen=True)
-class AtPoints:
-    """A periodic motion at the collocation points of all its steps.
-
-    Parameters
-    ----------
-    system, response
-        The mechanism and its response there.
-    weights
-        Weights of the points in a mean over the cycle, ``(points,)``.
-    impulses
-        The state at the impulses of the cycle, where there are some.
-    """
-
-    system: System
-    response: ElasticResponse
-    weights: Array
-    impulses: AtImpulses | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,6 @@ from fenics_mech.scene.joint_laws import (
     Clearance,
     Contact,
     Friction,
-    GearPair,
     GuideClearance,
     JointEffort,
     Stop,
@@ -31,6 +30,7 @@ from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
+from fenics_mech.scene.paired_joints import Cam, GearPair
 from fenics_mech.scene.plugged import add_kinds
 from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
@@ -51,6 +51,7 @@ from fenics_mech.scene.sections import (
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.study import Limit, Study, Target, Tied, Variable
+from fenics_mech.scene.synthesis_tasks import FunctionTask, MotionTask, PathTask, Pose, load_task
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 from fenics_mech.scene.writing import write_scene
 
@@ -58,6 +59,7 @@ __all__ = [
     "AirDrag",
     "Analysis",
     "Bushing",
+    "Cam",
     "Clearance",
     "Contact",
     "CustomSection",
@@ -71,6 +73,7 @@ __all__ = [
     "FormulaEffort",
     "Freedom",
     "Friction",
+    "FunctionTask",
     "GearPair",
     "Ground",
     "GuideClearance",
@@ -92,11 +95,14 @@ __all__ = [
     "Measurement",
     "Member",
     "Mesh",
+    "MotionTask",
     "Motor",
+    "PathTask",
     "Ply",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
+    "Pose",
     "Prismatic",
     "Pulse",
     "RectangleSection",
@@ -126,6 +132,7 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "load",
+    "load_task",
     "manipulator",
     "parse",
     "quick_return",

@@ -17,7 +17,8 @@ class Analysis(Part):
     ----------
     method
         "periodic" (chapter 5); "transient" (in time, from a start); "quasi-static" (loads and inertia of the rigid
-        motion); "static" (loads only, held at one position, appendix C).
+        motion); "static" (loads only, held at one position, appendix C; with freedoms, the equilibrium near the rough
+        angles).
     solver
         Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
@@ -35,11 +36,14 @@ class Analysis(Part):
         Estimate the errors of the answer, which takes about half of the time. Without it nothing tells whether mesh,
         steps and theory suffice, and nothing is refused because they do not: for sweeps whose worst points are known.
     allow_unstable
-        Accept a periodic motion that is unstable: small disturbances grow.
+        Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
         Of "transient": "rigid" (links straight and without elastic velocity) or "static" (bent by loads and rigid
-        motion). The file of a result of "transient" goes on from its end. With freedoms there is no file, but
-        "smooth" (on the slow motion, without vibration).
+        motion). With freedoms also "smooth" (on the slow motion, without vibration). The file of a result of
+        "transient" of the same scene goes on from its end.
+    start_time
+        Of a file: the time from which the motion goes on (s), one of those at which its result is given. Without it,
+        the end. Where links bend, a result holds the state of its end only.
     duration
         Of "transient" where nothing is driven: how long the motion goes on (s). It is given at `sub_intervals` equal
         parts of it.
@@ -98,6 +102,7 @@ class Analysis(Part):
     error_estimates: bool = True
     allow_unstable: bool = False
     start: str = "rigid"
+    start_time: Annotated[Time, Field(ge=0)] | None = None
     duration: Annotated[Time, Field(gt=0)] | None = None
     cycles: Annotated[int, Field(ge=1)] = 20
     settled: Annotated[Share, Field(ge=0)] = 1e-3

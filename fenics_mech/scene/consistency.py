@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 OWN_STEPS = "a motion with freedoms takes steps by collocation, without options that begin with transient_"
+MOVE_IN_TIME = "move in time: write method = 'transient', or 'static' for an equilibrium of freedoms"
 NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
 
 
@@ -352,9 +353,11 @@ def _check_freedoms(scene: Scene) -> None:
 def _check_free_motion(scene: Scene) -> None:
     """Raise where a scene asks for more than a motion with freedoms, or with joint laws of links that bend, has."""
     what = "freedoms" if scene.freedoms else "joint laws of links that bend"
+    in_time, rests = scene.analysis.method == "transient", scene.analysis.method == "static" and bool(scene.freedoms)
+    lasts = bool(scene.drives) or scene.analysis.duration is not None
     refused = (
-        (scene.analysis.method != "transient", "analysis.method", f"{what} move in time: write method = 'transient'"),
-        (not scene.drives and scene.analysis.duration is None, "analysis.duration", NO_DURATION),
+        (not in_time and not rests, "analysis.method", f"{what} {MOVE_IN_TIME}"),
+        (in_time and not lasts, "analysis.duration", NO_DURATION),
         (scene.tolerance is not None, "tolerance", f"a motion with {what} is not made to a tolerance of its result"),
         (bool(scene.impulses), "impulses", f"a motion with {what} has no impulses"),
         (scene.damping.air is not None, "damping.air", f"a motion with {what} has no drag of the air"),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError, shortened
@@ -24,6 +24,7 @@ class FileLimits:
 
 
 FILE = FileLimits()
+Read = TypeVar("Read")
 DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{FILE.deepest}}}")
 
 TOML_ADVICE = {  # by how tomllib's message starts
@@ -58,14 +59,32 @@ def load(path: str | Path) -> Scene:
     'seed four-bar'
     """
     path = Path(path)
-    try:
-        text = read_bounded(path, FILE.largest).decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = "it is not a UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason_of(error)
-        raise SceneError(f"cannot read the scene file: {reason}", place=str(path)) from error
+    text = text_of(path)
     scene = parse(text, file=path.name, folder=path.parent)
     measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
     return scene.model_copy(update={"measurements": measurements})
+
+
+def text_of(path: Path, what: str = "scene file") -> str:
+    """Read the text of a file that a user wrote.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What it is, in words, for the error.
+
+    Raises
+    ------
+    SceneError
+        When it cannot be read, or is no text.
+    """
+    try:
+        return read_bounded(path, FILE.largest).decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = "it is not a UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason_of(error)
+        raise SceneError(f"cannot read the {what}: {reason}", place=str(path)) from error
 
 
 def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
@@ -85,6 +104,34 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
     SceneError
         When the text is not TOML, or not a valid scene.
     """
+
+    def read(data: dict[str, Any]) -> Scene:
+        if "drawing" in data:
+            from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (most scenes have none)
+
+            data = completed(data, folder)
+        return Scene.read({"name": Path(file).stem[: SCENE.longest_name]} | data)
+
+    return read_toml(text, file, read)
+
+
+def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> Read:
+    """Make something from a text in TOML. Errors name the file and the line.
+
+    Parameters
+    ----------
+    text
+        The text.
+    file
+        Name of the file in errors.
+    read
+        Makes it from the tables of the text.
+
+    Raises
+    ------
+    SceneError
+        When the text is not TOML, or what `read` raises.
+    """
     try:
         if deep := DEEP_KEY.search(text):
             raise ValueError(f"the key {shortened(deep[0])} has more than {FILE.deepest} parts")
@@ -93,11 +140,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
         advice = next((advice for start, advice in TOML_ADVICE.items() if str(error).startswith(start)), "")
         raise SceneError(f"not valid TOML: {error}", place=file, hint=advice) from error
     try:
-        if "drawing" in data:
-            from fenics_mech.scene.drawing import completed  # noqa: PLC0415  (most scenes have none)
-
-            data = completed(data, folder)
-        return Scene.read({"name": Path(file).stem[: SCENE.longest_name]} | data)
+        return read(data)
     except SceneError as error:
         line = _line_of(text, error.place.split("."))
         raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None

@@ -11,12 +11,12 @@ from fenics_mech.scene.joint_laws import (
     TOUCHING,
     AnyJointLaw,
     Friction,
-    GearPair,
     GuideClearance,
     JointEffort,
     PluggedEffort,
     Stop,
 )
+from fenics_mech.scene.paired_joints import Cam, PairedJoints
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
@@ -45,10 +45,10 @@ def check_joint_laws(scene: Scene) -> None:
             )
         if isinstance(law, Friction):
             _check_friction(law, place, turns=joint.kind == "revolute")
-        if isinstance(law, GearPair):
-            _check_gears(scene, law, place)
+        if isinstance(law, PairedJoints):
+            _check_driven(scene, law, place)
         kind = "clearance or bushing" if isinstance(law, OPEN) else law.kind
-        if (law.joint, kind) in seen and not isinstance(law, JointEffort | PluggedEffort | GearPair):
+        if (law.joint, kind) in seen and not isinstance(law, JointEffort | PluggedEffort | PairedJoints):
             raise SceneError(
                 f"joint {law.joint!r} has a {kind} already, joint_laws.{seen[law.joint, kind]}", place=place
             )
@@ -74,7 +74,7 @@ def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
         return law.fits
     if isinstance(law, GuideClearance):
         return ("prismatic",)
-    return ("revolute",) if isinstance(law, (*OPEN, GearPair)) else ("revolute", "slot", "prismatic")
+    return ("revolute",) if isinstance(law, (*OPEN, PairedJoints)) else ("revolute", "slot", "prismatic")
 
 
 def _check_friction(law: Friction, place: str, *, turns: bool) -> None:
@@ -89,12 +89,16 @@ def _check_friction(law: Friction, place: str, *, turns: bool) -> None:
         raise SceneError("a pin has no belt that runs along it", place=f"{place}.belt_speed")
 
 
-def _check_gears(scene: Scene, law: GearPair, place: str) -> None:
-    """Raise where gears drive no other pin of two bodies."""
+def _check_driven(scene: Scene, law: PairedJoints, place: str) -> None:
+    """Raise where gears drive no other pin of two bodies, or a cam no other joint."""
     check_known(law.drives, scene.joints, "joint", f"{place}.drives")
     other = scene.joints[law.drives]
-    if other.kind != "revolute" or len(other.connect) != 2 or law.drives == law.joint:
-        raise SceneError("gears turn another pin of two bodies", place=f"{place}.drives")
+    kinds = ("revolute", "slot", "prismatic") if isinstance(law, Cam) else ("revolute",)
+    if other.kind not in kinds or len(other.connect) != 2 or law.drives == law.joint:
+        moved = "a cam moves a follower on another joint" if isinstance(law, Cam) else "gears turn another pin"
+        raise SceneError(f"{moved} of two bodies", place=f"{place}.drives")
+    if law.drives in scene.open_joints:
+        raise SceneError(f"joint {law.drives!r} has no constraint: its place says nothing", place=f"{place}.drives")
 
 
 def _refuse_beside_open(law: AnyJointLaw, place: str) -> None:
@@ -117,17 +121,16 @@ def check_rigid(scene: Scene) -> None:
     scene
         The scene.
     """
-    led = bool(scene.drives)
+    led, method = bool(scene.drives), scene.analysis.method
     touching = [name for name, law in scene.joint_laws.items() if isinstance(law, TOUCHING)]
     refused = (
-        (scene.analysis.method == "static", "analysis.method", "no link has a member: there is nothing that bends"),
-        (not led and scene.analysis.method != "transient", "analysis.method", "nothing drives the rigid links"),
+        (not led and method not in ("transient", "static"), "analysis.method", "nothing drives the rigid links"),
         (scene.tolerance is not None, "tolerance", "rigid links have no strain, and their motion has `time_tolerance`"),
         (bool(scene.impulses), "impulses", "a motion of rigid links has no impulses"),
         (scene.damping.air is not None, "damping.air", "a motion of rigid links has no drag of the air"),
         (any(drive.motor is not None for drive in scene.drives), "drive.motor", "rigid links have no vibration"),
         (
-            bool(touching) and scene.analysis.method != "transient",
+            bool(touching) and method not in ("transient", "static"),
             f"joint_laws.{touching[0] if touching else ''}",
             "bodies that touch move in time: write method = 'transient'",
         ),

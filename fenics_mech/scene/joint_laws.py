@@ -11,8 +11,9 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.base import Part
 from fenics_mech.scene.freedoms import Effort, SpeedController, effort_of
+from fenics_mech.scene.paired_joints import AtJoint, Cam, GearPair
 from fenics_mech.scene.units import (
     Angle,
     AngleOrLength,
@@ -55,18 +56,6 @@ class Contact(Part):
     exponent: Annotated[float, Field(ge=1, le=10)] = 1.5
     restitution: Annotated[float, Field(ge=0.05, le=1)] = 1.0
     law: Literal["exact", "lankarani-nikravesh", "flores"] = "exact"
-
-
-class AtJoint(Part):
-    """What acts at a joint.
-
-    Parameters
-    ----------
-    joint
-        Name of the joint.
-    """
-
-    joint: Name
 
 
 class Friction(AtJoint):
@@ -152,7 +141,27 @@ class Stop(AtJoint):
         return self
 
 
-class Clearance(AtJoint):
+class LooseJoint(AtJoint):
+    """A joint whose bodies touch with clearance, instead of its constraint.
+
+    Parameters
+    ----------
+    joint
+        The joint.
+    contact
+        How they push each other.
+    friction
+        Coefficient of dry friction between them.
+    width
+        Sliding speed at which 76 % of the friction act (m/s).
+    """
+
+    contact: Contact
+    friction: Coefficient = 0.0
+    width: Width = 1e-3
+
+
+class Clearance(LooseJoint):
     """Radial clearance of a pin: a journal of the second body moves inside a bearing of the first.
 
     Parameters
@@ -180,9 +189,6 @@ class Clearance(AtJoint):
     kind: Literal["clearance"] = "clearance"
     radial: Annotated[Length, Field(gt=0)]
     radius: Annotated[Length, Field(gt=0)]
-    contact: Contact
-    friction: Coefficient = 0.0
-    width: Width = 1e-3
 
     @model_validator(mode="after")
     def _has_a_journal(self) -> Self:
@@ -193,7 +199,7 @@ class Clearance(AtJoint):
         return self
 
 
-class GuideClearance(AtJoint):
+class GuideClearance(LooseJoint):
     """Clearance of a slider in its guide: both ends of the slider may touch either wall.
 
     Parameters
@@ -221,9 +227,6 @@ class GuideClearance(AtJoint):
     kind: Literal["guide-clearance"] = "guide-clearance"
     play: Annotated[Length, Field(gt=0)]
     length: Annotated[Length, Field(gt=0)]
-    contact: Contact
-    friction: Coefficient = 0.0
-    width: Width = 1e-3
 
 
 class Bushing(AtJoint):
@@ -315,44 +318,7 @@ class PluggedEffort(AtJoint, ABC):
         """
 
 
-class GearPair(AtJoint):
-    """A gear pair, belt or chain from one pin to another, with the stiffness of its teeth or strands.
-
-    It has no moment at the start. Backlash is not known.
-
-    Parameters
-    ----------
-    joint
-        The pin of two bodies whose angle it takes.
-    drives
-        The pin of two bodies that it turns.
-    ratio
-        Turn of the driven pin over that of the other: negative of two external gears, positive of a belt.
-    stiffness
-        Moment at the driven pin over the angle by which that is behind (N m/rad).
-    damping
-        The same over its rate (N m s/rad).
-
-    Examples
-    --------
-    >>> fm.GearPair(joint="O", drives="C", ratio=-2.5, stiffness="1e5 N m/rad").damping
-    0.0
-    """
-
-    kind: Literal["gear-pair"] = "gear-pair"
-    drives: Name
-    ratio: float
-    stiffness: Annotated[TorsionalRate, Field(gt=0)]
-    damping: Annotated[TorsionalDamping, Field(ge=0)] = 0.0
-
-    @model_validator(mode="after")
-    def _turns_something(self) -> Self:
-        if self.ratio == 0:
-            raise ValueError("the ratio must not be 0: the driven pin would not turn")
-        return self
-
-
 OneJointLaw = Friction | Stop | Clearance | GuideClearance | Bushing | JointEffort
-AnyJointLaw = Annotated[OneJointLaw | GearPair, Field(discriminator="kind")]
+AnyJointLaw = Annotated[OneJointLaw | GearPair | Cam, Field(discriminator="kind")]
 OPEN = (Clearance, GuideClearance, Bushing)  # laws in place of a joint's constraint
-TOUCHING = (Stop, Clearance, GuideClearance)  # laws of contact
+TOUCHING = (Stop, Clearance, GuideClearance, Cam)  # laws of contact

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import at_place
-from fenics_mech.recovery.signal import last_cycle
+from fenics_mech.recovery.signal import last_cycle, ripples
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 
@@ -81,6 +81,10 @@ class Curves:
         Gives the unit of one of them.
     vibration
         Frequency (Hz) with which the strain at mid-span of each member vibrates, where it does (section 7.4).
+    still
+        Gives drive angles (rad) and the values of a strain without vibration; None where they are not known.
+    period
+        Duration of the cycle (s).
     """
 
     label: str
@@ -88,6 +92,8 @@ class Curves:
     curve: Callable[[Quantity], tuple[Array, Array]]
     unit: Callable[[Quantity], str]
     vibration: Mapping[str, float] = field(default_factory=dict)
+    still: Callable[[Quantity], tuple[Array, Array]] | None = None
+    period: float = np.nan
 
 
 def curves_of_result(result: Result, label: str) -> Curves:
@@ -121,7 +127,16 @@ def curves_of_result(result: Result, label: str) -> Curves:
     vibration = {}
     if "vibration_frequency" in data:
         vibration = dict(zip(data["member"].to_numpy(), data["vibration_frequency"].to_numpy()))
-    return Curves(label, tuple(names), curve, lambda quantity: str(data[quantity.kind].attrs["units"]), vibration)
+    quiet = cycle.assign(strain=cycle["strain_quasi_static"]) if "strain_quasi_static" in data else cycle
+    known = "strain_quasi_static" in data or scene.analysis.method == "quasi-static"
+
+    def still(quantity: Quantity) -> tuple[Array, Array]:
+        return quiet["theta"].to_numpy(), _values(quiet, quantity)
+
+    def unit(quantity: Quantity) -> str:
+        return str(data[quantity.kind].attrs["units"])
+
+    return Curves(label, tuple(names), curve, unit, vibration, still if known and bend else None, scene.period)
 
 
 def _values(data: xr.Dataset, quantity: Quantity) -> Array:
@@ -152,6 +167,27 @@ def curves_of_measurement(theta: Array, strain: Array, quantity: Quantity, label
         Words for it.
     """
     return Curves(label, (quantity,), lambda quantity: (theta, strain), lambda quantity: "1")
+
+
+def with_vibration(measured: Curves, reference: Curves) -> Curves:
+    """Give a measurement with the frequency of its vibration, counted as that of the computed strains.
+
+    Ripples are counted about the reference's strain without vibration at the same place, as section 7.4 counts those of
+    figures 7.7 and 7.8. Where the reference does not know it the measurement stays as it is.
+
+    Parameters
+    ----------
+    measured
+        A measurement at one place.
+    reference
+        A result.
+    """
+    (quantity,) = measured.known
+    if reference.still is None:
+        return measured
+    theta = TURN / SHIFTS * np.arange(SHIFTS)
+    wave = _periodic(*measured.curve(quantity))(theta) - _periodic(*reference.still(quantity))(theta)
+    return replace(measured, vibration={quantity.part: ripples(wave) / reference.period})
 
 
 def by_theories(scene: Scene, progress: Callable[[str], None] = lambda name: None) -> list[Curves]:

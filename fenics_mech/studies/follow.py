@@ -21,7 +21,8 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.recovery.result import Saved, stored_scene
+from fenics_mech.recovery.result import stored_scene
+from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.continuation.arc_length import Point, continued
 from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
 from fenics_mech.response.setup import CommonParts

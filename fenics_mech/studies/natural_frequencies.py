@@ -16,7 +16,8 @@ from fenics_mech.eigenmodes.tracking import Modes
 from fenics_mech.forces.section_forces import deflection_of_nodes
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.planning.effect_choice import choose
-from fenics_mech.recovery.result import Saved, stamp, stored_scene
+from fenics_mech.recovery.result import stamp, stored_scene
+from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 

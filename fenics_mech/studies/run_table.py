@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._files import write_whole
-from fenics_mech.recovery.result import Saved
+from fenics_mech.recovery.saved import Saved
 
 FAILURE = {"failure": "kind of error that the run ended with", "message": "what it said"}
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar, TypeVar
@@ -23,10 +23,12 @@ from fenics_mech._files import write_whole
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
-from fenics_mech.recovery.result import Saved, stored_scene
+from fenics_mech.recovery.result import stored_scene
+from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
+from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
 from fenics_mech.studies.sweep_points import (
     KEPT,
     TEXTS,
@@ -44,8 +46,7 @@ from fenics_mech.studies.worker_processes import over_processes
 
 Found = TypeVar("Found")
 Task = tuple[Path, Record, Gauge]
-RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation between the points may miss
-FINEST = 64  # parts that refinement may cut a step of the range into
+Point = tuple[float, ...]  # the value of each field
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,7 @@ def sweep(
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
     jobs: int = 1,
+    estimates_at_peaks: bool = False,
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene at given values of its numbers; several numbers make a grid.
@@ -103,7 +105,7 @@ def sweep(
         Values by dotted path: numbers (SI), or texts with a unit.
     folder
         Where finished points are kept, so that a sweep that was ended goes on. Without one, nothing is written.
-    gauge, refine_peaks, jobs, progress
+    gauge, refine_peaks, jobs, estimates_at_peaks, progress
         As of `run_sweep`.
 
     Returns
@@ -127,7 +129,16 @@ def sweep(
     axes = axes_of(scene, values)
     with TemporaryDirectory() as made:  # one for all processes: that of the first
         kept = Path(folder) if folder is not None else Path(MPI.COMM_WORLD.bcast(made))
-        return run_sweep(scene, axes, kept, gauge=gauge, refine_peaks=refine_peaks, jobs=jobs, progress=progress)
+        return run_sweep(
+            scene,
+            axes,
+            kept,
+            gauge=gauge,
+            refine_peaks=refine_peaks,
+            jobs=jobs,
+            estimates_at_peaks=estimates_at_peaks,
+            progress=progress,
+        )
 
 
 def run_sweep(
@@ -138,6 +149,7 @@ def run_sweep(
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
     jobs: int = 1,
+    estimates_at_peaks: bool = False,
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
@@ -157,6 +169,9 @@ def run_sweep(
     jobs
         Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
         the error `sweep_points.LOST`, and the next sweep tries it again.
+    estimates_at_peaks
+        Estimate errors at the peaks of the strains and the ends of the ranges alone. These points are analysed again
+        with estimates, and the sweep says of all others that there are none.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
@@ -164,6 +179,7 @@ def run_sweep(
     ------
     SceneError
         When the folder holds a sweep of another scene or other values, refinement is not possible, or nothing bends.
+        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them.
     ResultError
         When a file cannot be written.
     MechanismError
@@ -174,45 +190,40 @@ def run_sweep(
     if refine_peaks and (len(axes) != 1 or axes[0].whole):
         message = "points can be added at peaks of a sweep over one field that is not a whole number"
         raise SceneError(message, place=", ".join(axis.path for axis in axes))
+    if estimates_at_peaks:
+        _refuse_chosen_by_estimates(scene)
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
     run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
     run.at_root(run.claim_folder)
     values = [axis.values for axis in axes]
-    run.compute(values)
+    quick = run.without_estimates if estimates_at_peaks else run
+    quick.compute(grid(values))
     left = refine_peaks
-    while left and (added := run.at_peaks(values, left)):
+    while left and (added := quick.at_peaks(values, left)):
         values = [tuple(sorted((*values[0], *added)))]
-        run.compute(values)
+        quick.compute(grid(values))
         left -= len(added)
-    return run.at_root(lambda: run.finish(values))
+    estimated = grid(values)
+    if estimates_at_peaks:
+        estimated = quick.at_root(lambda: quick.ends_and_peaks(values))
+        run.compute(estimated)
+    return run.at_root(lambda: run.finish(values, estimated, quick))
 
 
-def unresolved(places: Array, peaks: Array) -> list[float]:
-    """Midpoints of the steps in which linear interpolation of the peaks is not good enough, the worst first.
+def _refuse_chosen_by_estimates(scene: Scene) -> None:
+    """Raise `SceneError` where a scene has something chosen by its error estimates."""
+    for place, chosen in (("effects", scene.effects == "auto"), ("tolerance", scene.tolerance is not None)):
+        if chosen:
+            message = "error estimates choose this for each point, and would be made at few points only"
+            raise SceneError(
+                message, place=place, hint="List the effects and state the mesh, or estimate at all points"
+            )
 
-    The error in a step h is estimated as ``h^2 |y''| / 8`` with the larger of the second divided differences at its two
-    ends, relative to the largest y. The steps at a point that failed are passed over.
 
-    Parameters
-    ----------
-    places
-        Increasing, ``(points,)``.
-    peaks
-        ``(points, members)``, NaN where a point failed.
-    """
-    if len(places) < 3:
-        return []
-    step = np.diff(places)
-    slope = np.diff(peaks, axis=0) / step[:, None]
-    second = np.abs(2 * np.diff(slope, axis=0) / (step[1:] + step[:-1])[:, None])
-    known = np.nan_to_num(second, nan=0.0)
-    bend = np.fmax(np.concatenate([known[:1], known]), np.concatenate([known, known[-1:]]))
-    largest = np.nan_to_num(np.nanmax(peaks, axis=0, initial=0.0))
-    error = (step[:, None] ** 2 * bend / 8 / np.where(largest > 0, largest, 1)).max(axis=1)
-    error[np.isnan(slope).any(axis=1) | (step < 1.5 * step.max() / FINEST)] = 0
-    worst = np.argsort(-error, kind="stable")
-    return [float(places[k] + step[k] / 2) for k in worst if error[k] > RESOLVED]
+def grid(values: Sequence[Sequence[float]]) -> list[Point]:
+    """Give the points of a grid."""
+    return list(itertools.product(*values))
 
 
 @dataclass(frozen=True)
@@ -231,6 +242,11 @@ class _SweepRun:
     @property
     def points(self) -> Path:
         return self.folder / "points"
+
+    @property
+    def without_estimates(self) -> _SweepRun:
+        """The same sweep without error estimates."""
+        return replace(self, scene=placed(self.scene, {"analysis.error_estimates": False}))
 
     def at_root(self, work: Callable[[], Found]) -> Found:
         """Let the first process work and give all of them what it found, or its error."""
@@ -254,13 +270,13 @@ class _SweepRun:
         _refuse_other(before, plan, self.folder)
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
-    def compute(self, values: Sequence[Sequence[float]]) -> None:
-        """Compute the missing points of a grid: one on the first process, which compiles the forms, then the rest.
+    def compute(self, points: Sequence[Point]) -> None:
+        """Compute those points that are missing: one on the first process, which compiles the forms, then the rest.
 
         Points whose links are the same follow each other, as they have them in common.
         """
         links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
-        points = sorted(itertools.product(*values), key=lambda point: [point[number] for number in links])
+        points = sorted(points, key=lambda point: [point[number] for number in links])
         missing = self.at_root(
             lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
         )
@@ -289,22 +305,28 @@ class _SweepRun:
         data = placed(self.scene, dict(zip((axis.path for axis in self.axes), point)))
         return point_file(self.points, data, self.gauge), data
 
-    def records(self, values: Sequence[Sequence[float]]) -> list[Record]:
-        """Read the points of a grid, those to be tried again too."""
-        return [json.loads(self.file(point)[0].read_text()) for point in itertools.product(*values)]
+    def records(self, points: Sequence[Point]) -> list[Record]:
+        """Read points, those to be tried again too."""
+        return [json.loads(self.file(point)[0].read_text()) for point in points]
+
+    def peaks(self, points: Sequence[Point]) -> Array:
+        """Give the peak strains at points, ``(points, members)``."""
+        return stacked([record.get("values", {}).get("peak_strain") for record in self.records(points)])
+
+    def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
+        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it."""
+        points, shape = grid(values), [len(along) for along in values]
+        found = peaks_of(self.peaks(points).reshape(*shape, -1), len(shape)).ravel()
+        return [point for point, there in zip(points, found) if there]
 
     def at_peaks(self, values: Sequence[Sequence[float]], most: int) -> list[float]:
         """Give the values of the field at which peaks of strain are not resolved, at most so many."""
+        return self.at_root(lambda: unresolved(np.array(values[0]), self.peaks(grid(values)))[:most])
 
-        def found() -> list[float]:
-            peaks = [record.get("values", {}).get("peak_strain") for record in self.records(values)]
-            return unresolved(np.array(values[0]), stacked(peaks))[:most]
-
-        return self.at_root(found)
-
-    def finish(self, values: Sequence[Sequence[float]]) -> Sweep:
-        """Put the points together and write them."""
-        records = self.records(values)
+    def finish(self, values: Sequence[Sequence[float]], estimated: Sequence[Point], quick: _SweepRun) -> Sweep:
+        """Put the points together and write them: those that are not estimated are of a sweep without estimates."""
+        its_own = set(estimated)
+        records = [(self if point in its_own else quick).records([point])[0] for point in grid(values)]
         found = Sweep(self.dataset(values, records))
         found.save(self.folder / "sweep.nc")
         places = itertools.product(*values)

@@ -19,6 +19,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
+from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
@@ -53,6 +54,8 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),
     "bow": (("member",), "1", "largest distance of the member's axis from its chord, over its length"),
     "rotation": (("member",), "rad", "largest rotation of the member's axis by deflection"),
+    "theory_share": ((), "1", "share of the largest strain that linear theory leaves out"),
+    "deflection_theory_share": ((), "1", "share of the largest deflection that linear theory leaves out"),
     "error_estimate": ((), "1", "estimated error of the strains by all sources, relative to the largest"),
     "deflection_error_estimate": ((), "1", "estimated error of the deflections, relative to the largest"),
     "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
@@ -228,10 +231,14 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
         values["multiplier"] = _length(data["multiplier"], "part").to_numpy()
         values["growth_rate"] = data["growth_rate"].to_numpy()
     values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
+    if "source" in data and "theory" in data["source"]:
+        for prefix in ("", "deflection_"):
+            left_out = float(data[f"{prefix}relative_error"].sel(source="theory"))
+            values[f"{prefix}theory_share"] = np.array(np.nan_to_num(left_out, nan=np.inf))
     values |= {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
     return {
         "effects": ", ".join(acting),
-        "not_estimated": data.attrs.get("not_estimated", ""),
+        "not_estimated": data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE,
         "warnings": "\n".join(result.warnings),
         "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},

@@ -16,6 +16,7 @@ from multiprocessing import get_context, parent_process
 from typing import TypeVar
 
 from fenics_mech.errors import SolverError
+from fenics_mech.studies.worker_logs import Channel, heard, send_log
 
 MAX_FAILED_STARTS = 10
 Task = TypeVar("Task")
@@ -52,35 +53,37 @@ def over_processes(
     context.set_forkserver_preload([__name__, work.__module__])  # imported once for all processes
     waiting, idle, failures = deque(tasks), list[ProcessPoolExecutor](), 0
     running: dict[Future[object], tuple[ProcessPoolExecutor, Task]] = {}
-    try:
-        while waiting or running:
-            while waiting and len(running) < count:
-                task = waiting.popleft()
-                pool = idle.pop() if idle else ProcessPoolExecutor(1, context, _begin)
-                try:
-                    running[pool.submit(work, task)] = pool, task
-                except (BrokenProcessPool, EOFError, OSError) as error:  # lost before the task reached it
-                    waiting.appendleft(task)
-                    failures += 1
-                    if failures == MAX_FAILED_STARTS:
-                        raise SolverError(f"{failures} processes in a row could not be started: {error}") from error
-                else:
-                    failures = 0
-                    started(task)
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                pool, task = running.pop(future)
-                try:
-                    future.result()
-                    idle.append(pool)
-                except BrokenProcessPool:
-                    lost(task)
-    finally:
-        for pool in (*idle, *(pool for pool, _ in running.values())):
-            pool.shutdown(wait=False, cancel_futures=True)
+    with heard() as logs:
+        try:
+            while waiting or running:
+                while waiting and len(running) < count:
+                    task = waiting.popleft()
+                    pool = idle.pop() if idle else ProcessPoolExecutor(1, context, _begin, (logs.channel(context),))
+                    try:
+                        running[pool.submit(work, task)] = pool, task
+                    except (BrokenProcessPool, EOFError, OSError) as error:  # lost before the task reached it
+                        waiting.appendleft(task)
+                        failures += 1
+                        if failures == MAX_FAILED_STARTS:
+                            raise SolverError(f"{failures} processes in a row could not be started: {error}") from error
+                    else:
+                        failures = 0
+                        started(task)
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    pool, task = running.pop(future)
+                    try:
+                        future.result()
+                        idle.append(pool)
+                    except BrokenProcessPool:
+                        lost(task)
+        finally:
+            for pool in (*idle, *(pool for pool, _ in running.values())):
+                pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _begin() -> None:
-    """Let the process end with the one that it works for, and at once where both are interrupted."""
+def _begin(channel: Channel) -> None:
+    """Let the process end with the one that it works for, and at once where both are interrupted; it logs there."""
+    send_log(channel)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -53,6 +53,8 @@ class ActingDrawing:
     def add_all(self) -> None:
         """Draw all that acts at places of the mechanism, and collect the names."""
         for name, mass in self.scene.masses.items():
+            if not mass.mass:  # such as those of a factory that were not stated
+                continue
             self._dot("point mass", self._at(mass.at), f"{name} {short(MILLI * mass.mass)} g")
         self._add_loads()
         self._add_springs_and_dampers()

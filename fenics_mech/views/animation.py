@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Generator
 from pathlib import Path
@@ -15,8 +16,11 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
-from fenics_mech.views.joint_drawings import ground_guides, ground_points
+from fenics_mech.views.frames import Frames, cycle, default_magnification, frames_at, moment_of_peak, strain_limit
+from fenics_mech.views.geometry import motion_of
+from fenics_mech.views.joint_drawings import ground_points, guides_of
+from fenics_mech.views.moments import Moments
+from fenics_mech.views.reading import reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
 from fenics_mech.views.words import short
@@ -29,8 +33,8 @@ except ImportError as error:
     raise ViewError(f"animations need pyvista and imageio: pip install 'fenics_mech[views]' ({error})") from error
 
 Pictures = Generator[NDArray[np.uint8], None, None]
-GUIDE_POSITIONS = 120  # over the cycle, to find a slider's travel
 Progress = Callable[[int, int], None]
+NEARLY_WHITE = 248  # of 255: colours of a palette that are as bright are made white
 
 
 def animate(
@@ -42,9 +46,13 @@ def animate(
     fps: int = 30,
     size: tuple[int, int] = (960, 720),
     names: bool = False,
+    true_width: bool = False,
     progress: Progress = lambda frame, frames: None,
 ) -> Path:
-    """Animate a mechanism over one turn, off screen.
+    """Animate a mechanism over one turn, or over a motion in time, off screen.
+
+    Trails show where joints and the points in the scene's `[points]` go. Grey discs are point masses, as large as their
+    share of the largest; arrows are loads at points, and end where they act.
 
     Parameters
     ----------
@@ -63,6 +71,8 @@ def animate(
         Width and height (pixels); for MP4 they are rounded up to even numbers.
     names
         Whether the joints' names are written beside them.
+    true_width
+        Whether members are as wide as their sections in the plane of motion, not all alike.
     progress
         Called before each picture with its index, from 0, and the number of pictures.
 
@@ -74,9 +84,9 @@ def animate(
     Raises
     ------
     ViewError
-        When the file's ending is not known, an option is not usable, no link bends, or this machine cannot render.
+        When the file's ending is not known, an option is not usable, or this machine cannot render.
     ResultError
-        When the file cannot be written.
+        When the result lacks what is shown, or the file cannot be written.
 
     Examples
     --------
@@ -87,15 +97,15 @@ def animate(
     path = Path(path)
     ending = check_ending(path)
     _check_options(magnify, frames, fps, size)
-    if "deflection" not in result.data:
-        raise ViewError("no link of the scene bends, and an animation shows how links bend")
+    if "link_position" not in result.data:
+        raise ViewError("the result has no positions: an older version wrote it. Analyse its scene again")
     prepare_rendering()
     if ending == ".mp4":
         size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
-    theta = np.array([angle_of_peak(result)]) if ending == ".png" else cycle(result, frames)
+    at = np.array([moment_of_peak(result)]) if ending == ".png" else cycle(result, frames)
     factor = default_magnification(result) if magnify is None else magnify
     joints = tuple(result.scene.joints) if names else ()
-    pictures = _pictures(result, (theta, factor), size, joints, progress)
+    pictures = _pictures(result, (at, factor), size, (joints, true_width), progress)
     try:
         write_whole(path, lambda temporary: WRITERS[ending](temporary, pictures, fps))
     finally:
@@ -126,26 +136,43 @@ def _check_options(magnify: float | None, frames: int, fps: int, size: tuple[int
 
 
 def _pictures(
-    result: Result, drawn: tuple[Array, float], size: tuple[int, int], names: tuple[str, ...], progress: Progress
+    result: Result,
+    drawn: tuple[Array, float],
+    size: tuple[int, int],
+    look: tuple[tuple[str, ...], bool],
+    progress: Progress,
 ) -> Pictures:
-    """Render the mechanism at drive angles with a magnification, one picture after the other."""
-    from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
+    """Render the mechanism at instants with a magnification, one picture after the other."""
+    from fenics_mech.views.stage import Look, Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
-    theta, magnify = drawn
-    scene, shown = result.scene, frames_at(result, theta, magnify)
+    scene = result.scene
+    with reading_of_a_file():
+        shown = frames_at(result, *drawn)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
-    title = f"{scene.name}, {driven}"
-    at = f"{short(shown.peak_strain)} \N{MICRO SIGN}m/m at {np.degrees(angle_of_peak(result)) % 360:.0f}\N{DEGREE SIGN}"
-    caption = f"ring: largest strain of the motion on the + side, {at}\n"
-    caption += f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"
-    ground = (ground_points(scene), ground_guides(scene, cycle(result, GUIDE_POSITIONS)))
-    stage = Stage(shown, ground, size, strain_limit(result), names, (title, caption))
+    ground = (ground_points(scene), guides_of(scene, motion_of(result)))
+    unit = scene.answer_units.label("strain")
+    text = f"{scene.name}, {driven}", _caption(result, shown, drawn[1])
+    stage = Stage(shown, ground, size, Look(strain_limit(result), unit, *look), text)
     try:
-        for index in range(len(theta)):
-            progress(index, len(theta))
+        for index in range(len(shown.labels)):
+            progress(index, len(shown.labels))
             yield stage.picture(index)
     finally:
         stage.close()
+
+
+def _caption(result: Result, shown: Frames, magnify: float) -> str:
+    """Say what is drawn."""
+    if not result.scene.members():
+        return "links do not bend"
+    (when,) = Moments(result, np.array([moment_of_peak(result)])).labels
+    strain = (
+        f"{short(shown.peak_strain)} {result.scene.answer_units.label('strain')} at {when.removeprefix('drive angle ')}"
+    )
+    caption = f"ring: largest strain of the motion on the + side, {strain}\n"
+    return (
+        f"{caption}deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"
+    )
 
 
 def _write_png(path: Path, pictures: Pictures, fps: int) -> None:
@@ -153,10 +180,29 @@ def _write_png(path: Path, pictures: Pictures, fps: int) -> None:
 
 
 def _write_gif(path: Path, pictures: Pictures, fps: int) -> None:
-    """Write with one palette for all, that of the first picture: its colour bar has every colour."""
-    first = Image.fromarray(next(pictures)).quantize(256, method=Image.Quantize.MAXCOVERAGE)
-    rest = (Image.fromarray(picture).quantize(palette=first, dither=Image.Dither.NONE) for picture in pictures)
+    """Write with one palette for all, that of the first picture: its colour bar has every colour but the symbols'."""
+    first = Image.fromarray(next(pictures))
+    palette = _palette(first)
+    first, *rest = (
+        picture.quantize(palette=palette, dither=Image.Dither.NONE)
+        for picture in itertools.chain([first], map(Image.fromarray, pictures))
+    )
     first.save(path, save_all=True, append_images=rest, duration=1000 / fps, loop=0)
+
+
+def _palette(picture: Image.Image) -> Image.Image:
+    """Give an image with the colours of a picture, those of symbols that may come later, and pure white."""
+    from fenics_mech.views.stage import SYMBOLS  # noqa: PLC0415 - VTK is loaded only where something is rendered
+
+    shown = picture.copy()
+    side = max(1, min(shown.size) // 30)
+    for i, colour in enumerate(SYMBOLS):
+        shown.paste(colour, (i * side, 0, (i + 1) * side, side))
+    found = shown.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+    colours = np.array(found.getpalette()).reshape(-1, 3)
+    colours[(colours > NEARLY_WHITE).all(axis=1)] = 255
+    found.putpalette(colours.ravel().tolist())
+    return found
 
 
 def _write_mp4(path: Path, pictures: Pictures, fps: int) -> None:

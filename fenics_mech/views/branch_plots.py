@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO, MILLI
-from fenics_mech.views.figures import COLOURS, DEFLECTION, STRAIN, empty_figure, finish, save, with_unit
+from fenics_mech.views.figures import COLOURS, empty_figure, finish, save, with_unit
+from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:
@@ -40,10 +40,10 @@ def plot_branch(branch: Branch, folder: str | Path) -> list[Path]:
 def branch_figure(branch: Branch) -> Figure:
     """Peak strain of every member, and below it the peak deflection, along the branch."""
     figure, panels = empty_figure(rows=2, height=6.8)
-    data = branch.data
+    data, units = branch.data, units_of(branch.data)
     kinds = (
-        ("peak_strain", MICRO, "Largest strain", STRAIN),
-        ("peak_deflection", MILLI, "Largest deflection", DEFLECTION),
+        ("peak_strain", 1 / units.size("strain"), "Largest strain", labelled(units, "strain")),
+        ("peak_deflection", 1 / units.size("length"), "Largest deflection", labelled(units, "length", "deflection")),
     )
     for axes, (name, scale, title, label) in zip(panels, kinds):
         for i, member in enumerate(data["member"].to_numpy()):
@@ -88,9 +88,10 @@ def branch_summary(branch: Branch) -> Group:
 
 def _folds(branch: Branch) -> Table:
     """Tabulate the folds, with the largest strain there and that of other stable motions at the same value."""
-    peak = MICRO * branch.data["peak_strain"].max("member").to_numpy()
+    units = units_of(branch.data)
+    peak = branch.data["peak_strain"].max("member").to_numpy() / units.size("strain")
     points = np.arange(len(peak))
-    strain = "largest strain (\N{MICRO SIGN}m/m)"
+    strain = labelled(units, "strain", "largest strain")
     table = table_of("Folds", with_unit(branch.data, branch.path), strain, "of other stable\nmotions there")
     for fold in np.flatnonzero(branch.data["fold"].to_numpy() == 1):
         value = float(branch.values[fold])

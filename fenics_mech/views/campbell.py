@@ -11,21 +11,27 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO
-from fenics_mech.views.figures import COLOURS, STRAIN, empty_figure
-from fenics_mech.views.resonances import Resonance, distances, gains, raised, resonances
+from fenics_mech.views.figures import COLOURS, empty_figure
+from fenics_mech.views.resonances import (
+    RESONANCE,
+    Resonance,
+    distances,
+    gains,
+    raised,
+    resonances_of,
+    sizes_at,
+    whole_points,
+)
 from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
-from fenics_mech.views.sweep_data import written_unit
+from fenics_mech.views.sweep_data import labelled, units_of, written_unit
 from fenics_mech.views.words import short
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
 MOST_ORDERS = 20  # lines of a Campbell diagram
-MOST_NAMED = 5  # resonances
 LABEL = 0.028  # of the picture, that the name of an order takes
 LARGEST_DOT = 150  # points squared
-FEWEST = 5  # points of a sweep in which resonances are sought
 BOX: dict[str, Any] = {"facecolor": "white", "edgecolor": "#dddddd", "pad": 2.5}
 
 
@@ -41,7 +47,7 @@ def campbell_figure(sweep: Sweep) -> Figure:
         A sweep over one field, with frequencies and the drive's rate.
     """
     figure, (axes, lower) = empty_figure(rows=2, height=7.4, grid={"height_ratios": [1.9, 1]})
-    x, data = along(sweep), sweep.data
+    x, data, units = along(sweep), sweep.data, units_of(sweep.data)
     low, high = (data[f"frequency_{end}"].transpose(..., "mode").to_numpy() for end in ("lowest", "highest"))
     own = np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi)  # Hz
     places, rate = _rates(x, own)
@@ -53,13 +59,16 @@ def campbell_figure(sweep: Sweep) -> Figure:
     axes.set_ylim(0, top)
     _name_orders(axes, places, lines, top)
     for i, member in enumerate(data["member"].to_numpy()):
-        lower.plot(x, MICRO * data["peak_strain"].sel(member=member), label=str(member), **look_of(i, len(x)))
+        lower.plot(
+            x, data["peak_strain"].sel(member=member) / units.size("strain"), label=str(member), **look_of(i, len(x))
+        )
     dot_beyond(lower, sweep)
-    found = _draw_strains(axes, sweep, own, (low, high))
+    _draw_strains(axes, sweep)
+    found = resonances_of(data)
     _name_resonances((axes, lower), sweep, [one for one in found if one.order * own[one.point] < top], own)
     title = f"Natural frequencies, multiples of the drive (dashed){', raised strains (dots)' if found else ''}"
     settle(axes, sweep, title, "frequency (Hz)")
-    settle(lower, sweep, "Largest strain in a cycle", STRAIN, last=True)
+    settle(lower, sweep, "Largest strain in a cycle", labelled(units, "strain"), last=True)
     _mark_scene((axes, lower), x, own, data)
     return figure
 
@@ -75,30 +84,24 @@ def _draw_modes(axes: Axes, x: Array, modes: tuple[Array, Array], top: float) ->
         axes.plot(x, most, color=colour, linewidth=1, linestyle="-")
 
 
-def _draw_strains(axes: Axes, sweep: Sweep, rate: Array, modes: tuple[Array, Array]) -> list[Resonance]:
-    """Draw dots where modes raise harmonics of the strain, and give the resonances, the largest first."""
-    data, whole = sweep.data, np.isfinite(rate) & np.isfinite(modes[0]).all(axis=1)
-    if "strain_harmonic" not in data or whole.sum() < FEWEST or np.ptp(rate[whole]) < 1e-9 * rate[whole].max():
-        return []
-    points = np.flatnonzero(whole)
-    amplitude = data["strain_harmonic"].transpose(..., "member", "harmonic").to_numpy()[points]
-    peak = data["peak_strain"].transpose(..., "member").to_numpy()[points]
-    low, high, rate = modes[0][points], modes[1][points], rate[points]
+def _draw_strains(axes: Axes, sweep: Sweep) -> None:
+    """Draw dots where modes raise harmonics of the strain."""
+    if not len(points := whole_points(sweep.data)):
+        return
+    rate, low, high, amplitude = sizes_at(sweep.data, points)
     shown = raised(gains(rate, amplitude), amplitude, distances(rate, low, high, amplitude.shape[2]))
     size = LARGEST_DOT * shown / (shown.max() or 1.0)
     k, order = np.nonzero(size)
     axes.scatter(
         along(sweep)[points][k], order * rate[k], s=size[k, order], color=COLOURS[0], alpha=0.6, zorder=3, linewidth=0
     )
-    found = resonances(rate, (low, high), amplitude, peak)
-    return [Resonance(int(points[one.point]), one.order, one.mode, one.strain) for one in found]
 
 
 def _name_resonances(panels: tuple[Axes, Axes], sweep: Sweep, found: list[Resonance], rate: Array) -> None:
     """Put a ring about the largest resonances, and write multiple, mode and speed below the upper edge."""
     upper, lower = panels
     x, unit = along(sweep), written_unit(sweep.data, sweep.paths[0])
-    chosen = sorted(found[:MOST_NAMED], key=lambda one: one.point)
+    chosen = sorted(found[: RESONANCE.most], key=lambda one: one.point)
     for place, one in enumerate(chosen):
         at = (x[one.point], one.order * rate[one.point])
         upper.plot(

@@ -12,15 +12,16 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
-from fenics_mech._constants import MICRO, MILLI, TINY
+from fenics_mech._constants import TINY
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError, percent
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.compare import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED
 from fenics_mech.views.tables import number, table_of
 
-SCALES = {"strain": (MICRO, "\N{MICRO SIGN}m/m"), "deflection": (MILLI, "mm")}  # others in their own unit
+KINDS = {"deflection": "length", "joint_force": "force", "shaking_force": "force"}  # of units, by kind of quantity
 POINTS: dict[str, Any] = MEASURED | {"color": "#000000"}
 MOST_PANELS = 8  # in one figure
 MEANING = (
@@ -29,7 +30,7 @@ MEANING = (
 )
 
 
-def comparison_table(sources: Sequence[Curves], data: xr.Dataset) -> Group:
+def comparison_table(sources: Sequence[Curves], data: xr.Dataset, units: AnswerUnits) -> Group:
     """Tabulate what `compare` found, one table for each source beside the reference, and how strains vibrate.
 
     Parameters
@@ -38,17 +39,21 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset) -> Group:
         The reference and the others.
     data
         From `studies.compare.compare`.
+    units
+        Units of the numbers.
     """
-    tables = []
+    tables, kinds = [], {quantity.label: quantity.kind for source in sources for quantity in source.known}
     for label in data["other"].to_numpy():
         columns = "peak of\nreference", "peak", "largest\ndifference", "rms", "shift"
         table = table_of(f"{label} against {data.attrs['reference']}", "quantity", *columns)
-        _fill(table, data.sel(other=label))
+        _fill(table, data.sel(other=label), kinds, units)
         tables.append(table)
     tables[-1].caption, tables[-1].caption_justify = f"{MEANING}\n", "left"
     vibrating = [source for source in sources if source.vibration]
     if len(vibrating) > 1:
-        table = table_of("Vibration of the strain at mid-span (Hz)", "member", *(source.label for source in vibrating))
+        table = table_of(
+            "Vibration of the strain at mid-span, or at a gauge (Hz)", "member", *(source.label for source in vibrating)
+        )
         for member in vibrating[0].vibration:
             rates = [source.vibration.get(member, np.nan) for source in vibrating]
             table.add_row(escape(member), *("-" if np.isnan(rate) else number(rate) for rate in rates))
@@ -56,13 +61,22 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset) -> Group:
     return Group(*tables)
 
 
-def _fill(table: Table, data: xr.Dataset) -> None:
+def _scale(kind: str, unit: str, units: AnswerUnits) -> tuple[float, str]:
+    """Size of a unit in SI and its name, for a kind of quantity with a unit in SI."""
+    of = KINDS.get(kind, kind)
+    if kind == "input_torque":
+        of = "force" if unit == "N" else "moment"
+    return units.size(of), units.label(of)
+
+
+def _fill(table: Table, data: xr.Dataset, kinds: dict[str, str], units: AnswerUnits) -> None:
+    """Fill in a line for each quantity that both have."""
     for i, quantity in enumerate(data["quantity"].to_numpy()):
         row = {name: float(data[name][i]) for name in data}
         if np.isnan(row["peak"]):
             continue
-        factor, unit = SCALES.get(str(quantity).split(" ", maxsplit=1)[0], (1.0, str(data["unit"].to_numpy()[i])))
-        sizes = [number(factor * row[name]) for name in ("peak_reference", "peak", "difference")]
+        size, unit = _scale(kinds[str(quantity)], str(data["unit"].to_numpy()[i]), units)
+        sizes = [number(row[name] / size) for name in ("peak_reference", "peak", "difference")]
         measure = float(max(abs(row["peak_reference"]), TINY))
         shift = f"{np.degrees(row['shift']):.2f}\N{DEGREE SIGN}"
         table.add_row(escape(f"{quantity} ({unit})"), *sizes, percent(row["rms"] / measure), shift)
@@ -81,7 +95,7 @@ def write_comparison(data: xr.Dataset, path: Path) -> Path:
     return path
 
 
-def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path) -> list[Path]:
+def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, units: AnswerUnits) -> list[Path]:
     """Draw the curves of all sources above one another, a figure for each kind of quantity and a panel for each part.
 
     Of many parts those are drawn that differ most.
@@ -94,6 +108,8 @@ def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path) -
         From `studies.compare.compare`.
     folder
         Where to write.
+    units
+        Units of the curves.
 
     Returns
     -------
@@ -115,23 +131,24 @@ def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path) -
     for kind in dict.fromkeys(quantity.kind for quantity in drawn):
         of_kind = sorted((q for q in drawn if q.kind == kind), key=lambda q: -rms[order[q.label]])[:MOST_PANELS]
         of_kind.sort(key=lambda q: order[q.label])
-        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png"))
+        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png", units))
     return paths
 
 
-def _figure(sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path) -> Path:
+def _figure(sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path, units: AnswerUnits) -> Path:
     """Draw one panel a quantity."""
     figure, panels = new_figure(rows=len(quantities), height=1.0 + 2.6 * len(quantities))
     for axes, quantity in zip(panels, quantities):
-        factor, unit = SCALES.get(quantity.kind, (1.0, sources[0].unit(quantity)))
+        known = next(source for source in sources if quantity in source.known)
+        size, unit = _scale(quantity.kind, known.unit(quantity), units)
         for i, source in enumerate(sources):
             if quantity not in source.known and len(source.known) == 1:  # measured elsewhere
                 continue
             theta, values = source.curve(quantity)
             if len(source.known) == 1:
-                axes.plot(np.degrees(theta) % 360, factor * values, label=source.label, **POINTS)
+                axes.plot(np.degrees(theta) % 360, values / size, label=source.label, **POINTS)
             else:
                 colour = COLOURS[i % len(COLOURS)]
-                axes.plot(*curve(theta, factor * values), label=source.label, color=colour, linestyle="-")
+                axes.plot(*curve(theta, values / size), label=source.label, color=colour, linestyle="-")
         finish(axes, quantity.title, f"{quantity.kind.replace('_', ' ')} ({unit})", columns=3)
     return save(figure, path)

@@ -51,7 +51,8 @@ SIZE = (7.2, 4.0)  # inches
 RESOLUTION = 160  # dots per inch
 ENDINGS = (".png", ".pdf", ".svg")
 LEGEND_COLUMNS = 5
-STRAIN, DEFLECTION = "strain (\N{MICRO SIGN}m/m)", "deflection (mm)"
+LETTER, HANDLE = 10.0, 86.0  # widths in a legend (pixels), of a letter and of what stands about a name
+STRAIN = "strain (\N{MICRO SIGN}m/m)"
 
 
 def empty_figure(
@@ -128,10 +129,11 @@ def with_unit(data: xr.Dataset, name: str) -> str:
 
 
 def finish(axes: Axes, title: str, ylabel: str, columns: int = LEGEND_COLUMNS) -> None:
-    """Set title and label, and the legend as rows between the title and the axes."""
+    """Set title and label, and the legend as rows between the title and the axes, in as many columns as fit."""
     with mpl.rc_context(STYLE):
-        entries = len(axes.get_legend_handles_labels()[0])
-        rows = -(-entries // columns) if entries > 1 or title.startswith("Strain") else 0
+        names = axes.get_legend_handles_labels()[1]
+        columns = min(columns, max(1, int(axes.bbox.width / (LETTER * max(map(len, names), default=0) + HANDLE))))
+        rows = -(-len(names) // columns) if len(names) > 1 or title.startswith("Strain") else 0
         axes.set_title(title, pad=8 + 15 * rows)
         axes.set_ylabel(ylabel)
         if rows:

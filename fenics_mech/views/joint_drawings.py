@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.joints import Joint
 
@@ -77,11 +77,6 @@ def ground_points(scene: Scene) -> Array:
     """Points of the ground that pins go through (m), ``(points, 2)``."""
     points = [point for joint in scene.joints.values() for point in _held(joint) if point.startswith("ground.")]
     return np.array([scene.point(point)[1] for point in points]).reshape(-1, 2)
-
-
-def ground_guides(scene: Scene, theta: Array) -> Array:
-    """Guides on the ground (m) at drive angles (rad), as `guides_of`."""
-    return guides_of(scene, solve_motion(scene, theta))
 
 
 def guides_of(scene: Scene, motion: Motion, least: float = 0.0) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import UNSEEN, sentence, share, short
 
 Level = Literal["bad", "warn", "good", "note"]
@@ -81,7 +81,7 @@ def judgements(result: Result) -> list[Judgement]:
     result
         The result.
     """
-    found = [theory(result), stability(result), error(result)]
+    found = [theory(result), stability(result), error(result)] if result.scene.members() else [_rigid(result)]
     return sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level))
 
 
@@ -93,8 +93,8 @@ def warnings_of(result: Result) -> list[str]:
     result
         The result.
     """
-    judged = judgements(result) if result.scene.members() else []
-    return [*result.warnings, *(f"{j.title}: {j.text}" for j in judged if j.level in ("warn", "bad"))]
+    bad = [judged for judged in judgements(result) if judged.level in ("warn", "bad")]
+    return [*result.warnings, *(f"{judged.title}: {judged.text}" for judged in bad)]
 
 
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
@@ -109,14 +109,18 @@ def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
     return level, f"{WORDS[level]}: {', '.join(j.title for j in judged if j.level in (level, 'good', 'note'))}."
 
 
-def headline(reading: Reading) -> tuple[str, str]:
+def headline(reading: ForceReading) -> tuple[str, str]:
     """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known.
+
+    Of links that do not bend it is the largest joint force.
 
     Parameters
     ----------
     reading
         The result.
     """
+    if not isinstance(reading, Reading):
+        return _largest_force(reading)
     peak = reading.peaks[reading.ranked[0]]
     unit = reading.units.label("stress")
     value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} {unit}"
@@ -124,6 +128,28 @@ def headline(reading: Reading) -> tuple[str, str]:
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
     rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
     return value, f"{where}{when}{rest}."
+
+
+def _largest_force(reading: ForceReading) -> tuple[str, str]:
+    """Give the largest joint force, and where and when it acts."""
+    if not reading.joints:
+        return "Nothing is joined", "so that no joint has a force."
+    k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
+    value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
+    return value, f"in {reading.joints[n]}, at {reading.at(k)}."
+
+
+def _rigid(result: Result) -> Judgement:
+    """Say what a result of rigid links holds, and by how much its joint forces may be off by the time steps."""
+    attributes, level = result.data.attrs, cast(Level, "note")
+    text = "No link bends: there are no stresses, and vibration adds nothing to the forces."
+    if (known := attributes.get("joint_force_error_estimate")) is not None:
+        text += f" By the time steps joint forces are off by at most {share(float(known))} of the largest."
+    if "contacts_closed" in attributes:
+        text += " Forces are those at the positions, and contacts between these are shorter."
+    if "not_estimated" in attributes:
+        level, text = "warn", f"{text} Not known: {attributes['not_estimated']}."
+    return Judgement(level, "links are rigid" + ", error not known" * (level == "warn"), text)
 
 
 def acting(result: Result) -> list[Effect]:
@@ -138,6 +164,43 @@ def acting(result: Result) -> list[Effect]:
     return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
 
 
+@dataclass(frozen=True)
+class TheorySizes:
+    """By what it is judged whether the theory of a result holds.
+
+    Parameters
+    ----------
+    euler, bow, turn
+        Largest axial force over the buckling load, bow over the length, and rotation of an axis (rad), of any member.
+    nonlinear, carried
+        Whether strains are exact, and whether axial forces act on the bending.
+    left_out
+        Shares of the strain and of the deflection that linear theory leaves out; None where they are not known.
+    """
+
+    euler: float
+    bow: float
+    turn: float
+    nonlinear: bool
+    carried: bool
+    left_out: tuple[float, float] | None = None
+
+    @property
+    def level(self) -> Level:
+        """Whether the theory holds: "good", "warn" (use with care) or "bad"."""
+        if self.nonlinear:
+            return "good" if self.turn <= VALIDITY.rotation else "bad"
+        if self.left_out is not None:
+            strain, bent = self.left_out
+            if strain <= SCENE.neglected and bent <= CHOICE.deflection:
+                return "good"
+            return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
+        pressed = 0.0 if self.carried else self.euler
+        if self.bow > VALIDITY.bow or pressed > SERIOUS:
+            return "bad"
+        return "warn" if pressed > VALIDITY.euler_ratio else "good"
+
+
 def theory(result: Result) -> Judgement:
     """Judge whether deflections and axial forces are small enough for the theory that was used.
 
@@ -148,43 +211,60 @@ def theory(result: Result) -> Judgement:
     """
     members = [str(member) for member in result.data["member"].to_numpy()]
     euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
+    effects, left = acting(result), left_out(result)
+    nonlinear, carried = (
+        any(getattr(effect, kind) for effect in effects) for kind in ("nonlinear", "stress_stiffening")
+    )
+    level = TheorySizes(euler.max(), bow.max(), turn.max(), nonlinear, carried, left).level
     worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
     bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
-    if any(effect.nonlinear for effect in acting(result)):
+    if nonlinear:
         turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
         limit = f"the theory of large rotations holds to {VALIDITY.rotation} rad"
-        if turn.max() <= VALIDITY.rotation:
-            return Judgement("good", "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
-        return Judgement("bad", "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
-    if "source" in result.data and "theory" in result.data["source"]:
-        return _linear_theory(result, f"{sentence(worst)}; {bent}.")
-    carried = any(effect.stress_stiffening for effect in acting(result))
-    pressed = not carried and euler.max() > VALIDITY.euler_ratio
+        if level == "good":
+            return Judgement(level, "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
+        return Judgement(level, "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
+    if left is not None:
+        return _linear_theory(level, left, f"{sentence(worst)}; {bent}.")
     limits = f"{percent(VALIDITY.euler_ratio)} of a buckling load and {percent(VALIDITY.bow)} of a length"
-    if not pressed and bow.max() <= VALIDITY.bow:
-        return Judgement("good", "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
-    if bow.max() > VALIDITY.bow or euler.max() > SERIOUS:
+    if level == "good":
+        return Judgement(level, "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
+    if level == "bad":
         text = f"{sentence(worst)}; {bent}. Linear theory holds to {limits}: the strains are wrong. {ADVICE}"
-        return Judgement("bad", "outside the linear theory", text)
+        return Judgement(level, "outside the linear theory", text)
     off = f"Strains may be off by about {percent(euler.max())}, as the effects leave the axial forces out."
-    return Judgement("warn", "at the edge of the linear theory", f"{off} {sentence(worst)}. {ADVICE}")
+    return Judgement(level, "at the edge of the linear theory", f"{off} {sentence(worst)}. {ADVICE}")
 
 
-def _linear_theory(result: Result, why: str) -> Judgement:
-    """Judge linear theory by the estimate of what it leaves out."""
+def left_out(result: Result) -> tuple[float, float] | None:
+    """Give the shares of strain and deflection that linear theory leaves out; None where they are not known.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    if "source" not in result.data or "theory" not in result.data["source"]:
+        return None
     strain, bent = (
         float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
     )
+    return strain, bent
+
+
+def _linear_theory(level: Level, left: tuple[float, float], why: str) -> Judgement:
+    """Judge linear theory by the estimate of what it leaves out."""
+    strain, bent = left
     if not np.isfinite(strain):
         return Judgement(
-            "bad", "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
+            level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
         )
-    left = f"Linear theory leaves out {share(strain)} of the strain and {share(bent)} of the deflection."
-    if strain <= SCENE.neglected and bent <= CHOICE.deflection:
-        return Judgement("good", "inside the theory", f"{left} {why}")
-    if max(strain, bent) <= SERIOUS:
-        return Judgement("warn", f"linear theory leaves out {share(max(strain, bent))}", f"{left} {why} {ADVICE}")
-    return Judgement("bad", "outside the linear theory", f"{left} {why} {ADVICE}")
+    said = f"Linear theory leaves out {share(strain)} of the strain and {share(bent)} of the deflection."
+    if level == "good":
+        return Judgement(level, "inside the theory", f"{said} {why}")
+    if level == "warn":
+        return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {ADVICE}")
+    return Judgement(level, "outside the linear theory", f"{said} {why} {ADVICE}")
 
 
 def stability(result: Result) -> Judgement | None:

@@ -50,6 +50,8 @@ def key_figures(result: Result) -> dict[str, Any]:
         found["verdict"] = {"level": level, "sentence": sentence}
         found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
         found["members"] = _members(closer)
+        for member, swing in _ranges(result).items():
+            found["members"][member]["stress_range"] = swing
     for name in ("input_torque", "shaking_force", "shaking_moment"):
         if name in closer.data:
             found[name] = _largest(closer, _size(closer, name))
@@ -77,6 +79,20 @@ def _members(result: Result) -> dict[str, Any]:
             if name != "deflection":
                 peaks[name]["fibre"] = str(fibres[f])
         found[str(member)] = peaks
+    return found
+
+
+def _ranges(result: Result) -> dict[str, Any]:
+    """Largest stress range of a cycle of each member, with its place and side; none where there is no cycle."""
+    if "stress_range" not in result.data:
+        return {}
+    s, fibres = result.data["s"].to_numpy(), result.data["fibre"].to_numpy()
+    found = {}
+    for member, sizes in zip(
+        result.data["member"].to_numpy(), values_of(result, "stress_range", "member", "s", "fibre")
+    ):
+        j, f = np.unravel_index(sizes.argmax(), sizes.shape)
+        found[str(member)] = {"value": float(sizes[j, f]), "s": float(s[j]), "fibre": str(fibres[f])}
     return found
 
 

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 from fenics_mech._constants import MILLI, TURN
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery.rigid_places import ends_in
@@ -20,9 +25,61 @@ from fenics_mech.views.words import short
 LARGEST = 0.1  # of the linkage's size, as the largest displacement of a mode is drawn
 MOST = 6  # modes in one figure
 COLUMNS = 2
+MOVING, PERIOD = 100, 1200  # dots per inch of moving pictures, and milliseconds of a period
 
 
-def plot_mode_shapes(found: NaturalFrequencies, angle: float = 0.0) -> Figure:
+def animate_modes(found: NaturalFrequencies, path: str | Path, angle: float = 0.0, frames: int = 24) -> Path:
+    """Draw the mechanism as it swings in each of its lowest modes at a drive angle, all in the same time.
+
+    Parameters
+    ----------
+    found
+        Natural frequencies and mode shapes.
+    path
+        File to write, ending in .gif.
+    angle
+        Drive angle (rad); the nearest position is drawn.
+    frames
+        Number of pictures in a period.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ViewError
+        When the file's ending is not .gif, or there are no mode shapes of members.
+    ResultError
+        When the file cannot be written.
+
+    Examples
+    --------
+    >>> found = fm.modes(fm.load("demos/four_bar.toml").changed({"analysis.sub_intervals": 12}))
+    >>> fm.animate_modes(found, "modes.gif", frames=2).name
+    'modes.gif'
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".gif":
+        raise ViewError(f"{path}: moving mode shapes are a .gif, not a {path.suffix!r}")
+    swings = np.cos(TURN * np.arange(frames) / frames)
+    first, *rest = (_picture(plot_mode_shapes(found, angle, float(swing))) for swing in swings)
+    options: dict[str, Any] = {"save_all": True, "append_images": rest, "duration": PERIOD / frames, "loop": 0}
+    write_whole(path, lambda temporary: first.save(temporary, format="GIF", **options))
+    return path
+
+
+def _picture(figure: Figure) -> Image.Image:
+    """Give a figure as a picture of 256 colours."""
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    figure.set_dpi(MOVING)
+    canvas.draw()
+    return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize(256)
+
+
+def plot_mode_shapes(found: NaturalFrequencies, angle: float = 0.0, swing: float = 1.0) -> Figure:
     """Draw the bent mechanism in each of its lowest modes at a drive angle, with the natural frequency.
 
     Displacements are drawn on one side of the rest; half a period later they are on the other.
@@ -33,6 +90,8 @@ def plot_mode_shapes(found: NaturalFrequencies, angle: float = 0.0) -> Figure:
         Natural frequencies and mode shapes.
     angle
         Drive angle (rad); the nearest position is drawn.
+    swing
+        Displacement over its largest in a period, -1 to 1.
 
     Returns
     -------
@@ -58,8 +117,11 @@ def plot_mode_shapes(found: NaturalFrequencies, angle: float = 0.0) -> Figure:
     here = data.isel(theta=int(np.abs(away).argmin()))
     shapes = here["shape"].transpose("mode", "member", "s", "component").to_numpy()[:MOST]
     rest = skeleton_at(found, float(here["theta"]))
-    drawn = [replace(rest, path=rest.path + LARGEST * rest.extent * shape) for shape in shapes]
-    points = np.concatenate([rest.points, *(bent.points for bent in drawn)])
+    drawn, most, other = (
+        [replace(rest, path=rest.path + share * LARGEST * rest.extent * shape) for shape in shapes]
+        for share in (swing, 1.0, -1.0)
+    )
+    points = np.concatenate([rest.points, *(bent.points for bent in (*most, *other))])
     rows = -(-len(drawn) // COLUMNS)
     figure, panels = empty_figure(rows, 0.4 + rows * height_for(points, SIZE[0] / COLUMNS), columns=COLUMNS)
     every = [axes for row in panels for axes in row]

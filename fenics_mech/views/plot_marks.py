@@ -17,6 +17,7 @@ from fenics_mech.views.measured import read_measurement
 from fenics_mech.views.reading import ForceReading, Peak, Reading
 from fenics_mech.views.words import short
 
+ROOM = 0.14  # of the axes above and below curves, for a peak's value
 LEFT = 0.66  # of the axes: beyond it a peak's value stands before its ring
 RING: dict[str, Any] = {
     "linestyle": "none",
@@ -67,7 +68,7 @@ def abscissa(axes: Axes, reading: ForceReading) -> None:
     axes.set_xlim(time[0], time[-1])
 
 
-def mark(axes: Axes, reading: ForceReading, k: int, height: float, text: str) -> None:
+def mark(axes: Axes, reading: ForceReading, k: int, height: float, text: str, beyond: int = 0) -> None:
     """Draw the ring of a peak, and its value beside it.
 
     Parameters
@@ -82,18 +83,30 @@ def mark(axes: Axes, reading: ForceReading, k: int, height: float, text: str) ->
         Ordinate of the peak.
     text
         What is written.
+    beyond
+        1 where the value stands above the ring, -1 where below it: on the side where the curve is not.
     """
     (x,) = [reading.data["time"].to_numpy()[k]] if reading.in_time else [np.degrees(reading.theta[k]) % 360]
     start, end = (reading.data["time"].to_numpy()[[0, -1]]) if reading.in_time else (0, 360)
     right = (x - start) / (end - start) < LEFT
     axes.plot(x, height, color="black", **RING)
     look: dict[str, Any] = {"textcoords": "offset points", "ha": "left" if right else "right", "va": "center"}
-    axes.annotate(text, (x, height), (9 if right else -9, 0), fontsize=9, weight="bold", bbox=PATCH, zorder=6, **look)
+    axes.annotate(
+        text,
+        (x, height),
+        (7 if right else -7, 8 * beyond) if beyond else (9 if right else -9, 0),
+        fontsize=9,
+        weight="bold",
+        bbox=PATCH,
+        zorder=6,
+        **look,
+    )
 
 
 def mark_peak(axes: Axes, reading: ForceReading, k: int, value: float) -> None:
-    """Mark a peak with its value and where it occurs; see `mark`."""
-    mark(axes, reading, k, value, f"{short(value)} at {reading.at(k)}")
+    """Mark a peak with its value and where it occurs, on the side where the curve is not; see `mark`."""
+    mark(axes, reading, k, value, f"{short(value)} at {reading.at(k)}", beyond=1 if value >= 0 else -1)
+    axes.margins(y=ROOM)
 
 
 def named(kind: str, reading: ForceReading, name: str = "") -> str:

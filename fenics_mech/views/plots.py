@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from fenics_mech._arrays import Array
-from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
-from fenics_mech.views.figures import COLOURS, angle_axis, curve, figure_in, finish, new_axes
+from fenics_mech.views.figures import COLOURS, figure_in, finish, new_axes
 from fenics_mech.views.plot_marks import (
     abscissa,
     deflection_across,
@@ -33,7 +29,6 @@ from fenics_mech.views.plot_marks import (
 from fenics_mech.views.reading import Peak, Reading, reading_of
 from fenics_mech.views.words import MINUS, sentence, short
 
-LABEL_HEIGHT = 0.05  # of the axes
 STILL: dict[str, Any] = {"color": "#777777", "linestyle": "--", "linewidth": 1.2, "label": "without vibration"}
 BAR = 0.7  # of the distance of two bars, that a bar is wide
 MOST_CURVES = 8  # in one plot
@@ -189,7 +184,7 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
 
 
 def plot_joint_forces(result: Result, axes: Axes | None = None) -> Axes:
-    """Plot the magnitude of each joint's force, and mark the largest.
+    """Plot the magnitude of each joint's force, and mark the largest. Of many joints those with the largest are drawn.
 
     Parameters
     ----------
@@ -210,13 +205,15 @@ def plot_joint_forces(result: Result, axes: Axes | None = None) -> Axes:
     'force (N)'
     """
     axes, reading = axes or new_axes(), reading_of(result)
-    for n, joint in enumerate(reading.joints):
-        axes.plot(*over(reading, reading.force[:, n]), label=f"joint {joint}")
+    ranked = np.argsort(-reading.force.max(axis=0), kind="stable")[:MOST_CURVES]
+    for n in sorted(ranked.tolist()):
+        axes.plot(*over(reading, reading.force[:, n]), label=f"joint {reading.joints[n]}")
     if reading.joints:
         k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
         mark_peak(axes, reading, k, float(reading.force[k, n]))
     abscissa(axes, reading)
-    finish(axes, "Magnitude of the joint forces", named("force", reading))
+    some = f", the {len(ranked)} largest of {len(reading.joints)}" if len(ranked) < len(reading.joints) else ""
+    finish(axes, f"Magnitude of the joint forces{some}", named("force", reading))
     axes.set_ylim(bottom=0)
     return axes
 
@@ -307,92 +304,3 @@ def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes
     where = f"{reading.place(Peak(0, i, j))}, {side} side"
     finish(axes, f"Harmonics of the strain of {member}, {where}", named("strain", reading))
     return axes
-
-
-def plot_frequencies(result: Result, axes: Axes | None = None) -> Axes:
-    """Plot the natural frequencies over the drive angle, and beside them each member's own on two pins.
-
-    Parameters
-    ----------
-    result
-        The result.
-    axes
-        Where to draw; without them a figure is made.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
-    Raises
-    ------
-    ViewError
-        When the result has no natural frequencies.
-
-    Examples
-    --------
-    >>> changes = {"effects": ["coupling"], "analysis.sub_intervals": 90}
-    >>> fm.plot_frequencies(fm.analyse(fm.load("demos/four_bar.toml").changed(changes))).get_ylabel()
-    'frequency (Hz)'
-    """
-    if "frequency" not in result.data:
-        raise ViewError("the result has no natural frequencies: only periodic motions have")
-    supported = {member: float(found[0]) for member, found in simply_supported_frequencies(result.scene).items()}
-    frequency, theta = result.data["frequency"].to_numpy(), result.data["theta"].to_numpy()
-    return draw_frequencies(frequency, theta, supported, axes or new_axes())
-
-
-def draw_frequencies(frequency: Array, theta: Array, supported: Mapping[str, float], axes: Axes) -> Axes:
-    """Draw tracked natural frequencies on a log axis that holds their range, the members' supported ones dashed.
-
-    Parameters
-    ----------
-    frequency
-        Frequencies of the tracked modes (Hz), ``(angles, modes)``.
-    theta
-        Drive angles (rad), ``(angles,)``.
-    supported
-        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
-    axes
-        Where to draw.
-    """
-    bends = frequency.max(axis=0) > 0  # others are of a rigid body
-    for mode in np.flatnonzero(bends):
-        axes.plot(*curve(theta, frequency[:, mode]), label=f"mode {mode + 1}")
-    frequency = frequency[:, bends]
-    low, high = frequency.min() / 1.1, frequency.max() * 1.1
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 4, 5, 7) if high / low < 30 else (1, 2, 5)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
-    angle_axis(axes)
-    dashed = ". Dashed: each member simply supported" if any(low <= f <= high for f in supported.values()) else ""
-    finish(axes, f"Natural frequencies{dashed}", "frequency (Hz)")
-    return axes
-
-
-def _draw_supported(axes: Axes, supported: Mapping[str, float]) -> None:
-    """Draw a dashed line for each frequency, in rising order, and its label at the right edge, none upon another."""
-    low, high = np.log(axes.get_ylim())
-    places = (np.log(list(supported.values())) - low) / (high - low)
-    labels = _spread(np.clip(places, 0, 1), LABEL_HEIGHT)
-    for (name, value), place, label in zip(supported.items(), places, labels):
-        grey: dict[str, Any] = {"color": "#555555", "linewidth": 0.9}
-        arrow = "\N{UPWARDS ARROW}" if place > 1 else "\N{DOWNWARDS ARROW}" if place < 0 else ""
-        if not arrow:
-            axes.axhline(value, linestyle=(0, (5, 3)), zorder=1.5, **grey)
-            axes.plot([1, 1.015], [place, label], linestyle="-", transform=axes.transAxes, clip_on=False, **grey)
-        text = f"{name} {value:.4g} Hz {arrow}".strip()
-        axes.text(1.02, label, text, transform=axes.transAxes, va="center", fontsize=9, color="#333333")
-
-
-def _spread(places: Array, gap: float) -> Array:
-    """Push sorted places apart until neighbours are `gap` apart, each as little as its neighbours allow."""
-    places = places.copy()
-    for _ in range(200):
-        missing = np.clip(gap - np.diff(places), 0, None)
-        places[:-1] -= missing / 2
-        places[1:] += missing / 2
-    return places

@@ -89,6 +89,16 @@ class ForceReading:
         return np.linalg.norm(self.of("joint_force", "joint", "component"), axis=-1) / self.units.size("force")
 
     @cached_property
+    def shaking(self) -> tuple[Array, Array] | None:
+        """Force (N), ``(angles, 2)``, and moment (N m), ``(angles,)``, on the frame; None where nothing is held."""
+        if "shaking_force" not in self.data:
+            return None
+        force, moment = self.of("shaking_force", "component"), self.of("shaking_moment")
+        least = ROUNDING * self.arm * float(np.linalg.norm(force, axis=-1).max())
+        seen = np.where(np.abs(moment) > least, moment, 0.0)
+        return force / self.units.size("force"), seen / self.units.size("moment")
+
+    @cached_property
     def effort(self) -> Array | None:
         """Torque (N m) or force (N) of the first drive, ``(angles,)``; None where there is none but rounding."""
         if "input_torque" not in self.data:
@@ -121,6 +131,26 @@ class ForceReading:
             return f"{short(float(self.data['time'][k]))} s"
         angle = round(math.degrees(float(np.mod(np.round(self.theta[k], 12), TURN))), 1)
         return f"{0 if angle == 360 else angle:g}{DEGREE}"
+
+    def driven(self) -> str:
+        """Say how the machine is driven, and how long a turn or the motion takes."""
+        scene, drives = self.scene, self.scene.drives
+        if not drives:
+            seconds = short(float(np.ptp(self.data["time"].to_numpy())))
+            return f"free motion of {seconds} s" if self.in_time else "nothing drives it"
+        joints = " and ".join(drive.joint for drive in drives)
+        if len(self.theta) == 1:
+            return f"held by drive {joints} at {self.at(0)}"
+        cycle = f"one cycle in {short(scene.period)} s"
+        if len(drives) > 1:
+            return f"drives {joints}, {cycle}"
+        if drives[0].speed is None:
+            return f"drive {joints} by a periodic law, {cycle}"
+        if str(self.result.data["input_torque"].attrs.get("units")) == "N":
+            return f"drive along {joints}, {cycle}"
+        speed, unit = short(self.units.number(drives[0].speed, "speed")), self.units.label("speed")
+        speed = f"{speed} {unit}" + ("" if unit == "rpm" else f" ({short(60 / scene.period)} rpm)")
+        return f"drive {joints} at {speed}, one turn in {short(scene.period)} s"
 
 
 class Reading(ForceReading):
@@ -217,26 +247,6 @@ class Reading(ForceReading):
         """
         return f"{self.fibres[peak.f]} side"
 
-    def driven(self) -> str:
-        """Say how the machine is driven, and how long a turn or the motion takes."""
-        scene, drives = self.scene, self.scene.drives
-        if not drives:
-            seconds = short(float(np.ptp(self.data["time"].to_numpy())))
-            return f"free motion of {seconds} s" if self.in_time else "nothing drives it"
-        joints = " and ".join(drive.joint for drive in drives)
-        if len(self.theta) == 1:
-            return f"held by drive {joints} at {self.at(0)}"
-        cycle = f"one cycle in {short(scene.period)} s"
-        if len(drives) > 1:
-            return f"drives {joints}, {cycle}"
-        if drives[0].speed is None:
-            return f"drive {joints} by a periodic law, {cycle}"
-        if str(self.result.data["input_torque"].attrs.get("units")) == "N":
-            return f"drive along {joints}, {cycle}"
-        speed, unit = short(self.units.number(drives[0].speed, "speed")), self.units.label("speed")
-        speed = f"{speed} {unit}" + ("" if unit == "rpm" else f" ({short(60 / scene.period)} rpm)")
-        return f"drive {joints} at {speed}, one turn in {short(scene.period)} s"
-
     @property
     def still(self) -> float | None:
         """Largest stress without vibration (MPa), where the result has it."""
@@ -246,15 +256,17 @@ class Reading(ForceReading):
         return self.units.number(float(abs(data["stress_quasi_static"]).max()), "stress")
 
 
-def reading_of(result: Result) -> ForceReading:
+def reading_of(result: Result, units: AnswerUnits | None = None) -> ForceReading:
     """Read a result of links that bend, or the forces of one of rigid links.
 
     Parameters
     ----------
     result
         The result.
+    units
+        Units of the numbers, instead of those of the scene.
     """
-    units = result.scene.answer_units
+    units = units or result.scene.answer_units
     return Reading(result, units) if result.scene.members() else ForceReading(result, units)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,8 @@ class ResonanceLimits:
     named: float = 1.6  # times that growth, at a maximum that is named
     close: float = 0.05  # of a mode's frequency, and of the speed, within which two are one
     least: float = 0.02  # of the peak strain, below which nothing is named
+    most: int = 5  # that are named
+    fewest: int = 5  # points of a sweep in which resonances are sought
 
 
 RESONANCE = ResonanceLimits()
@@ -43,6 +46,55 @@ class Resonance:
     order: int
     mode: int
     strain: float
+
+
+def resonances_of(data: xr.Dataset) -> list[Resonance]:
+    """Give the resonances of a sweep over one field, the largest first; none where its points are few.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
+    points = whole_points(data)
+    if not len(points):
+        return []
+    rate, low, high, amplitude = sizes_at(data, points)
+    peak = data["peak_strain"].transpose(..., "member").to_numpy()[points]
+    found = resonances(rate, (low, high), amplitude, peak)
+    return [Resonance(int(points[one.point]), one.order, one.mode, one.strain) for one in found]
+
+
+def whole_points(data: xr.Dataset) -> Index:
+    """Give the numbers of the points of a sweep over one field that did not fail, where resonances can be sought.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
+    if not {"strain_harmonic", "frequency_lowest", "drive_rate"} <= set(data.variables):
+        return np.zeros(0, dtype=int)
+    rate = data["drive_rate"].to_numpy()
+    whole = np.isfinite(rate) & np.isfinite(data["frequency_lowest"].transpose(..., "mode").to_numpy()).all(axis=1)
+    if whole.sum() < RESONANCE.fewest or np.ptp(rate[whole]) < 1e-9 * np.abs(rate[whole]).max():
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero(whole)
+
+
+def sizes_at(data: xr.Dataset, points: Index) -> tuple[Array, Array, Array, Array]:
+    """Give the drive's rate (Hz), each mode's range (Hz) and the strain's harmonics at some points of a sweep.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    points
+        Their numbers.
+    """
+    rate = np.abs(data["drive_rate"].to_numpy()[points]) / (2 * np.pi)
+    low, high = (data[f"frequency_{end}"].transpose(..., "mode").to_numpy()[points] for end in ("lowest", "highest"))
+    return rate, low, high, data["strain_harmonic"].transpose(..., "member", "harmonic").to_numpy()[points]
 
 
 def gains(rate: Array, amplitude: Array) -> Array:

@@ -18,11 +18,11 @@ from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save
 from fenics_mech.views.freedom_figure import freedom_figure
+from fenics_mech.views.frequency_plot import plot_frequencies
 from fenics_mech.views.plot_marks import named
 from fenics_mech.views.plots import (
     plot_deflection,
     plot_drive,
-    plot_frequencies,
     plot_joint_forces,
     plot_spectrum,
     plot_strain,
@@ -114,7 +114,7 @@ def strain_figure(result: Result) -> Figure:
             legend.remove()
             with mpl.rc_context(STYLE):
                 left.set_title(left.get_title("left"), pad=8)
-        left.margins(y=0.14)
+        left.margins(y=0.18)
         _draw_place(right, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure
@@ -124,7 +124,7 @@ def _tell_left_out(figure: Figure, reading: Reading) -> None:
     """Say how many members are not drawn."""
     if (more := len(reading.members) - MOST_MEMBERS) > 0:
         text = f"The {MOST_MEMBERS} members with the largest values; {more} more have smaller ones."
-        figure.text(0.01, 0.002, text, fontsize=8, color="#555555")
+        figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color="#555555")
 
 
 def _draw_place(axes: Axes, reading: Reading, peak: Peak, share: float) -> None:

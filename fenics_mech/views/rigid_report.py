@@ -28,28 +28,51 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     units
         Units of the numbers.
     """
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), _decisions(result, units), Text()]
+    grid = Table.grid(padding=(0, 2))
+    for name, value in rigid_decisions(result, units).items():
+        grid.add_row(name, escape(value))
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     if result.data.sizes["joint"]:
         parts.append(joints_table(result, units))
-        if "contacts_closed" in result.data.attrs:
+        if result.data.attrs.get("contacts_closed"):
             text = "Joint forces are those at the positions. Contacts between these are shorter: see the joint laws.\n"
             parts.append(Text(text, style="yellow"))
     if "law" in result.data.sizes:
         parts.append(law_table(result, units))
     if "freedom" in result.data.sizes:
-        parts.append(_freedoms(result, units))
+        parts.append(freedoms_table(result, units))
+    if "rest_frequency" in result.data:
+        parts.append(small_motions_table(result))
     if "mean_power" in result.data:
-        error = result.data.attrs["power_balance_error"]
-        parts.append(Text(f"{mean_powers(result)[0]} ({error:.1g} of the largest)."))
+        parts.append(Text(rigid_energy(result)))
     return parts
 
 
-def _decisions(result: Result, units: AnswerUnits) -> Table:
-    """Tell how the result was computed."""
+def rigid_energy(result: Result) -> str:
+    """Tell the mean power of all causes, and how far they are from a balance.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    return f"{mean_powers(result)[0]} ({result.data.attrs['power_balance_error']:.1g} of the largest)."
+
+
+def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
+    """Tell how the result was computed.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
     scene, data = result.scene, result.data
-    rows = {"drive": drive_of(scene, units), "method": f"{scene.analysis.method}, {data.sizes['theta']} positions"}
+    rows = {"drive": drive_of(scene, units), "method": method_of(result)}
     rows["links"] = "rigid: no link has a member that bends"
-    if scene.freedoms:
+    if data.attrs["time_steps"]:
         rows["steps"] = f"{data.attrs['time_steps']} time steps, tolerance {scene.analysis.time_tolerance:g}"
     known = {what: data.attrs.get(f"{what}_error_estimate") for what in NAMES}
     said = [f"{NAMES[what]} {percent(error)}" for what, error in known.items() if error is not None]
@@ -57,13 +80,9 @@ def _decisions(result: Result, units: AnswerUnits) -> Table:
         rows["error estimate"] = f"by the time steps, of the largest: {', '.join(said)}"
     if "not_estimated" in data.attrs:
         rows["error estimate"] = f"NOT known: {data.attrs['not_estimated']}"
-    if "contacts_closed" in data.attrs:
+    if "contacts_closed" in data.attrs and scene.analysis.method == "transient":
         rows["contacts"] = f"closed {data.attrs['contacts_closed']} times"
-    rows["damped by"] = damping_of(scene)
-    table = Table.grid(padding=(0, 2))
-    for name, value in rows.items():
-        table.add_row(name, escape(str(value)))
-    return table
+    return rows | {"damped by": damping_of(scene)}
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:
@@ -87,15 +106,55 @@ def law_table(result: Result, units: AnswerUnits) -> Table:
     return table
 
 
-def _freedoms(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate how far each freedom goes, and its fastest rate."""
-    table = table_of("Freedoms", "joint", "least", "largest", "at the end", "fastest rate")
-    places, rates = (result.data[f"freedom_{what}"].to_numpy() for what in ("place", "rate"))
+def method_of(result: Result) -> str:
+    """Tell the method, and at how many positions there is an answer.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    count = result.data.sizes["theta"]
+    return f"{result.scene.analysis.method}, {count} position{'s' * (count > 1)}"
+
+
+def freedoms_table(result: Result, units: AnswerUnits) -> Table:
+    """Tabulate how far each freedom goes, and its fastest rate; of an equilibrium, where it is.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
+    places, moves = result.data["freedom_place"].to_numpy(), "freedom_rate" in result.data
+    moves = moves and result.scene.analysis.method == "transient"
+    heads = ("least", "largest", "at the end", "fastest rate") if moves else ("at rest",)
+    table = table_of("Freedoms", "joint", *heads)
     for i, name in enumerate(result.scene.freedoms):
         slides = result.scene.joints[name].kind in ("slot", "prismatic")
         place = places[:, i] if slides else np.degrees(places[:, i])
-        ends = float(place.min()), float(place.max()), float(place[-1])
+        ends = (float(place.min()), float(place.max()), float(place[-1]))[0 if moves else 2 :]
         cells = [shown(value, "length", units) if slides else f"{number(value)} \N{DEGREE SIGN}" for value in ends]
-        rate = rates[np.abs(rates[:, i]).argmax(), i]
-        table.add_row(escape(name), *cells, f"{number(float(rate))} {'m/s' if slides else 'rad/s'}")
+        if moves:
+            rates = result.data["freedom_rate"].to_numpy()[:, i]
+            cells.append(f"{number(float(rates[np.abs(rates).argmax()]))} {'m/s' if slides else 'rad/s'}")
+        table.add_row(escape(name), *cells)
+    return table
+
+
+def small_motions_table(result: Result) -> Table:
+    """Tabulate the small motions about an equilibrium.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    table = table_of("Small motions about the equilibrium", "motion", "frequency", "decays by")
+    for name, frequency, decay in zip(
+        *(result.data[what].to_numpy() for what in ("small_motion", "rest_frequency", "rest_decay"))
+    ):
+        table.add_row(str(name), f"{number(float(frequency))} Hz", f"{number(float(decay))} 1/s")
     return table

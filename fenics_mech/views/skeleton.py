@@ -14,7 +14,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import MILLI
 from fenics_mech.kinematics import Motion, start_motion
 from fenics_mech.recovery.rigid_places import ends_in
-from fenics_mech.scene import Ground, Link, Scene
+from fenics_mech.scene import Ground, Link, Prismatic, Scene, Slot
 from fenics_mech.scene.joints import Joint
 from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
 from fenics_mech.views.symbols import (
@@ -124,6 +124,22 @@ class Skeleton:
         return guides_of(self.scene, self.motion, GUIDE * self.extent)
 
     @cached_property
+    def rails(self) -> Array:
+        """Guides on links that move (m), ``(guides, 2, 2)``; those along members are drawn as these."""
+        lines = []
+        for joint in self.scene.joints.values():
+            if not isinstance(joint, Slot | Prismatic) or getattr(joint, "member", None):
+                continue
+            body, pin = (self.motion.of_point(*self.scene.point(point))[0][0] for point in joint.connect)
+            link = joint.connect[0].split(".")[0]
+            if link != "ground":
+                angle = self.angle_of(link) + self.scene.guide_angle(joint)
+                along, more = np.array([np.cos(angle), np.sin(angle)]), GUIDE * self.extent
+                travel = float((pin - body) @ along)
+                lines.append([body + (min(travel, 0.0) - more) * along, body + (max(travel, 0.0) + more) * along])
+        return np.array(lines, dtype=float).reshape(-1, 2, 2)
+
+    @cached_property
     def supports(self) -> Array:
         """Points of the ground that pins go through (m), ``(points, 1, 2)``."""
         return ground_points(self.scene)[:, None]
@@ -148,7 +164,7 @@ class Skeleton:
     @property
     def points(self) -> Array:
         """Points that the drawing must show (m), ``(points, 2)``."""
-        parts = (self.path, self.pins, self.bars, self.strokes)
+        parts = (self.path, self.pins, self.bars, self.strokes, self.rails)
         return np.concatenate([part.reshape(-1, 2) for part in parts])
 
     def draw(self, axes: Axes, colour: str = INK) -> None:
@@ -163,6 +179,7 @@ class Skeleton:
         """
         _lines(axes, self.strokes, color=INK, linewidth=0.8)
         _polygons(axes, self.triangles, zorder=0.5)
+        _lines(axes, self.rails, color=INK, linewidth=1.2)
         _lines(axes, self.bars, color=RIGID, zorder=2.5, **THICK)
         _lines(axes, self.path, color=colour, zorder=3, **THICK)
         _polygons(axes, self.blocks, zorder=3.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,7 +20,33 @@ COLOUR_MAP = "RdBu_r"
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
 RING = np.stack([CLOSED := np.concatenate([CIRCLE, CIRCLE[:1]]), 0.72 * CLOSED], axis=1).reshape(-1, 2)
 PEAK = "#E69F00"  # colour of the ring at the largest strain
-LAYERS = {"ground": 0, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "pin": 4, "hole": 5}
+THIN = 0.5  # of the outline, beside members that may be thinner than it
+TRACE, MASS, LOAD = "#D55E00", "#555555", "#009E73"  # of traced points, point masses and loads
+SYMBOLS = (INK, SHADE, RIGID, PEAK, TRACE, MASS, LOAD)
+LAYERS = {"ground": 0, "trail": 0.5, "rigid": 1, "outline": 2, "block": 2.5, "ribbon": 3, "mass": 3.5}
+LAYERS |= {"pin": 4, "hole": 5, "load": 6}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the mechanism is drawn.
+
+    Parameters
+    ----------
+    limit
+        Strain at the ends of the colour bar.
+    unit
+        Its unit.
+    names
+        Names of the joints that are written beside them, in the order of the pins; none where none shall be.
+    true_width
+        Whether members are as wide as their sections in the plane of motion, not all alike.
+    """
+
+    limit: float
+    unit: str
+    names: tuple[str, ...] = ()
+    true_width: bool = False
 
 
 class Stage:
@@ -33,24 +60,25 @@ class Stage:
         Points of the ground (m), ``(points, 2)``, and guides on it, ``(guides, 2, 2)``.
     size
         Of the picture (pixels).
-    limit
-        Strain at the ends of the colour bar (micrometres per metre).
-    names
-        Names of the joints that are written beside them, in the order of the pins; none where none shall be.
+    look
+        How it is drawn.
     text
         Text above and below the mechanism.
     """
 
     def __init__(
-        self,
-        frames: Frames,
-        ground: tuple[Array, Array],
-        size: tuple[int, int],
-        limit: float,
-        names: tuple[str, ...],
-        text: tuple[str, str],
+        self, frames: Frames, ground: tuple[Array, Array], size: tuple[int, int], look: Look, text: tuple[str, str]
     ) -> None:
-        shown = (frames.path, frames.rigid, frames.bars, *ground)
+        shown = (
+            frames.path,
+            frames.rigid,
+            frames.bars,
+            frames.pins,
+            frames.guides,
+            frames.traced,
+            frames.trails,
+            *ground,
+        )
         points = np.concatenate([part.reshape(-1, 2) for part in shown])
         low, high = points.min(axis=0), points.max(axis=0)
         self.extent = float(np.linalg.norm(high - low))
@@ -61,11 +89,16 @@ class Stage:
         self._look_at(low - DRAWN.margin * self.extent, high + DRAWN.margin * self.extent)
         self._add_supports(ground[0])
         self._add_guides(ground[1])
-        self.meshes = self._add_mechanism(limit)
-        self._add_bar(limit)
+        self.half = frames.half_width if look.true_width else DRAWN.ribbon * self.extent
+        self.edge = THIN if look.true_width else 1.0
+        self._add_trails()
+        self.meshes = self._add_mechanism(look.limit) | self._add_acting()
+        if frames.path.shape[1]:
+            self._add_bar(look.limit, look.unit)
         self._add_text(text[0], 0.03, 0.94)
-        self._add_text(text[1], 0.03, 0.03)
-        self.names = [self._add_text(name, 0, 0) for name in names]
+        for line, height in zip(text[1].splitlines()[::-1], (0.02, 0.062)):
+            self._add_text(line, 0.03, height)
+        self.names = [self._add_text(name, 0, 0) for name in look.names]
         self.angle = self._add_text("", 0.03, 0.895)
 
     def picture(self, index: int) -> NDArray[np.uint8]:
@@ -73,20 +106,24 @@ class Stage:
         frames = self.frames
         path, pins = frames.path[index], frames.pins[index]
         self.meshes["rigid"].points = self._raised(frames.rigid[index], "rigid")
-        self.meshes["outline"].points = self._raised(ribbon(path, DRAWN.outline * self.extent), "outline")
-        self.meshes["ribbon"].points = self._raised(ribbon(path, DRAWN.ribbon * self.extent), "ribbon")
+        edge = (DRAWN.outline - DRAWN.ribbon) * self.extent * self.edge
+        self.meshes["outline"].points = self._raised(ribbon(path, self.half + edge), "outline")
+        self.meshes["ribbon"].points = self._raised(ribbon(path, self.half), "ribbon")
         self.meshes["ribbon"]["strain"] = np.repeat(frames.strain[index].ravel(), 2)
         self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], DRAWN.outline * self.extent), "rigid")
         self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], DRAWN.ribbon * self.extent), "outline")
+        self.meshes["guide"].points = self._raised(frames.guides[index], "rigid")
         corners = frames.slider_pins[index][:, None] + DRAWN.block * self.extent * frames.sliders[index]
         for name in ("block", "block edge"):
             self.meshes[name].points = self._raised(corners, "block")
         for name, radius in (("pin", DRAWN.pin), ("hole", DRAWN.hole)):
             self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
-        self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
+        if np.isfinite(frames.peak_strain):
+            self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
+        self._move_acting(index)
         for text, place in zip(self.names, pins + DRAWN.name * self.extent):
             text.position = tuple((place - self.corner) / (self.pixel * np.array(self.size)))
-        self.angle.input = f"drive angle {np.degrees(frames.theta[index]) % 360:.0f}\N{DEGREE SIGN}"
+        self.angle.input = frames.labels[index]
         self.plotter.render()
         return self.plotter.screenshot(return_img=True)
 
@@ -146,13 +183,61 @@ class Stage:
         for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white"), ("peak", PEAK)):
             if meshes[name].n_points:
                 self.plotter.add_mesh(meshes[name], color=colour, lighting=False, line_width=self.size[1] / 400)
-        self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
+        if members:
+            self.plotter.add_mesh(meshes["ribbon"], **_coloured(limit))
         return meshes
+
+    def _add_trails(self) -> None:
+        """Draw the paths of the joints, and those of the traced points, which are the last."""
+        paths, traced = self.frames.trails, self.frames.traced.shape[1]
+        for i, path in enumerate(paths):
+            lines = pv.PolyData(self._raised(path, "trail"), lines=np.append(len(path), np.arange(len(path))))
+            of_point = i >= len(paths) - traced
+            look = {"color": TRACE if of_point else SHADE, "line_width": self.size[1] / (300 if of_point else 500)}
+            self.plotter.add_mesh(lines, lighting=False, **look)
+
+    def _add_acting(self) -> dict[str, pv.PolyData]:
+        """Add traced points, point masses and loads; `_move_acting` puts them in their places."""
+        counts = {"traced": self.frames.traced.shape[1], "mass": self.frames.masses.shape[1]}
+        loads = self.frames.loads.shape[1]
+        meshes = {
+            name: pv.PolyData(np.zeros((count * len(CIRCLE), 3)), faces=_cells(count, len(CIRCLE)))
+            for name, count in counts.items()
+        }
+        meshes["load"] = pv.PolyData(np.zeros((2 * loads, 3)), lines=_cells(loads, 2))
+        meshes["load head"] = pv.PolyData(np.zeros((3 * loads, 3)), faces=_cells(loads, 3))
+        for mesh, colour in zip(meshes.values(), (TRACE, MASS, LOAD, LOAD)):
+            if mesh.n_points:
+                self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 200)
+        return meshes
+
+    def _move_acting(self, index: int) -> None:
+        """Put traced points, masses and loads where they are in a frame."""
+        frames, extent = self.frames, self.extent
+        traced, masses = frames.traced[index][:, None], frames.masses[index][:, None]
+        self.meshes["traced"].points = self._raised(traced + DRAWN.traced * extent * CIRCLE, "hole")
+        radius = DRAWN.mass * extent * frames.mass_sizes[:, None, None]
+        self.meshes["mass"].points = self._raised(masses + radius * CIRCLE, "mass")
+        place, force = np.moveaxis(frames.loads[index], 1, 0)
+        size = np.linalg.norm(force, axis=-1, keepdims=True)
+        along = force / np.maximum(size, 1e-300)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+        head = DRAWN.head * extent * np.minimum(size * DRAWN.load / DRAWN.head, 1.0)
+        self.meshes["load"].points = self._raised(
+            np.stack([place - DRAWN.load * extent * force, place - head * along], axis=1), "load"
+        )
+        base = place - head * along
+        corners = np.stack([place, base + 0.4 * head * across, base - 0.4 * head * across], axis=1)
+        self.meshes["load head"].points = self._raised(corners, "load")
 
     def _add_rigid_parts(self) -> dict[str, pv.PolyData]:
         """Add rigid links and the blocks of sliders, where there are any."""
         bars, blocks = self.frames.bars.shape[1], self.frames.sliders.shape[1]
         edges, corners = np.zeros((bars * 4, 3)), np.zeros((blocks * 4, 3))
+        guides = self.frames.guides.shape[1]
+        track = pv.PolyData(np.zeros((2 * guides, 3)), lines=_cells(guides, 2))
+        if guides:
+            self.plotter.add_mesh(track, color=INK, lighting=False, line_width=self.size[1] / 250)
         meshes = {
             "bar edge": pv.PolyData(edges, faces=_strips(bars, 2)),
             "bar": pv.PolyData(edges, faces=_strips(bars, 2)),
@@ -162,9 +247,9 @@ class Stage:
         for mesh, colour in zip(meshes.values(), (INK, RIGID, SHADE, INK)):
             if mesh.n_points:
                 self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
-        return meshes
+        return meshes | {"guide": track}
 
-    def _add_bar(self, limit: float) -> None:
+    def _add_bar(self, limit: float, unit: str) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
         x, low, high = 1 - 0.8 * DRAWN.bar, 0.22, 0.78  # of the picture
         corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
@@ -183,7 +268,7 @@ class Stage:
             value = limit * (2 * share - 1)
             label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
             self._add_text(label, x + 0.03, low + share * (high - low) - 0.011)
-        self._add_text("strain (\N{MICRO SIGN}m/m)", x - 0.04, high + 0.03)
+        self._add_text(f"strain ({unit})", x - 0.04, high + 0.03)
 
     def _add_text(self, text: str, x: float, y: float) -> pv.Text:
         look = {"font_size": max(int(min(*self.size * np.array([0.75, 1])) / 65), 4), "font_file": FONT, "color": INK}
@@ -195,11 +280,14 @@ class Stage:
         return np.column_stack([flat, np.full(len(flat), LAYERS[layer] * 1e-3 * self.extent)])
 
 
-def ribbon(path: Array, half_width: float) -> Array:
-    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``."""
+def ribbon(path: Array, half_width: float | Array) -> Array:
+    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``.
+
+    Half the width is one number, or one at each station, ``(members, stations)``.
+    """
     tangent = np.gradient(path, axis=1)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-300)
-    normal = half_width * np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
+    normal = np.asarray(half_width)[..., None] * np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
     return np.stack([path + normal, path - normal], axis=2)
 
 

@@ -18,7 +18,7 @@ from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
 from fenics_mech.views.reading import Reading
-from fenics_mech.views.rigid_report import law_table, rigid_parts
+from fenics_mech.views.rigid_report import freedoms_table, law_table, rigid_parts, small_motions_table
 from fenics_mech.views.words import share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
@@ -79,6 +79,8 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     ]
     parts += [_joints(reading), Text()] if reading.joints else []
     parts += [law_table(result, units), Text()] if "law_effort" in result.data else []
+    if "rest_frequency" in result.data:
+        parts += [freedoms_table(result, units), small_motions_table(result), Text()]
     return Summary(*parts, _rest(reading, judged))
 
 
@@ -165,16 +167,14 @@ def _rest(reading: Reading, judged: list[Judgement]) -> Table:
 
 def _shakes(reading: Reading) -> str:
     """Tell the largest force and moment on the frame."""
-    if "shaking_force" not in reading.data:
+    if reading.shaking is None:
         return ""
-    force = np.linalg.norm(reading.of("shaking_force", "component"), axis=-1)
+    force, moment = reading.shaking
     said = []
-    for kind, curve in (("force", force), ("moment", reading.of("shaking_moment"))):
+    for kind, curve in (("force", np.linalg.norm(force, axis=-1)), ("moment", moment)):
         k = int(np.abs(curve).argmax())
-        said.append(
-            f"{short(reading.units.number(float(curve[k]), kind))} {reading.units.label(kind)} at {reading.at(k)}"
-        )
-    return f"on the frame {said[0]}, {said[1]}"
+        said.append(f"{short(float(curve[k]))} {reading.units.label(kind)} at {reading.at(k)}")
+    return f"shaking force {said[0]}, {said[1]}"
 
 
 def _used(result: Result) -> str:

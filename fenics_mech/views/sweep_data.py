@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS
+from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.judgements import TheorySizes
 from fenics_mech.views.tables import number
 
 BEYOND = "outside the theory"
@@ -16,6 +19,32 @@ BEYOND = "outside the theory"
 def written(data: xr.Dataset, path: str) -> Array:
     """Give the values of a swept field in the unit in which its range was written."""
     return data[path].to_numpy().astype(float) / data[path].attrs["written_factor"]
+
+
+def units_of(data: xr.Dataset) -> AnswerUnits:
+    """Give the units in which the scene of a sweep or a branch tells its answers.
+
+    Parameters
+    ----------
+    data
+        The data of the sweep or branch.
+    """
+    return AnswerUnits.of(json.loads(str(data.attrs.get("scene", "{}"))).get("units") or ())
+
+
+def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:
+    """Name what an axis or a column shows, with its unit.
+
+    Parameters
+    ----------
+    units
+        The units.
+    kind
+        Kind of the quantity.
+    name
+        Another name than that of the kind.
+    """
+    return f"{name or kind} ({units.label(kind)})"
 
 
 def edges(x: Array) -> Array:
@@ -44,13 +73,39 @@ def range_of(data: xr.Dataset, path: str, first: int, last: int) -> str:
 
 def beyond_theory(data: xr.Dataset) -> xr.DataArray:
     """Tell which points have more deflection or axial force than the theory of their effects is good for."""
+    return theory_levels(data) == "bad"
+
+
+def theory_levels(data: xr.Dataset) -> xr.DataArray:
+    """Judge the theory at every point, as `fenics-mech run` does: "good", "warn" (use with care), "bad"; "" where none.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
     effects = data["effects"].astype(str)
-    if "rotation" not in data:  # no point has a result
-        return xr.zeros_like(effects, dtype=bool)
-    exact, carried = (
-        effects.str.contains("|".join(effect.name for effect in EFFECTS.values() if known(effect)))
-        for known in (lambda effect: effect.nonlinear, lambda effect: effect.stress_stiffening)
+    levels = np.full(effects.shape, "", dtype=object)
+    if "rotation" in data:  # a point has a result
+        sizes = [
+            data[name].max("member").transpose(*effects.dims).to_numpy() for name in ("euler_ratio", "bow", "rotation")
+        ]
+        shares = [
+            data[name].transpose(*effects.dims).to_numpy() if name in data else np.full(effects.shape, np.nan)
+            for name in ("theory_share", "deflection_theory_share")
+        ]
+        for place, acting in np.ndenumerate(effects.to_numpy()):
+            euler, bow, turn = (float(size[place]) for size in sizes)
+            if np.isfinite(turn):
+                levels[place] = _level((euler, bow, turn), acting, [float(one[place]) for one in shares])
+    return effects.copy(data=levels)
+
+
+def _level(sizes: tuple[float, float, float], acting: str, shares: list[float]) -> str:
+    """Judge the theory at one point: by what it leaves out, where that is known."""
+    effects = [EFFECTS[name] for name in acting.split(", ") if name in EFFECTS]
+    nonlinear, carried = (
+        any(getattr(effect, kind) for effect in effects) for kind in ("nonlinear", "stress_stiffening")
     )
-    euler, bow, turn = (data[name].max("member") for name in ("euler_ratio", "bow", "rotation"))
-    linear = (bow > VALIDITY.bow) | (~carried & (euler > VALIDITY.euler_ratio))
-    return xr.where(exact, turn > VALIDITY.rotation, linear)
+    left = None if np.isnan(shares).any() else (shares[0], shares[1])
+    return TheorySizes(*sizes, nonlinear, carried, left).level

@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import MICRO
 from fenics_mech.response.stability.floquet import STABILITY
-from fenics_mech.views.figures import STRAIN, STYLE, empty_figure
-from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
+from fenics_mech.views.figures import STYLE, empty_figure
+from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, labelled, named, units_of, written
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
@@ -33,11 +32,12 @@ HATCHES = {"unstable": "////", BEYOND: ".."}
 
 def strain_map(sweep: Sweep, member: str) -> Figure:
     """Map of a member's peak strain over two swept fields."""
-    values = MICRO * sweep.data["peak_strain"].sel(member=member)
+    units = units_of(sweep.data)
+    values = sweep.data["peak_strain"].sel(member=member) / units.size("strain")
     low, high = float(values.min()), float(values.max())
     norm = LogNorm(low, high) if low > 0 and high / low > WIDE else Normalize(0, high)
     title = f"Largest strain of {member} in a cycle"
-    return _map(sweep, values, norm, "viridis", title, STRAIN, ("unstable", BEYOND))
+    return _map(sweep, values, norm, "viridis", title, labelled(units, "strain"), ("unstable", BEYOND))
 
 
 def stability_map(sweep: Sweep) -> Figure:

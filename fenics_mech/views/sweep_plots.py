@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fenics_mech._constants import MICRO, MILLI
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
-from fenics_mech.views.figures import COLOURS, DEFLECTION, SIZE, STRAIN, empty_figure, save
+from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save
 from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
+from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 
 if TYPE_CHECKING:
@@ -74,40 +74,42 @@ def check_member(members: list[str], member: str | None) -> None:
 def response_figure(sweep: Sweep) -> Figure:
     """Peak strain of every member, and below it the peak deflection, over the swept field."""
     figure, (upper, lower) = empty_figure(rows=2, height=6.4)
-    x, data = along(sweep), sweep.data
+    x, data, units = along(sweep), sweep.data, units_of(sweep.data)
     for i, member in enumerate(data["member"].to_numpy()):
         look = look_of(i, len(x))
-        upper.plot(x, MICRO * data["peak_strain"].sel(member=member), label=str(member), **look)
-        lower.plot(x, MILLI * data["peak_deflection"].sel(member=member), label=str(member), **look)
+        upper.plot(x, data["peak_strain"].sel(member=member) / units.size("strain"), label=str(member), **look)
+        lower.plot(x, data["peak_deflection"].sel(member=member) / units.size("length"), label=str(member), **look)
     for axes in (upper, lower):
         dot_beyond(axes, sweep)
-    settle(upper, sweep, "Largest strain in a cycle", STRAIN)
-    settle(lower, sweep, "Largest deflection in a cycle", DEFLECTION, last=True)
+    settle(upper, sweep, "Largest strain in a cycle", labelled(units, "strain"))
+    settle(lower, sweep, "Largest deflection in a cycle", labelled(units, "length", "deflection"), last=True)
     return figure
 
 
 def force_figure(sweep: Sweep) -> Figure:
     """Peak joint forces over the swept field, and below them the peak input torque where there is one."""
-    x, data = along(sweep), sweep.data
+    x, data, units = along(sweep), sweep.data, units_of(sweep.data)
     torque = "peak_input_torque" in data
     figure, panels = empty_figure(rows=1 + torque, height=6.4 if torque else SIZE[1])
     for i, joint in enumerate(data["joint"].to_numpy()):
-        panels[0].plot(x, data["peak_joint_force"].sel(joint=joint), label=f"joint {joint}", **look_of(i, len(x)))
+        forces = data["peak_joint_force"].sel(joint=joint) / units.size("force")
+        panels[0].plot(x, forces, label=f"joint {joint}", **look_of(i, len(x)))
     dot_beyond(panels[0], sweep)
-    settle(panels[0], sweep, "Largest joint forces in a cycle", "force (N)", last=not torque)
+    settle(panels[0], sweep, "Largest joint forces in a cycle", labelled(units, "force"), last=not torque)
     if torque:
-        panels[1].plot(x, data["peak_input_torque"], **look_of(0, len(x)))
-        dot_beyond(panels[1], sweep)
         slides = data["peak_input_torque"].attrs["units"] == "N"
-        what, label = ("drive force", "force (N)") if slides else ("input torque", "torque (N m)")
-        settle(panels[1], sweep, f"Largest {what} in a cycle", label, last=True)
+        kind, name, what = ("force", "force", "drive force") if slides else ("moment", "torque", "input torque")
+        panels[1].plot(x, data["peak_input_torque"] / units.size(kind), **look_of(0, len(x)))
+        dot_beyond(panels[1], sweep)
+        settle(panels[1], sweep, f"Largest {what} in a cycle", labelled(units, kind, name), last=True)
     return figure
 
 
 def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     """Amplitude of every harmonic of a strain over the swept field, one above the other."""
     x, data, gauge = along(sweep), sweep.data, json.loads(sweep.data.attrs["gauge"])
-    amplitude = MICRO * data["strain_harmonic"].sel(member=member).transpose("harmonic", ...).to_numpy()[1:]
+    units, waves = units_of(data), data["strain_harmonic"].sel(member=member).transpose("harmonic", ...).to_numpy()
+    amplitude = waves[1:] / units.size("strain")
     largest = float(np.nanmax(amplitude)) or 1.0
     figure, (axes,) = empty_figure(height=max(4.0, 1.6 + 0.24 * len(amplitude)))
     waves = np.arange(1, len(amplitude) + 1)[:, None] + HIGHEST * amplitude / largest
@@ -121,11 +123,11 @@ def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     sign = gauge["fibre"].replace("-", "\N{MINUS SIGN}")
     title = f"Strain of {member} at {place}, {sign} side: harmonics"
     settle(axes, sweep, title, "harmonic of the drive", last=True)
-    _scale_bar(axes, HIGHEST, largest)
+    _scale_bar(axes, HIGHEST, largest, units.label("strain"))
     return figure
 
 
-def _scale_bar(axes: Axes, height: float, largest: float) -> None:
+def _scale_bar(axes: Axes, height: float, largest: float, unit: str) -> None:
     """Draw what a round amplitude is long, right of the axes."""
     decade = 10.0 ** math.floor(math.log10(largest))
     amount = max(step * decade for step in (1, 2, 5) if step * decade <= largest)
@@ -133,7 +135,7 @@ def _scale_bar(axes: Axes, height: float, largest: float) -> None:
     head = foot + height * amount / largest
     beside = axes.get_yaxis_transform()
     axes.plot([1.02, 1.02], [foot, head], color="black", linewidth=2, linestyle="-", transform=beside, clip_on=False)
-    text = f"{amount:g} \N{MICRO SIGN}m/m"
+    text = f"{amount:g} {unit}"
     axes.text(1.035, (foot + head) / 2, text, transform=beside, va="center", fontsize=9)
 
 

@@ -13,15 +13,18 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Index
-from fenics_mech._constants import MICRO
+from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.recovery.peaks import PEAK
-from fenics_mech.views.sweep_data import beyond_theory, named, range_of, written
+from fenics_mech.views.resonances import RESONANCE, resonances_of, whole_points
+from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
 from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.words import share
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
 MOST_RANGES = 6  # of values that failed, that are listed
+NONE = "NO errors are estimated at {}: the theory is judged there by fixed limits, and mesh and steps are not judged."
 KINDS = {  # of errors, in words
     "SceneError": "the scene is not valid there",
     "TooLargeError": "too large for memory or a solver",
@@ -38,12 +41,14 @@ def sweep_summary(sweep: Sweep) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
         parts.append(_peaks(data, paths))
+    parts += _resonances(data, paths)
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
         text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY that acts: {at}."
         more = "`fenics-mech run` at one of them says by how much its strains are wrong."
         parts.append(Text(f"{text} {more}", style="bold red"))
+    parts += _with_care(data, paths)
     if changing := _changing_effects(data, paths):
         parts.append(Text(changing))
     errors, messages, missing, warned = (
@@ -57,7 +62,9 @@ def sweep_summary(sweep: Sweep) -> Group:
         parts.append(Text(f"{text}: take more sub_intervals"))
     for source in np.unique(missing[missing != ""]):
         at = _where(data, paths, np.argwhere(missing == source))
-        parts.append(Text(f"NOT included in the error estimates at {at}: {source}"))
+        parts.append(
+            Text(NONE.format(at) if source == NO_ESTIMATE else f"NOT included in the error estimates at {at}: {source}")
+        )
     if (warned != "").any():
         first = warned[tuple(np.argwhere(warned != "")[0])].splitlines()[0]
         at = _where(data, paths, np.argwhere(warned != ""))
@@ -70,6 +77,31 @@ def sweep_summary(sweep: Sweep) -> Group:
         at, message = _where(data, paths, places), messages[tuple(places[0])]
         parts.append(Text(f"  {len(places)} at {at}: {why}. The first message is: {message}"))
     return Group(*parts)
+
+
+def _with_care(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Say by how much linear theory is off where its numbers are to be used with care."""
+    careful = (theory_levels(data) == "warn").transpose(*paths).to_numpy()
+    if not careful.any() or "theory_share" not in data:
+        return []
+    shares = [data[name].transpose(*paths).to_numpy() for name in ("theory_share", "deflection_theory_share")]
+    most = float(np.nanmax(np.where(careful, np.fmax(*shares), np.nan)))
+    at = _where(data, paths, np.argwhere(careful))
+    text = f"Linear theory leaves out up to {share(most)} of the strain or deflection at {at}: use these with care."
+    return [Text(text, style="yellow")]
+
+
+def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Name the largest resonances of a sweep over one field, as the Campbell diagram does."""
+    if len(paths) > 1 or not len(whole_points(data)):
+        return []
+    if not (found := resonances_of(data)):
+        return [Text("No resonance stands out: no harmonic near a mode rises above its growth with the speed squared.")]
+    said = [
+        f"{range_of(data, paths[0], one.point, one.point)} ({one.order} times the drive meets mode {one.mode + 1})"
+        for one in found[: RESONANCE.most]
+    ]
+    return [Text(f"Resonances, the largest first: {', '.join(said)}.")]
 
 
 def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:
@@ -102,8 +134,8 @@ def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
 
 def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
     """Tabulate the largest peak strain of every member."""
-    columns = [named(data, path) for path in paths]
-    table = table_of("Largest strain over the sweep", "member", "strain (\N{MICRO SIGN}m/m)", *columns, "place s")
+    columns, units = [named(data, path) for path in paths], units_of(data)
+    table = table_of("Largest strain over the sweep", "member", labelled(units, "strain"), *columns, "place s")
     for member in data["member"].to_numpy():
         one = data.sel(member=member)
         peak = one["peak_strain"].fillna(-1)
@@ -111,5 +143,7 @@ def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
         there = one.isel(best)
         values = [number(written(data, path)[best[path]]) for path in paths]
         place = f"{float(there['peak_strain_s']):.3g}"
-        table.add_row(escape(str(member)), number(MICRO * float(there["peak_strain"])), *values, place)
+        table.add_row(escape(str(member)), number(units.number(float(there["peak_strain"]), "strain")), *values, place)
+    if without := int((data["not_estimated"] == NO_ESTIMATE).sum()):
+        table.caption = f"{without} of {data['not_estimated'].size} points have no error estimate"
     return table

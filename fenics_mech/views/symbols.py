@@ -20,6 +20,10 @@ class Proportions:
     pin: float = 0.013
     hole: float = 0.008
     peak: float = 0.026
+    traced: float = 0.009
+    mass: float = 0.02  # of the largest point mass
+    load: float = 0.14  # length of the arrow of the largest load
+    head: float = 0.035  # of it, the length of its head
     name: float = 0.018  # from a pin to its name, in both directions
     support: float = 0.045
     block: float = 0.018

@@ -61,7 +61,7 @@ def test_units_that_are_asked_for_are_those_of_all_numbers(call, tmp_path):
     data = Result.load(tmp_path / "out" / "result.nc").data
     assert "lbf in" in shaking
     assert peak == pytest.approx(float(np.abs(data["stress"]).max()) / PSI, rel=0.02)  # the same
-    assert re.search(r"on the frame \S+ lbf at \S+, \S+ lbf in at", " ".join(short.split()))
+    assert re.search(r"shaking force \S+ lbf at \S+, \S+ lbf in at", " ".join(short.split()))
     largest = np.abs(data["shaking_moment"]).max() / (POUND * INCH)
     assert abs(float(shaking.split()[2])) == pytest.approx(float(largest), rel=0.02)  # between positions it is larger
 
@@ -87,6 +87,10 @@ def test_json_is_what_the_result_holds(call, tmp_path):
     found, data = json.loads(text), Result.load(tmp_path / "out" / "result.nc").data
     assert found["files"] == [str(tmp_path / "out" / name) for name in ("result.nc", "warnings.txt", "report.html")]
     strain = data["strain"].sel(member="coupler").to_numpy()
+    swing = found["members"]["coupler"]["stress_range"]
+    assert swing["value"] == pytest.approx(float(data["stress_range"].sel(member="coupler").max()))
+    place = {"s": swing["s"], "fibre": swing["fibre"]}
+    assert float(data["stress_range"].sel(member="coupler", **place)) == pytest.approx(swing["value"])
     peak = found["members"]["coupler"]["strain"]
     assert abs(peak["value"]) == pytest.approx(np.abs(strain).max(), rel=0.02)  # between positions it is larger
     assert found["joints"]["A"]["value"] == pytest.approx(

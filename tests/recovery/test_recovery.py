@@ -8,6 +8,7 @@ from fenics_mech import Result, analyse
 from fenics_mech.errors import ResultError
 from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.scene.factories import seed_four_bar
+from tests.common import response_of
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +100,32 @@ def test_strain_is_axial_plus_bending_and_stress_follows(quasi_static):
     assert np.allclose(
         bending.sel(fibre="+", member="coupler"), -8e-4 / (71e9 * 8.67e-12) * data["moment"].sel(member="coupler")
     )
+
+
+def damped(**damping):
+    """Stress less modulus times strain, and both, of a linear motion with some damping, ``(angles, ...)``."""
+    scene = seed_four_bar(drive={"joint": "O", "speed": 20.0}, effects=["coupling"], damping=damping)
+    options = {"sub_intervals": 60, "modes": 2, "stability": False}
+    data = response_of(scene.changed(analysis=options)).data
+    stress, strain = (data[name].transpose("theta", ...).to_numpy() for name in ("stress", "strain"))
+    modulus = next(iter(scene.materials.values())).modulus
+    return stress - modulus * strain, stress, modulus * strain, scene.period
+
+
+def test_stress_and_strain_differ_by_what_damps():
+    """Nothing without damping; by the ratio in proportion to it; by the material its time times the strain's rate."""
+    apart, stress, *_ = damped()
+    assert np.abs(apart).max() < 1e-12 * np.abs(stress).max()
+    shares = []
+    for ratio in (0.01, 0.02):
+        apart, stress, *_ = damped(ratio=ratio)
+        shares.append(np.abs(apart).max() / np.abs(stress).max())
+    assert 0.002 < shares[0] < 0.02
+    assert shares[1] == pytest.approx(2 * shares[0], rel=0.1)  # the motion hardly changes
+    apart, stress, elastic, period = damped(material=1e-4)
+    rate = 2j * np.pi / period * np.fft.fftfreq(len(elastic), 1 / len(elastic))[:, None, None, None]
+    viscous = 1e-4 * np.fft.ifft(rate * np.fft.fft(elastic, axis=0), axis=0).real
+    assert apart == pytest.approx(viscous, abs=1e-3 * np.abs(viscous).max())
 
 
 def test_static_deflection_of_one_element_is_that_of_many():

@@ -10,7 +10,7 @@ from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.stability.floquet import floquet
-from fenics_mech.response.stability.multipliers import MULTIPLIERS, _slow
+from fenics_mech.response.stability.multipliers import MULTIPLIERS, _slow, eigenpairs
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
@@ -285,9 +285,21 @@ def test_rounding_makes_no_multiplier(rounding):
     slow, fast = [0.5, -0.4, 0.3], np.linspace(1, 0.1, 117) ** 2
     flow = RoundedFlow(np.concatenate([slow, 0.9 * fast]), rounding)  # Gauss points hardly damp what is fast
     radau = RoundedFlow(np.concatenate([slow, 1e-7 * fast]), rounding)
-    values = _slow(flow, radau, MULTIPLIERS.wanted, {})[0]
+    values = _slow(flow, radau, MULTIPLIERS.wanted, {})[0][0]
     if rounding > 1e-10:  # else the fast ones are found, too
         assert len(values) == 3
     for multiplier in slow:
         assert np.abs(values - multiplier).min() < 100 * rounding
     assert np.abs(values).max() < 0.9 + 1e-6
+
+
+@pytest.mark.parametrize(("left", "all_that_count"), [(1e-10, True), (1e-7, False)])
+def test_few_slow_disturbances_are_all_where_others_are_hardly_left(left, all_that_count):
+    """Of 120 disturbances three are slow: the others need not be looked for where hardly anything is left of them."""
+    slow, fast = [0.5, -0.4, 0.3], np.linspace(1, 0.1, 117) ** 2
+    flow = RoundedFlow(np.concatenate([slow, 0.9 * fast]), 1e-15)
+    radau = RoundedFlow(np.concatenate([slow, left * fast]), 1e-15)
+    (values, _), every = next(eigenpairs(flow, radau, {}))
+    assert every == all_that_count
+    for multiplier in slow:
+        assert np.abs(values - multiplier).min() < 1e-9

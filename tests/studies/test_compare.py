@@ -8,7 +8,7 @@ from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError
 from fenics_mech.recovery import Result
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.compare import Quantity, compare, curves_of_measurement, curves_of_result
+from fenics_mech.studies.compare import Quantity, compare, curves_of_measurement, curves_of_result, with_vibration
 from tests.common import response_of
 
 PLACE = Quantity("strain", "coupler", 0.3, "-")
@@ -60,6 +60,17 @@ def test_scale_of_a_measurement_is_a_difference_without_a_shift(result, source):
     assert np.degrees(float(data["shift"])) == pytest.approx(0.0, abs=0.2)
 
 
+def test_ripples_of_a_measurement_have_a_frequency(result, source):
+    """Nine in a cycle of 0.1945 s are 46.3 Hz, on the quasi-static curve and with some noise."""
+    theta, strain = result.data["theta"].to_numpy(), result.strain_at("coupler", 0.3, "-")
+    noise = np.random.default_rng(3).normal(size=len(theta))
+    size = np.ptp(strain)
+    wave = strain + 0.3 * size * np.cos(9 * theta) + 0.003 * size * noise
+    gauge = with_vibration(curves_of_measurement(theta, wave, PLACE, "gauge"), source)
+    assert gauge.vibration["coupler"] == pytest.approx(9 * 32.3 / (2 * np.pi))
+    assert not with_vibration(gauge, curves_of_measurement(theta, wave, PLACE, "other")).still
+
+
 def test_what_has_no_cycle_is_refused():
     static = response_of(seed_four_bar(analysis={"method": "static"}))
     with pytest.raises(ResultError, match="static or not periodic"):
@@ -101,6 +112,16 @@ def test_command_writes_table_and_plots(folder):
     assert float(names["peak"]) == pytest.approx(1.5 * float(names["peak_reference"]))
     forces = next(line for line in lines if line.startswith("b,joint force O"))
     assert float(dict(zip(lines[0].split(","), forces.split(",")))["rms"]) == 0
+
+
+def test_comparisons_are_told_in_the_units_of_the_first_scene(folder, result):
+    result.told_in(["%", "in", "lbf"]).save(folder / "inches.nc")
+    text = run(folder / "inches.nc", folder / "b.nc", "-o", folder / "units")
+    row = next(line for line in text.splitlines() if "joint force O (lbf)" in line)
+    force = np.linalg.norm(result.data["joint_force"].sel(joint="O").transpose("theta", "component"), axis=-1)
+    assert float(row.split()[4]) == pytest.approx(force.max() / 4.4482216, rel=1e-3)
+    assert "strain crank (%)" in text
+    assert "deflection crank (in)" in text
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,17 @@ import time
 
 import numpy as np
 import pytest
+from rich.table import Table
 
 from fenics_mech import load
+from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
 from fenics_mech.recovery.peaks import between_positions, doubt
 from fenics_mech.studies import sweep_points
-from fenics_mech.studies.sweep import Sweep, first_difference, run_sweep, unresolved
+from fenics_mech.studies.sweep import Sweep, first_difference, run_sweep
 from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
+from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
 from fenics_mech.studies.sweep_points import Gauge, stacked
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
@@ -244,6 +247,37 @@ def test_what_error_estimates_lack_is_told(arm, tmp_path):
     assert "pulses" not in alone[1]
     assert sweep.data["not_estimated"].to_numpy().tolist() == alone
     assert any(str(part).endswith(f"factor.end = 1.001 rad: {alone[0]}") for part in sweep_summary(sweep).renderables)
+
+
+def test_points_without_estimates_are_told(arm, tmp_path):
+    whole = swept(arm, tmp_path / "whole", SHORT).data
+    sweep = swept(arm, tmp_path / "peaks", SHORT, estimates_at_peaks=True)
+    data, peak = sweep.data, int(whole["peak_strain"].argmax("drive.period").item())
+    assert data["peak_strain"].identical(whole["peak_strain"])
+    estimated = [0, peak, 7]  # of a curve with one peak
+    assert data["error_estimate"][estimated].identical(whole["error_estimate"][estimated])
+    assert np.flatnonzero(np.isfinite(data["error_estimate"])).tolist() == estimated
+    assert np.flatnonzero(data["not_estimated"] == NO_ESTIMATE).tolist() == [i for i in range(8) if i not in estimated]
+    summary = sweep_summary(sweep).renderables
+    assert any(str(part).startswith("NO errors are estimated at drive.period = ") for part in summary)
+    assert [part.caption for part in summary if isinstance(part, Table)] == ["5 of 8 points have no error estimate"]
+    off = swept(arm.changed(analysis__error_estimates=False), tmp_path / "off", SHORT).data
+    assert (off["not_estimated"] == NO_ESTIMATE).all()
+
+
+def test_estimates_at_peaks_choose_nothing(seed, tmp_path):
+    for stated, place in (({"effects": "auto"}, "effects"), ({"tolerance": 0.01}, "tolerance")):
+        with pytest.raises(SceneError, match="error estimates choose this for each point") as refused:
+            swept(seed.changed(**stated), tmp_path, "drive.speed=10:20:3", estimates_at_peaks=True)
+        assert refused.value.place == place
+
+
+def test_peaks_of_a_grid_are_not_lower_than_their_neighbours():
+    curves = np.array([[1.0, 0, 1, 0, 3, 3, 2], [1.0, 2, np.nan, 2, 1, 0, 5]]).T
+    assert np.flatnonzero(peaks_of(curves, 1)).tolist() == [0, 1, 2, 3, 4, 5, 6]
+    assert np.flatnonzero(peaks_of(curves[:, :1], 1)).tolist() == [0, 2, 4, 5, 6]
+    hill = -np.add.outer((np.arange(5) - 2) ** 2, (np.arange(4) - 1) ** 2)[..., None].astype(float)
+    assert np.argwhere(peaks_of(hill, 2)).tolist() == [[0, 0], [0, 3], [2, 1], [4, 0], [4, 3]]
 
 
 def test_a_sweep_in_which_all_points_fail_is_a_sweep(tmp_path, seed):

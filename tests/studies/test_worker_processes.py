@@ -1,6 +1,7 @@
 """Processes of this machine that share work: each task once, and one that is killed costs its task."""
 
 import contextlib
+import logging
 import os
 import signal
 import subprocess
@@ -52,6 +53,21 @@ def test_a_process_that_is_killed_costs_its_task(tmp_path):
     over_processes(2, range(8), partial(write_or_die, tmp_path), lost.append)
     assert lost == [3]
     assert sorted(int(path.name) for path in tmp_path.iterdir()) == [0, 1, 2, 4, 5, 6, 7]
+
+
+def log_or_die(task):
+    log = logging.getLogger("fenics_mech.somewhere")
+    log.debug("too quiet")
+    log.info("task %d", task)
+    if task == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_what_processes_log_is_told_here(caplog):
+    caplog.set_level(logging.INFO, "fenics_mech")
+    over_processes(2, range(6), log_or_die, lambda task: None)
+    told = [record.getMessage() for record in caplog.records if record.name == "fenics_mech.somewhere"]
+    assert sorted(told) == [f"task {n}" for n in range(6)]
 
 
 def end_the_starter(task):

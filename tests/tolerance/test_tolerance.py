@@ -104,14 +104,14 @@ def test_graded_and_stated_meshes_keep_their_kind():
 
 @pytest.fixture
 def runs(monkeypatch):
-    """Scenes that were analysed, one a trial."""
-    found, as_stated = [], fenics_mech.analysis.solved
+    """Scenes that were solved, one a trial with another motion."""
+    found, as_stated = [], fenics_mech.analysis._answer
 
     def noted(scene, *rest):
         found.append(scene)
         return as_stated(scene, *rest)
 
-    monkeypatch.setattr(fenics_mech.analysis, "solved", noted)
+    monkeypatch.setattr(fenics_mech.analysis, "_answer", noted)
     return found
 
 

@@ -9,16 +9,20 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fenics_mech import analyse
-from fenics_mech.errors import ViewError
+from fenics_mech import analyse, animate_modes, modes
+from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery import Result
+from fenics_mech.scene import parse
+from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views import rendering
 from fenics_mech.views.animation import animate
-from fenics_mech.views.frames import angle_of_peak, cycle, default_magnification, frames_at, strain_limit
+from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, strain_limit
 from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.stage import ribbon
+from tests.common import response_of
 from tests.demos.machines import piston
+from tests.studies.test_rigid_linkages import FOUR_BAR
 
 SMALL = (240, 180)
 
@@ -58,7 +62,7 @@ def test_png_is_coloured_and_shows_the_frame_of_the_largest_strain(result, tmp_p
     left = picture[:, : int(0.8 * 240)]  # without the colour bar
     assert (left[..., 2] - left[..., 0] > 60).sum() > 50  # blue: the + fibres are pressed
     peak = np.abs(result.data["strain"].sel(fibre="+")).max(("member", "s")).to_numpy()
-    assert angle_of_peak(result) == result.data["theta"].to_numpy()[peak.argmax()]
+    assert moment_of_peak(result) == result.data["theta"].to_numpy()[peak.argmax()]
 
 
 def test_frames_at_the_angles_of_the_result_are_the_result(result):
@@ -100,6 +104,13 @@ def test_colour_bar_holds_the_largest_strain_of_the_motion_and_a_ring_is_there(r
     frames = frames_at(peaked, cycle(peaked, 6), 3.0)
     assert frames.peak_strain == pytest.approx(-1100)
     assert np.array_equal(frames.peak, frames.path[:, 2, 5])
+
+
+def test_strains_are_in_the_units_of_the_answer(result):
+    percent, usual = (frames_at(one, cycle(one, 3), 1.0) for one in (result.told_in(["%"]), result))
+    assert percent.strain == pytest.approx(1e-4 * usual.strain)
+    assert percent.peak_strain == pytest.approx(1e-4 * usual.peak_strain)
+    assert strain_limit(result.told_in(["%"])) == pytest.approx(1e-4 * strain_limit(result))
 
 
 def test_names_and_ring_are_drawn(result, tmp_path):
@@ -182,3 +193,139 @@ def test_a_rigid_block_goes_where_its_pin_goes():
     moved = pins - undeformed
     assert np.abs(moved[:, 2]).max() > 1e-3  # the pin B
     assert moved[:, 3] == pytest.approx(moved[:, 2])  # the guide's place G
+
+
+@pytest.fixture(scope="module")
+def acted_on():
+    """The seed with a traced point, a mass, and a push that acts over half of the turn, its links bent and slow."""
+    parts = {
+        "points": {"P": {"at": "coupler@0.5", "offset": (0, 0.06)}},
+        "masses": {"heavy": {"at": "coupler.B", "mass": 0.04}, "light": {"at": "crank.A", "mass": 0.01}},
+        "loads": {"push": {"at": "follower.B", "force": (-3, 4), "factor": {"kind": "pulse", **HALF}}},
+    }
+    return analyse(seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24}, effects=[]).changed(parts))
+
+
+HALF = {"start": "90 deg", "end": "270 deg", "ramp": "10 deg"}
+
+
+def test_points_masses_and_loads_move_with_the_bent_links(acted_on):
+    data, at = acted_on.data, cycle(acted_on, 24)
+    frames = frames_at(acted_on, at, 5.0)
+    rigid, bent = (data[name].sel(point="P").to_numpy() for name in ("point_position", "point_position_bent"))
+    assert frames.traced[:, 0] == pytest.approx(rigid + 5 * (bent - rigid))
+    assert frames.masses[:, 0] == pytest.approx(frames.pins[:, 2])  # at B
+    assert frames.mass_sizes == pytest.approx([1, 0.5])
+    assert frames.loads[:, 0, 0] == pytest.approx(frames.pins[:, 2])
+    assert frames.loads[12, 0, 1] == pytest.approx([-0.6, 0.8])  # at 180 degrees, and none at 0
+    assert not frames.loads[0, 0, 1].any()
+    assert len(frames.trails) == 3  # of A, B and P: O and C do not move
+    assert frames.trails[-1][:24] == pytest.approx(frames.traced[:, 0])
+    assert frames.trails[-1][24] == pytest.approx(frames.traced[0, 0])  # it closes
+    sections = [acted_on.scene.sections[member.section] for _, member in acted_on.scene.members().values()]
+    assert frames.half_width[:, 0] == pytest.approx([section.fibre for section in sections])
+
+
+def test_a_motion_in_time_is_shown_at_its_times():
+    found = analyse(parse(FOUR_BAR.replace('"periodic"', '"transient"\ncycles = 2')))
+    at = cycle(found, 7)
+    assert at == pytest.approx(np.linspace(0, 4 * np.pi / 30, 7))
+    frames = frames_at(found, at, 1.0)
+    assert frames.labels[0] == "time 0 s"
+    angle = 30 * at
+    assert frames.pins[:, 1] == pytest.approx(0.108 * np.stack([np.cos(angle), np.sin(angle)], axis=1), abs=1e-9)
+
+
+def test_rigid_links_are_drawn(tmp_path):
+    found = analyse(parse(FOUR_BAR))
+    force = np.linalg.norm(found.data["joint_force"].transpose("theta", "joint", "component"), axis=-1)
+    assert moment_of_peak(found) == found.data["theta"].to_numpy()[force.max(axis=1).argmax()]
+    picture = np.asarray(Image.open(animate(found, tmp_path / "m.png", size=SMALL))).astype(int)
+    assert (np.abs(picture - 160).max(axis=-1) < 12).sum() > 100  # grey bars
+
+
+def test_true_widths_and_loads_are_seen(acted_on, tmp_path):
+    wide, true = (
+        np.asarray(Image.open(animate(acted_on, tmp_path / f"{width}.png", true_width=width))).astype(int)
+        for width in (False, True)
+    )
+    assert (np.abs(wide - true).max(axis=-1) > 40).sum() > 500  # strips of 2 mm are thinner
+    pictures = list(pictures_of(animate(acted_on, tmp_path / "m.gif", frames=4)))
+    green = [(np.abs(one - [0, 158, 115]).max(axis=-1) < 12).sum() for one in pictures]
+    assert green[2] > 50  # at 180 degrees
+    assert green[0] == 0
+    assert (pictures[3][5, 5] == 255).all()
+
+
+def test_modes_swing(result, tmp_path):
+    found = modes(result.scene.changed({"analysis.sub_intervals": 4}))
+    pictures = list(pictures_of(animate_modes(found, tmp_path / "modes.gif", frames=4)))
+    assert len(pictures) == 4
+    assert np.abs(pictures[1] - pictures[3]).max() == 0  # at rest twice in a period
+    assert (np.abs(pictures[0] - pictures[2]).max(axis=-1) > 60).sum() > 500  # on both sides
+    with pytest.raises(ViewError, match=r"are a \.gif"):
+        animate_modes(found, tmp_path / "modes.mp4")
+
+
+def test_one_position_is_drawn_and_a_result_that_lacks_points_is_one_message(result, tmp_path):
+    still = response_of(
+        seed_four_bar(analysis={"method": "static", "position": 1.0}, gravity=(0, -9.81), effects=["gravity"])
+    )
+    frames = frames_at(still, cycle(still, 3), 1.0)
+    assert frames.labels == ("drive angle 57°",) * 3
+    assert len(frames.trails) == 0
+    assert animate(still, tmp_path / "m.png", size=SMALL).exists()
+    with pytest.raises(ResultError, match="lacks what is shown"):
+        animate(Result(result.data.drop_vars("point_position")), tmp_path / "m.gif", size=SMALL)
+
+
+def test_a_ram_has_its_guide_on_the_cylinder():
+    """The rod's end lies on it: the guide turns with the cylinder, and is as long as the stroke."""
+    found = response_of(parse(RAM))
+    frames = frames_at(found, cycle(found, 9), 0.0)
+    assert frames.guides.shape == (9, 1, 2, 2)
+    first, second = np.moveaxis(frames.guides[:, 0], 1, 0)
+    assert np.linalg.norm(second - first, axis=1) == pytest.approx(0.2)
+    arm, along = frames.pins[:, 3] - first, (second - first) / 0.2  # of the joint S
+    assert arm[:, 0] * along[:, 1] - arm[:, 1] * along[:, 0] == pytest.approx(0, abs=1e-9)
+    stroke = np.sum(arm * along, axis=1)
+    assert stroke.min() == pytest.approx(0.05, abs=1e-6)
+    assert stroke.max() == pytest.approx(0.2, abs=1e-6)
+
+
+RAM = """
+name = "boom with a ram"
+effects = []
+[materials.steel]
+modulus = "207 GPa"
+density = "7800 kg/m^3"
+[sections]
+bar = { shape = "rectangle", width = "30 mm", height = "30 mm" }
+[ground]
+points = { O = [0, 0], C = ["0.3 m", "-0.3 m"] }
+[links.boom]
+points = { O = [0, 0], A = ["0.8 m", 0], T = ["1.4 m", 0] }
+members.OA = { ends = ["O", "A"], section = "bar", material = "steel" }
+members.AT = { ends = ["A", "T"], section = "bar", material = "steel" }
+angle = "20 deg"
+[links.cylinder]
+points = { C = [0, 0], E = ["0.5 m", 0] }
+members.CE = { ends = ["C", "E"], section = "bar", material = "steel" }
+angle = "45 deg"
+[links.rod]
+points = { D = [0, 0], A = ["0.5 m", 0] }
+members.DA = { ends = ["D", "A"], section = "bar", material = "steel" }
+angle = "45 deg"
+[joints]
+O.connect = ["ground.O", "boom.O"]
+C.connect = ["ground.C", "cylinder.C"]
+A.connect = ["boom.A", "rod.A"]
+S = { kind = "prismatic", connect = ["cylinder.E", "rod.D"] }
+[drive]
+joint = "S"
+period = "3 s"
+law = { kind = "rest-to-rest", start = "0.05 m", end = "0.2 m", out = [0.1, 0.4], back = [0.6, 0.9] }
+[analysis]
+method = "quasi-static"
+sub_intervals = 60
+"""

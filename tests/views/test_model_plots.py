@@ -7,13 +7,15 @@ from matplotlib.colors import to_hex
 import fenics_mech as fm
 from fenics_mech.errors import MechanismError
 from fenics_mech.kinematics import start_motion
+from fenics_mech.scene import parse
 from fenics_mech.views.acting_drawings import LOOKS, TURN
 from fenics_mech.views.figures import figure_in, new_axes
 from fenics_mech.views.labels import Labels
 from fenics_mech.views.model_plots import plot_scene
 from fenics_mech.views.skeleton import Skeleton
 from fenics_mech.views.symbols import arc, coil, guide_strokes
-from tests.common import DEMOS
+from tests.common import DEMOS, ROOT
+from tests.documents import blocks
 
 ACTING = {
     "gravity": (0, -9.81),
@@ -122,3 +124,14 @@ def test_symbols_have_their_ends_and_sizes():
 def test_a_linkage_that_cannot_be_assembled_is_an_error(scene):
     with pytest.raises(MechanismError, match="assembled"):
         plot_scene(scene.changed({"links.crank.points.A": (5.0, 0.0), "loads": {}, "springs": {}}))
+
+
+def test_a_guide_on_a_link_that_moves_is_drawn_across_its_pin():
+    """The slot of a yoke stands across it; guides on the ground have their own look."""
+    (yoke,) = (block.text for block in blocks(ROOT / "README.md") if "Scotch yoke" in block.text)
+    skeleton = Skeleton.at_start(parse(yoke))
+    (rail,) = skeleton.rails
+    pin = skeleton.pins[list(skeleton.scene.joints).index("A")]
+    assert rail[:, 0] == pytest.approx(pin[0], abs=1e-12)
+    assert rail[0, 1] < pin[1] < rail[1, 1]
+    assert len(Skeleton.at_start(fm.load(DEMOS / "quick_return.toml")).rails) == 0  # along a member

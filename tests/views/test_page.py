@@ -15,14 +15,14 @@ from fenics_mech import analyse
 from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.scene import parse
+from fenics_mech.scene import load, parse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.page.curves import MOST, packed, payload
 from fenics_mech.views.page.html import Html, json_in_page, table, tag
 from fenics_mech.views.page.report import page, report
 from fenics_mech.views.reading import Reading
-from tests.common import ROOT, analysed
+from tests.common import DEMOS, ROOT, analysed
 
 HOSTILE = "</script><img src=x onerror=\"document.title='taken'\">\u2028&amp;'"
 
@@ -80,11 +80,52 @@ def test_tables_hold_the_peaks_of_the_result(result, found):
         assert number(cells[2]) == pytest.approx(1e6 * one["strain"].to_numpy()[at], rel=5e-3)
         assert cells[4] == f"{0.5 * at[0]:g}\N{DEGREE SIGN}"
         bent = np.linalg.norm(one["deflection"], axis=-1)
-        assert number(cells[5]) == pytest.approx(1e3 * bent.max(), rel=5e-3)
+        swing = result.data["stress_range"].sel(member=member).max()
+        assert number(cells[5]) == pytest.approx(1e-6 * float(swing), rel=5e-3)
+        assert number(cells[6]) == pytest.approx(1e3 * bent.max(), rel=5e-3)
     force = np.linalg.norm(closer["joint_force"].sel(joint="O"), axis=-1)
     assert number(found.row("O")[1]) == pytest.approx(force.max(), rel=5e-3)
     frequency = result.data["frequency"].sel(mode=2)
     assert number(found.row("2")[2]) == pytest.approx(float(frequency.max()), rel=5e-3)
+
+
+def test_the_force_on_the_frame_is_told(result, found):
+    force = np.linalg.norm(between_positions(result).data["shaking_force"].transpose("theta", "component"), axis=-1)
+    assert number(found.row("on the frame")[1]) == pytest.approx(force.max(), rel=5e-3)
+    data = payload(Reading(result))
+    size = np.linalg.norm(unpacked(data["arrays"]["shaking"]).reshape(-1, 2), axis=-1)
+    assert size.max() == pytest.approx(force.max(), rel=1e-3)
+
+
+def test_a_page_is_told_in_the_units_that_are_asked_for(result):
+    inches = result.told_in(["in", "psi", "lbf", "lbf in"])
+    cells, usual = Page(page(inches)).row("crank"), Page(page(result)).row("crank")
+    assert number(cells[1]) * 6894.757e-6 == pytest.approx(number(usual[1]), rel=1e-2)
+    assert number(cells[6]) * 25.4 == pytest.approx(number(usual[6]), rel=1e-2)
+    data = payload(Reading(inches, inches.scene.answer_units))
+    assert data["units"]["stress"] == "psi"
+    assert data["lengths"][1] == pytest.approx(11.0)
+    assert not re.search(r"\b(MPa|mm|N m)\b", Page(page(inches)).said.split("The scene, in SI")[0].split("Natural")[0])
+
+
+def test_forces_act_at_their_pins():
+    """A pin through three links transmits two forces; both are drawn at it."""
+    result = analysed(
+        load(DEMOS / "jansen.toml").changed({"analysis.method": "quasi-static", "analysis.sub_intervals": 8})
+    )
+    data = payload(Reading(result))
+    assert data["joints"][1:3] == ["M:left_j", "M:left_k"]
+    assert [data["names"][n] for n in data["pin_of"]] == [name.partition(":")[0] for name in data["joints"]]
+
+
+def test_traced_points_are_drawn_where_the_bent_links_carry_them(result):
+    scene = result.scene.changed({"points": {"P": {"at": "coupler@0.5", "offset": (0, 0.06)}}})
+    found = analysed(scene)
+    data = payload(Reading(found))
+    assert data["traced"] == ["P"]
+    path = sum(unpacked(data["arrays"][name]) for name in ("traced", "traced_bent"))
+    place = found.data["point_position_bent"].sel(point="P").transpose("theta", "component").to_numpy()
+    assert path[:: len(path) // 24] == pytest.approx(place, abs=1e-4)
 
 
 def test_the_page_begins_with_the_verdict(result, found):

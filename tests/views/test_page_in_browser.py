@@ -2,7 +2,10 @@
 
 import pytest
 
+from fenics_mech.scene import parse
 from fenics_mech.views.page.report import report
+from tests.common import analysed
+from tests.studies.test_rigid_linkages import FOUR_BAR
 from tests.views.browser import DESKTOP, PHONE, browser
 from tests.views.test_page import free_result, hostile
 
@@ -37,7 +40,7 @@ def test_it_opens_in_two_seconds_at_the_peak(window, file):
     assert window.text("#told") == "15°"
     assert window.text("#curve-title") == "Stress at the peak\N{RIGHT SINGLE QUOTATION MARK}s place"
     assert window.text("#curve-where").startswith("crank, at O, ")
-    assert window.run("return document.querySelectorAll('#forces figure').length") == 4
+    assert window.run("return document.querySelectorAll('#forces figure').length") == 5  # with that on the frame
     assert window.ask("se/log", type="browser") == []
 
 
@@ -87,6 +90,20 @@ def test_members_and_units_are_chosen(window, file):
     assert "µm/m" in window.text("#curve")
     window.choose("#member", 1)
     assert window.text("#along-where").startswith("coupler")
+
+
+def test_clicks_in_the_drawing_choose_members(window, file):
+    """Clicks all over it meet each member; far from all of them the choice stays."""
+    window.open(file)
+    chosen = window.run(
+        "const box = document.getElementById('mechanism').getBoundingClientRect(), found = []; "
+        "for (let x = 0; x < box.width; x += 12) for (let y = 0; y < box.height; y += 12) { "
+        "document.getElementById('mechanism').dispatchEvent("
+        "new MouseEvent('click', { clientX: box.left + x, clientY: box.top + y })); "
+        "found.push(document.getElementById('member').value); } return found"
+    )
+    assert set(chosen) == {"0", "1", "2"}
+    assert chosen[0] == "0"  # the corner of the drawing is far from all
 
 
 def test_deflection_is_magnified_and_forces_are_drawn(window, file):
@@ -180,7 +197,7 @@ def test_hostile_names_run_nothing(window, result, tmp_path):
     window.open(report(hostile(result), tmp_path / "hostile.html"))
     assert "taken" not in window.run("return document.title").split(": report")[1]
     assert window.run("return document.images.length") == 0
-    assert "onerror" in window.text("#forces figcaption")
+    assert "onerror" in window.text("#forces figure:nth-child(2) figcaption")
     assert window.ask("se/log", type="browser") == []
 
 
@@ -191,3 +208,15 @@ def test_a_motion_in_time_has_a_time_axis(window, tmp_path):
     assert "time (s)" in window.text("#curve")
     window.choose("#position", 20)
     assert window.text("#told") == "0.0200 s"
+
+
+def test_rigid_links_move_and_show_their_forces(window, tmp_path):
+    window.open(report(analysed(parse(FOUR_BAR)), tmp_path / "rigid.html"))
+    assert window.ask("se/log", type="browser") == []
+    assert window.run("return document.querySelectorAll('#forces figure').length") == 5
+    before = picture(window), window.text("#told")
+    window.choose("#position", 18)
+    assert window.text("#told") == "180°"
+    assert picture(window) != before[0]
+    window.click("#to-peak")
+    assert (picture(window), window.text("#told")) == before

@@ -11,13 +11,12 @@ from fenics_mech.errors import SceneError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.views.figures import figure_in, new_axes, save
+from fenics_mech.views.frequency_plot import draw_frequencies, plot_frequencies
 from fenics_mech.views.measured import read_measurement
 from fenics_mech.views.page.page_tables import members
 from fenics_mech.views.plots import (
-    draw_frequencies,
     plot_deflection,
     plot_drive,
-    plot_frequencies,
     plot_joint_forces,
     plot_spectrum,
     plot_strain,
@@ -217,6 +216,22 @@ def test_labels_of_close_frequencies_do_not_lie_upon_another(result):
     assert list(height) == ["a", "b", "c", "far"]
     assert np.diff(list(height.values())).min() > 0.049  # of the axes
     assert height["far"] == pytest.approx(axes.transAxes.inverted().transform(axes.transData.transform((0, 50.0)))[1])
+
+
+def test_labels_of_many_members_are_few_and_inside_the_axes(result):
+    supported = {f"twin {n}": 47.5 for n in range(3)} | {f"thick {n}": 800.0 + n for n in range(9)} | {"soft": 1.0}
+    axes = draw_frequencies(result.data["frequency"].to_numpy(), result.data["theta"].to_numpy(), supported, new_axes())
+    texts = [text.get_text() for text in axes.texts]
+    assert texts == [
+        "soft 1 Hz \N{DOWNWARDS ARROW}",
+        "twin 0 and 2 more 47.5 Hz",
+        "thick 0 800 Hz \N{UPWARDS ARROW}",
+        "thick 1 801 Hz \N{UPWARDS ARROW}",
+        "7 more \N{UPWARDS ARROW}",
+    ]
+    heights = [text.get_position()[1] for text in axes.texts]
+    assert max(heights) <= 1.001
+    assert np.diff(heights).min() > 0.049
 
 
 def test_joint_forces_and_torque(result):

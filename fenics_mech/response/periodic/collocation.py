@@ -7,6 +7,7 @@ block-cyclic system closes the cycle. A nonlinear law is linearised about the la
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,11 +15,14 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
+from fenics_mech.response.periodic.newton import Beginning, Orbit, improved, solve_nonlinear
 from fenics_mech.response.periodic.tableau import Tableau
+
+logger = logging.getLogger(__name__)
 
 
 def solve_collocation(
@@ -28,6 +32,7 @@ def solve_collocation(
     options: Mapping[str, Any],
     tension: Array | None = None,
     jump: Array | None = None,
+    near: Beginning | None = None,
 ) -> Orbit:
     """Solve for the periodic motion.
 
@@ -45,6 +50,8 @@ def solve_collocation(
         A rough axial force of each element (N), ``(points, elements)``; None where the links have no nonlinear law.
     jump
         Change of q' by impulses at the starts of the steps, ``(steps, coordinates)``; the orbit's starts are after it.
+    near
+        A motion beside the one that is sought, under a nonlinear law.
 
     Raises
     ------
@@ -63,6 +70,12 @@ def solve_collocation(
         guess = flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]
         return orbit
 
+    if near is not None:
+        try:
+            return improved(equation, solve, near)
+        except (SolverError, FloatingPointError) as error:
+            logger.info("no motion beside the known one: %s", error)
+            guess = None
     return solve_nonlinear(equation, solve, tension)
 
 

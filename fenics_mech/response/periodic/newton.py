@@ -54,6 +54,41 @@ class Orbit:
     flow: Flow | None = None
 
 
+@dataclass(frozen=True)
+class Beginning:
+    """A motion from which Newton's method begins.
+
+    Parameters
+    ----------
+    displacement, velocity
+        q and q' at the points of a solver, ``(points, coordinates)``.
+    tension
+        Axial force of each element (N), ``(points, elements)``.
+    """
+
+    displacement: Array
+    velocity: Array
+    tension: Array
+
+
+def improved(equation: Equation, solve: Callable[[Matrices], Orbit], near: Beginning) -> Orbit:
+    """Solve for the motion beside one that is known.
+
+    Parameters
+    ----------
+    equation, solve
+        As of `solve_nonlinear`.
+    near
+        The known motion.
+
+    Raises
+    ------
+    SolverError
+        When the method does not converge.
+    """
+    return _at_load(equation, solve, lambda tension: tension, 1.0, near, near.tension)[0]
+
+
 def solve_nonlinear(
     equation: Equation,
     solve: Callable[[Matrices], Orbit],
@@ -105,16 +140,18 @@ def _at_load(
     solve: Callable[[Matrices], Orbit],
     guess: Callable[[Array], Array],
     factor: float,
-    orbit: Orbit | None,
+    begun: Orbit | Beginning | None,
     tension: Array,
 ) -> tuple[Orbit, Array]:
     """Iterate at a share of the load until nothing changes."""
     weight = np.sqrt(np.abs(equation.linear.stiffness.diagonal))  # makes energies of forces and moments
     zero = np.zeros_like(equation.linear.load)
-    old: tuple[Array, Array] = (zero, zero) if orbit is None else (orbit.displacement, orbit.velocity)
+    old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
     changes: list[float] = []
+    orbit: Orbit | None = None
     while not settled(changes):
         if len(changes) == NEWTON.most_iterations or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
+            assert orbit is not None
             raise _failure(equation, orbit, factor, weight, len(changes))
         if not changes or changes[-1] > NEWTON.far:
             tension = guess(tension)
@@ -157,8 +194,7 @@ def settled(changes: Sequence[float], tolerance: float = NEWTON.tolerance) -> bo
     return last**2 * max(1.0, last / before**2) <= tolerance
 
 
-def _failure(equation: Equation, orbit: Orbit | None, factor: float, weight: Array, iterations: int) -> SolverError:
-    assert orbit is not None
+def _failure(equation: Equation, orbit: Orbit, factor: float, weight: Array, iterations: int) -> SolverError:
     kind: type[SolverError] = SolverError
     left_over = equation.residual(orbit.displacement, orbit.velocity, orbit.acceleration)
     left_over -= (factor - 1) * equation.linear.load

@@ -18,6 +18,7 @@ from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.periodic.collocation import periodic_orbit, solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
+from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.sub_intervals import solve_sub_intervals
 from fenics_mech.response.setup import boundary_load, moved, rough_tension
@@ -61,7 +62,7 @@ def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalS
     )
 
 
-def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSolution:
+def by_collocation(scene: Scene, system: System, modes: Modes, near: KnownMotion | None = None) -> CollocationSolution:
     """Solve at collocation points; the response is that at the starts of the sub-intervals, after any impulse there.
 
     Parameters
@@ -72,6 +73,8 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
         Its mechanism at the starts of the sub-intervals.
     modes
         Its modes, by which a resonance or an instability is named.
+    near
+        A motion beside the one that is sought, from which Newton's method may begin.
 
     Raises
     ------
@@ -84,7 +87,7 @@ def by_collocation(scene: Scene, system: System, modes: Modes) -> CollocationSol
     if cycle.settling:
         at_points = _settled(cycle, at_points)
     with cycle.determined(modes):
-        orbit = _orbit(cycle, at_points)
+        orbit = _orbit(cycle, at_points, near)
     assert orbit.flow is not None
     cycle.keep(orbit.flow)
     condition, motion = condition_of(orbit), cycle.motion(orbit)
@@ -151,13 +154,14 @@ def condition_of(orbit: Orbit) -> float:
     return magnification(flow.cycle, flow.states(orbit.start, orbit.start_velocity), np.tile(flow.unit, 2))
 
 
-def _orbit(cycle: Cycle, at_points: Equation) -> Orbit:
+def _orbit(cycle: Cycle, at_points: Equation, near: KnownMotion | None = None) -> Orbit:
     scene, steps = cycle.scene, cycle.steps
     jump, tension = velocity_jumps(scene, at_points.system, steps), rough_tension(scene, at_points.system)
     with naming_buckled(at_points, tension):
         if cycle.linear:
             return periodic_orbit(cycle.flow(cycle.tableau), jump)
-        return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump)
+        beginning = None if near is None or at_points.system.terms.law is None else near.at(at_points)
+        return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump, beginning)
 
 
 def _settled(cycle: Cycle, at_points: Equation) -> Equation:

@@ -41,7 +41,7 @@ MULTIPLIERS = MultiplierLimits()
 
 
 def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Eigenpairs, bool]]:
-    """Give multipliers, more with each try, and whether they are all.
+    """Give multipliers, more with each try, and whether they are all that count.
 
     Parameters
     ----------
@@ -62,7 +62,8 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
         damped = flow  # what diverges is the largest there, too
     while damped is not None and states > MULTIPLIERS.few_states and 4 * wanted <= min(states, MULTIPLIERS.most_states):
         last = min(16 * wanted, states) > MULTIPLIERS.most_states
-        yield _slow(flow, damped, wanted, options), last
+        slow, whole = _slow(flow, damped, wanted, options)
+        yield slow, last or whole
         wanted *= 4
     unit = np.tile(flow.unit, 2)
     monodromy = flow.monodromy * unit[:, None] / unit
@@ -72,8 +73,12 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
     yield (values, found / unit), True
 
 
-def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> Eigenpairs:
-    """Give the multipliers in the space of the disturbances that Radau points damp least."""
+def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> tuple[Eigenpairs, bool]:
+    """Give the multipliers in the space of the disturbances that Radau points damp least.
+
+    The second value says whether these are all that count: some that were found are hardly left after a cycle, and
+    those that were not found are smaller.
+    """
     unit = np.tile(flow.unit, 2)
 
     def carried(states: Array, steps: Flow) -> Array:
@@ -86,7 +91,7 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
     values, states = _solved(matrix, krylov, options)
     kept = states[np.abs(values) > MULTIPLIERS.lost * np.abs(values).max(initial=0.0)]
     if not len(kept):
-        return np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)
+        return (np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)), False
     space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]
     left, right = carried(space, damped), carried(carried(space, flow), damped)
     rounding = np.linalg.norm(left[:, 0] - carried(space[:, :1], damped)[:, 0])  # one state is summed in another order
@@ -95,7 +100,7 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
     space, whole = space @ inward[clear].T, right @ inward[clear].T
     reduced = (outward[:, clear] / sizes[clear]).T @ whole  # least squares of left x = right
     values, parts = (part.astype(np.complex128) for part in np.linalg.eig(reduced))
-    return values, (space.astype(np.complex128) @ parts).T / unit
+    return (values, (space.astype(np.complex128) @ parts).T / unit), len(kept) < len(states)
 
 
 def _solved(matrix: PETSc.Mat, defaults: Mapping[str, Any], options: Mapping[str, Any]) -> Eigenpairs:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -73,18 +74,22 @@ class ContactEvents:
         links = self.state.joint_links(time, place, rate)
         return {name: law.depths(law.joint.state(links)) for name, law in self.laws.items()}
 
-    def refuse_overlapped(self, place: Array, rate: Array) -> None:
-        """Raise `SceneError` where a contact is closed at the start.
+    def begin(self, time: float, place: Array, rate: Array) -> None:
+        """Close the contacts that may be closed at the start; raise `SceneError` where another one is.
 
         Parameters
         ----------
+        time
+            Of the start (s).
         place, rate
-            Coordinates of the motion at time 0, and their rates, ``(coordinates,)`` each.
+            Coordinates of the motion there, and their rates, ``(coordinates,)`` each.
         """
         if not self.laws:
             return
-        for name, (depth, _) in self.depths(np.zeros(1), place[None], rate[None]).items():
-            if depth.max() > 0:
+        for name, (depth, _) in self.depths(np.array([time]), place[None], rate[None]).items():
+            if not self.laws[name].begins_open:
+                self.state.contacts[name] = Touching(depth[:, 0] > 0, np.ones(len(depth)))
+            elif depth.max() > 0:
                 raise SceneError(
                     f"at the start the bodies of joint {self.laws[name].joint.name!r} overlap by {depth.max():.3g}",
                     place=f"joint_laws.{name}",
@@ -136,6 +141,7 @@ class ContactEvents:
         """Time at which a contact opens or closes; None where it only comes near."""
         name, contact, sign = which
 
+        @cache  # near 0 rounding gives a second sign to the same time, as poses begin from the last one
         def depth(time: float) -> float:
             at = np.array([time])
             return float(sign * self.depths(at, *curve(at))[name][0][contact, 0])

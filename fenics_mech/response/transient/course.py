@@ -122,11 +122,14 @@ class StartState:
         Time (s).
     displacement, velocity
         q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
+    links
+        Coordinates of the links there (m, m, rad), ``(3 links,)``; None at time 0, where the scene states them.
     """
 
     time: float
     displacement: Array
     velocity: Array
+    links: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -213,6 +216,22 @@ class LawCourse:
 
 
 @dataclass(frozen=True)
+class PointsInside:
+    """A motion at the points of a quadrature of its time steps.
+
+    Parameters
+    ----------
+    course
+        The motion there.
+    weights
+        Weights of the points in a mean over the motion, ``(points,)``.
+    """
+
+    course: FreeCourse
+    weights: Array
+
+
+@dataclass(frozen=True)
 class FreeCourse(Course):
     """A motion in time with freedoms, whose angles and strokes come after the coordinates q.
 
@@ -224,11 +243,14 @@ class FreeCourse(Course):
         Coordinates of the links (m, m, rad), ``(times, 3 links)``.
     laws
         What joint laws exert; None where there are none.
+    inside
+        The same motion at the points of a quadrature of its time steps; None of such points themselves.
     """
 
     acceleration: Array
     links: Array
     laws: LawCourse | None = None
+    inside: PointsInside | None = None
 
     @property
     def touched(self) -> bool:

@@ -15,12 +15,12 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._petsc import PETSc, configured, name_of
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
 from fenics_mech.response.transient.contact_events import ContactEvents
-from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, StartState
+from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, PointsInside, StartState
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes
@@ -37,6 +37,7 @@ class FreeLimits:
     converged: float = 1e-10  # of its accelerations
     least: float = 1e-30  # (rad/s)^2, for the energy of freedoms that nothing moves
     spacing: float = 1e-4  # s, over the time in which a freedom moves by its unit: differences of a smooth start
+    quadrature: int = 5  # points of a step at which powers are integrated
     peaks: int = 20  # points of a step at which the peaks of contacts are looked for
 
 
@@ -70,7 +71,7 @@ class ScaledState:
         return self.state.accelerations(time, z / self.weight, rate / self.weight) * self.weight
 
 
-def by_free_motion(scene: Scene, system: System) -> FreeSolution:
+def by_free_motion(scene: Scene, system: System, start: StartState | None = None) -> FreeSolution:
     """Integrate the equation of motion of freedoms and links in time.
 
     Parameters
@@ -78,7 +79,9 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
     scene
         A scene with a freedom for all that can move.
     system
-        Its mechanism at the start.
+        Its mechanism at time 0.
+    start
+        The state to go on from; None for that which `analysis.start` states.
 
     Raises
     ------
@@ -90,7 +93,7 @@ def by_free_motion(scene: Scene, system: System) -> FreeSolution:
         When the linkage comes to a dead centre of its freedoms.
     """
     state = FreeState(scene, system)
-    start = start_of(state)
+    start = start or start_of(state)
     return solution_from(state, start, course_of(state, start))
 
 
@@ -118,8 +121,6 @@ def start_of(state: FreeState) -> StartState:
 
     Raises
     ------
-    SceneError
-        When the start is a file: a free motion is not gone on from.
     SolverError
         When no smooth start is found.
     """
@@ -131,12 +132,6 @@ def start_of(state: FreeState) -> StartState:
         return _smooth(state, y, rate)
     if start == "static":
         y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
-    elif start != "rigid":
-        raise SceneError(
-            f"a free motion does not start from {start!r}",
-            place="analysis.start",
-            hint="Write 'rigid', 'static' or 'smooth'",
-        )
     return StartState(0.0, y, rate)
 
 
@@ -190,11 +185,11 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     rougher
         Factor on the tolerance of the scene.
     """
-    state.rewind()
+    state.rewind(start)
     scene, analysis = state.scene, state.scene.analysis
     cycles = analysis.cycles if scene.drives else 1
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
+    times = start.time + step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
     tolerance = rougher * analysis.time_tolerance
     record = _Record(times, start, state, weight)
@@ -202,20 +197,18 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
     steps = stepped(context, (start.displacement * weight, start.velocity * weight), times, scene.petsc)
-    accelerations, links = record.accelerations, record.links
-    place, rate = record.states
-    return FreeCourse(times, place, rate, math.inf, steps, 0.0, accelerations, links, record.laws)
+    return record.course(steps)
 
 
 def stepped(context: Collocation, start: tuple[Array, Array], times: Array, petsc: Mapping[str, Any]) -> int:
-    """Integrate a free motion from time 0 on; give the number of time steps.
+    """Integrate a free motion from the first of some times on; give the number of time steps.
 
     Parameters
     ----------
     context
         The steps, which keep the motion.
     start
-        Unknowns and their rates at time 0, ``(unknowns,)`` each.
+        Unknowns and their rates there, ``(unknowns,)`` each.
     times
         Times at which the motion is wanted (s), ``(times,)``: the first step is no longer than between two of them.
     petsc
@@ -227,8 +220,8 @@ def stepped(context: Collocation, start: tuple[Array, Array], times: Array, pets
         When the time steps fail.
     """
     ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    context.begin(ts, *start, min(float(times[1]), context.longest))
-    ts.setTime(0.0)
+    context.begin(ts, *start, min(float(times[1] - times[0]), context.longest))
+    ts.setTime(float(times[0]))
     ts.setMaxTime(float(times[-1]))
     defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
     with configured(ts, "transient_", defaults, petsc):
@@ -244,19 +237,24 @@ class _Record:
     """Takes samples of the motion step by step, and takes the equation on to where it is."""
 
     def __init__(self, times: Array, start: StartState, state: FreeState, weight: Array) -> None:
-        self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, 0.0
+        self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, start.time
         self.states = np.zeros((2, len(times), len(weight)))
         self.accelerations = np.zeros(self.states.shape[1:])
         self.links = np.zeros((len(times), 3 * len(state.scene.links)))
-        self.exerted = _Exerted(state)
+        self.exerted, self.inside = _Exerted(state), _Inside(state)
         self.events = ContactEvents(state)
-        self.events.refuse_overlapped(start.displacement, start.velocity)
+        self.events.begin(start.time, start.displacement, start.velocity)
         self._take(1, start.displacement[None], start.velocity[None])
 
-    @property
-    def laws(self) -> LawCourse | None:
-        """What the joint laws exerted; None where there are none."""
-        return self.exerted.course() if self.state.laws else None
+    def course(self, steps: int) -> FreeCourse:
+        """Give the motion, which took so many time steps."""
+        inside = self.inside.points()
+        laws = self.exerted.course() if self.state.laws else None
+        if laws is not None and inside.course.laws is not None:  # peaks between the positions too
+            for name, size in inside.course.laws.largest.items():
+                laws.largest[name] = max(laws.largest[name], size)
+        place, rate = self.states
+        return FreeCourse(self.times, place, rate, math.inf, steps, 0.0, self.accelerations, self.links, laws, inside)
 
     def watch(self, start: float, end: float, curve: Curve) -> float | None:
         """Give the time of the first contact event in a step (s)."""
@@ -274,6 +272,7 @@ class _Record:
         known = int(np.searchsorted(self.times, end + TRANSIENT.rounding * self.times[-1]))
         if known > self.known:
             self._take(known, *self._unscaled(curve)(self.times[self.known : known]))
+        self.inside.take(self.reached, end, self._unscaled(curve))
         y, rate = (part[0] for part in self._unscaled(curve)(np.array([end])))
         if self.events.laws:
             self.exerted.note_contacts(self.reached, end, self._unscaled(curve))
@@ -290,6 +289,34 @@ class _Record:
         self.accelerations[here] = self.state.accelerations(self.times[here], y, rate)
         if self.state.laws:
             self.exerted.take(self.times[here], (y, rate, self.accelerations[here]))
+
+
+@dataclass
+class _Inside:
+    """Keeps a motion at the points of a quadrature of its steps."""
+
+    state: FreeState
+
+    def __post_init__(self) -> None:
+        points, weights = np.polynomial.legendre.leggauss(FREE.quadrature)
+        self.share, self.weight = (points + 1) / 2, weights / 2
+        self.exerted, self.parts = _Exerted(self.state), list[tuple[Array, ...]]()
+
+    def take(self, start: float, end: float, curve: Curve) -> None:
+        """Take the points inside a step, before the equation is taken on to its end."""
+        time = start + (end - start) * self.share
+        y, rate = curve(time)
+        second = self.state.accelerations(time, y, rate)
+        self.parts.append((time, (end - start) * self.weight, y, rate, second, self.state.positions(time, y)))
+        if self.state.laws:
+            self.exerted.take(time, (y, rate, second))
+
+    def points(self) -> PointsInside:
+        """Give what was kept."""
+        time, weight, place, rate, second, links = (np.concatenate(parts) for parts in zip(*self.parts))
+        laws = self.exerted.course() if self.state.laws else None
+        course = FreeCourse(time, place, rate, math.inf, len(self.parts), 0.0, second, links, laws)
+        return PointsInside(course, weight / weight.sum())
 
 
 @dataclass

@@ -29,7 +29,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.setup import moved
-from fenics_mech.response.transient.course import FreeCourse
+from fenics_mech.response.transient.course import FreeCourse, StartState
 from fenics_mech.scene import Scene
 
 States = tuple[Array, Array, Array]  # y, y' and y'', ``(times, coordinates)`` each
@@ -76,11 +76,19 @@ class FreeState:
         self.rewind()
         self.size, self.freedoms = self.system.size, len(self.scene.freedoms)
 
-    def rewind(self) -> None:
-        """Take the position at time 0 as the one that others are near to."""
-        start = self.system.motion
-        q = coordinates(start.position, start.angle)[0]
-        self._known = 0.0, q, np.zeros_like(q)
+    def rewind(self, start: StartState | None = None) -> None:
+        """Take the position at a start as the one that others are near to.
+
+        Parameters
+        ----------
+        start
+            The start; None for time 0.
+        """
+        motion = self.system.motion
+        q, time = coordinates(motion.position, motion.angle)[0], 0.0
+        if start is not None and start.links is not None:
+            q, time = start.links, start.time
+        self._known = time, q, np.zeros_like(q)
         self.contacts = {name: Touching.open(law.contacts) for name, law in self.laws.items()}
 
     @property
@@ -139,7 +147,7 @@ class FreeState:
             The motion: its times, coordinates of the links near to the positions, and what joint laws exert there.
         """
         system = moved(self.scene, self.system, self._motion(course.time, states, course.links))
-        response = self._response(system, states)
+        response = self.response(system, states)
         if self.joints is None or course.laws is None:
             return system, response
         return _with(system, self.joints.on_nodes(system, response, course.laws.forces).values()), response
@@ -155,7 +163,14 @@ class FreeState:
         motion = self._motion(time, (y, np.zeros_like(y), np.zeros_like(y)))
         return coordinates(motion.position, motion.angle)
 
-    def _response(self, system: System, states: States) -> ElasticResponse:
+    def response(self, system: System, states: States) -> ElasticResponse:
+        """Give the response of the links.
+
+        Parameters
+        ----------
+        system, states
+            The mechanism at states, and these: see `system_at`.
+        """
         equation = Equation(system, modal_damping(self.scene.damping.ratio, system))
         q, rate, second = (part[:, : self.size] for part in states)
         return response_at(equation, q, rate, second)
@@ -181,7 +196,7 @@ class FreeState:
             As of `system_at`.
         """
         system = self.system_at(time, states)
-        response = self._response(system, states)
+        response = self.response(system, states)
         return self._left(self.with_laws(system, response), response, states)
 
     def _left(self, system: System, response: ElasticResponse, states: States) -> Array:
@@ -200,7 +215,7 @@ class FreeState:
     def _smooth(self, time: Array, states: States) -> Array:
         """What is left without joint laws, then the forces of the joints that rub, ``(times, coordinates + rows)``."""
         system = self.system_at(time, states)
-        response = self._response(system, states)
+        response = self.response(system, states)
         left = self._left(system, response, states)
         if not self._rubs:
             return left
@@ -252,7 +267,7 @@ class FreeState:
     def _add_laws(self, tangents: list[Array], pressing: list[Array] | None, system: System, states: States) -> None:
         """Add what joint laws do to tangents by y'', y' and y; `pressing` has those of the forces where joints rub."""
         assert self.joints is not None
-        response = self._response(system, states)
+        response = self.response(system, states)
         slopes, reach = self.joints.slopes(system, response, self.contacts), self._reach(system, response)
         back = -reach.transpose(0, 2, 1)
         tangents[1] += back @ slopes.by_rate @ reach
@@ -324,7 +339,7 @@ class FreeState:
             if self._rubs:
                 none = np.zeros_like(mass)
                 self._add_laws([mass, none, none], [by[:, size:]], system, states)
-            response = self._response(system, states)
+            response = self.response(system, states)
             acting = self.with_laws(system, response)
             change = -np.linalg.solve(mass, self._left(acting, response, states)[..., None])
             second = second + change[..., 0]
@@ -346,7 +361,7 @@ class FreeState:
         assert self.joints is not None
         states = y, rate, np.zeros_like(y)
         system = self.system_at(time, states)
-        return self.joints.states(system, self._response(system, states))
+        return self.joints.states(system, self.response(system, states))
 
     def exerted(self, time: Array, states: States) -> dict[str, LawForces]:
         """Give what the joint laws exert, by law.
@@ -359,7 +374,7 @@ class FreeState:
         if self.joints is None:
             return {}
         system = self.system_at(time, states)
-        return self.joints.forces(system, self._response(system, states), self.contacts)
+        return self.joints.forces(system, self.response(system, states), self.contacts)
 
 
 def _with(system: System, laws: Iterable[LawForces]) -> System:

@@ -20,8 +20,9 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
+from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.contact_events import ContactEvents
-from fenics_mech.response.transient.course import TRANSIENT, refuse_rough
+from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
 from fenics_mech.response.transient.free_motion import FREE, stepped
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
@@ -64,6 +65,8 @@ class RigidInstants:
         Power of each cause (W), ``(times,)`` each.
     energy
         Of motion and of springs (J), ``(times,)``.
+    on_frame
+        Force on the frame (N), and its moment about the origin of the ground (N m), ``(times, 3)``.
     """
 
     states: RigidStates
@@ -73,6 +76,7 @@ class RigidInstants:
     depths: dict[str, Array]
     powers: dict[str, Array]
     energy: Array
+    on_frame: Array
 
 
 @dataclass
@@ -95,6 +99,8 @@ class RigidMotion:
         Largest effort of each joint law, between the instants too.
     contacts
         How often each law's contacts closed.
+    vibrations
+        Small motions about an equilibrium.
     """
 
     scene: Scene
@@ -105,6 +111,7 @@ class RigidMotion:
     steps: int = 0
     largest: dict[str, float] = field(default_factory=dict)
     contacts: int = 0
+    vibrations: SmallMotions | None = None
 
 
 def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) -> RigidInstants:
@@ -137,16 +144,19 @@ def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) ->
     energy = dynamics.loads.inertia.kinetic_energy(states.links) + dynamics.loads.spring_energy(states.links)
     powers.pop(Cause.SPRINGS, None)
     forces = dynamics.joint_forces(states, balance, contacts)
-    return RigidInstants(states, efforts, forces, exerted, depths, powers, energy)
+    shaking = dynamics.on_frame(states, balance)
+    return RigidInstants(states, efforts, forces, exerted, depths, powers, energy, shaking)
 
 
-def by_rigid_motion(scene: Scene) -> RigidMotion:
+def by_rigid_motion(scene: Scene, start: StartState | None = None) -> RigidMotion:
     """Find the motion of a linkage of rigid links, and what acts in it.
 
     Parameters
     ----------
     scene
         A scene of which no link bends, with a freedom for all that can move and no drive leads.
+    start
+        The state to go on from; None for that at time 0.
 
     Raises
     ------
@@ -157,7 +167,7 @@ def by_rigid_motion(scene: Scene) -> RigidMotion:
     AssemblyError
         When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
     """
-    return free_course(scene) if scene.freedoms else led_course(scene)
+    return free_course(scene, start) if scene.freedoms else led_course(scene)
 
 
 def led_course(scene: Scene) -> RigidMotion:
@@ -174,7 +184,7 @@ def led_course(scene: Scene) -> RigidMotion:
         When a joint law is of contact.
     """
     for name, law in scene.joint_laws.items():
-        if isinstance(law, TOUCHING):
+        if isinstance(law, TOUCHING) and scene.analysis.method != "static":
             raise SceneError(
                 f"drives lead all links, and what touches at joint {law.joint!r} cannot move them",
                 place=f"joint_laws.{name}",
@@ -188,6 +198,8 @@ def led_course(scene: Scene) -> RigidMotion:
         whole = solve_motion_in_time(
             scene, scene.period / count * np.arange(scene.analysis.cycles * count + 1, dtype=float)
         )
+    elif scene.analysis.method == "static":
+        whole = solve_motion(scene, np.array([scene.analysis.position])).held()
     else:
         whole = solve_motion(scene, scene.drive_angles(count))
     together = max(1, RIGID_MOTION.together // len(linkage.start) ** 2)
@@ -197,20 +209,23 @@ def led_course(scene: Scene) -> RigidMotion:
         velocity, acceleration = coordinates(part.velocity, part.omega), coordinates(part.acceleration, part.alpha)
         inverse = np.asarray(np.linalg.inv(linkage.loops.jacobian(q)), dtype=float)
         states = RigidStates(part.time, part.theta, q, velocity, acceleration, inverse)
-        motion.instants.append(_part(instants_of(dynamics, states, dynamics.all_open()), slice(None)))
+        contacts = dynamics.all_closed() if scene.analysis.method == "static" else dynamics.all_open()
+        motion.instants.append(part_of(instants_of(dynamics, states, contacts), slice(None)))
         none = np.zeros((len(q), 0))
         motion.places.append(none)
         motion.rates.append(none)
     return motion
 
 
-def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
+def free_course(scene: Scene, start: StartState | None = None, rougher: float = 1.0) -> RigidMotion:
     """Integrate the motion of the freedoms.
 
     Parameters
     ----------
     scene
         The scene, with freedoms.
+    start
+        The state to go on from; None for that at time 0.
     rougher
         Factor on the tolerance of the scene.
     """
@@ -218,12 +233,12 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     refuse_rough(scene.analysis)
     analysis, linkage = scene.analysis, FreeLinkage(scene)
     state = RigidState(scene, linkage)
+    start = start or stated_start(scene)
+    state.rewind(start)
     step = scene.period / analysis.sub_intervals
-    times = step * np.arange((analysis.cycles if scene.drives else 1) * analysis.sub_intervals + 1, dtype=float)
-    freedoms = scene.freedoms.values()
-    place, rate = (
-        np.array([getattr(part, name) for part in freedoms], dtype=float) for name in ("start", "rate_at_start")
-    )
+    count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
+    times = start.time + step * np.arange(count + 1, dtype=float)
+    place, rate = start.displacement, start.velocity
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
     tolerance = rougher * analysis.time_tolerance
@@ -242,15 +257,29 @@ def free_course(scene: Scene, rougher: float = 1.0) -> RigidMotion:
     return record.motion
 
 
+def stated_start(scene: Scene) -> StartState:
+    """Give the state at time 0: angles, strokes and rates that the freedoms state.
+
+    Parameters
+    ----------
+    scene
+        The scene, with freedoms.
+    """
+    freedoms = scene.freedoms.values()
+    names = "start", "rate_at_start"
+    place, rate = (np.array([getattr(part, name) for part in freedoms], dtype=float) for name in names)
+    return StartState(0.0, place, rate)
+
+
 class _Recorder:
     """Takes samples of the motion step by step, integrates powers, and opens and closes contacts."""
 
     context: Collocation
 
     def __init__(self, state: RigidState, times: Array, place: Array, rate: Array, step: float) -> None:
-        self.state, self.times, self.known, self.reached = state, times, 0, 0.0
+        self.state, self.times, self.known, self.reached = state, times, 0, float(times[0])
         self.events, self.motion = ContactEvents(state), RigidMotion(state.scene)
-        self.events.refuse_overlapped(place, rate)
+        self.events.begin(self.reached, place, rate)
         nodes, weights = np.polynomial.legendre.leggauss(RIGID_MOTION.stages)
         self.nodes, self.weights = (nodes + 1) / 2, weights / 2
         self._take(times[:1], place[None], rate[None])
@@ -263,7 +292,7 @@ class _Recorder:
 
     def _first_energy(self, place: Array, rate: Array, step: float) -> float:
         """Energy of the motion at the start, and of what it is soon after."""
-        state, time = self.state, np.zeros(1)
+        state, time = self.state, self.times[:1]
         states = place[None], rate[None], np.zeros((1, len(place)))
         mass, left = state.tangents_at(time, *states)[0][0], state.residuals(time, *states)[0]
         soon = step**2 * float(left @ np.linalg.solve(mass, left)) / 2
@@ -289,7 +318,7 @@ class _Recorder:
         self._note(found.law_efforts)
         self._note_contacts(start, end, curve)
         if count:
-            self._add(_part(found, slice(0, count)), place[:count], rate[:count])
+            self._add(part_of(found, slice(0, count)), place[:count], rate[:count])
         self.energy = max(self.energy, 2 * float(self.state.dynamics.loads.inertia.kinetic_energy(states.links)[-1]))
         self.context.sizes = self.sizes
         self.state.move_on(_states_part(states, slice(-1, None)))
@@ -302,7 +331,7 @@ class _Recorder:
         found = instants_of(self.state.dynamics, states, self.state.contacts)
         self.known += len(time)
         self._note(found.law_efforts)
-        self._add(_part(found, slice(None)), place, rate)
+        self._add(part_of(found, slice(None)), place, rate)
 
     def _note_contacts(self, start: float, end: float, curve: Curve) -> None:
         """Look for the peaks of contacts between the points of a step: they need no accelerations."""
@@ -342,8 +371,16 @@ def _states_part(states: RigidStates, part: slice) -> RigidStates:
     return RigidStates(*(getattr(states, name)[part] for name in names))
 
 
-def _part(found: RigidInstants, part: slice) -> RigidInstants:
-    """Some instants of several, to be kept: without what the solver needed the Jacobian for."""
+def part_of(found: RigidInstants, part: slice) -> RigidInstants:
+    """Give some instants of several, to be kept: without what the solver needed the Jacobian for.
+
+    Parameters
+    ----------
+    found
+        The instants.
+    part
+        Which of them.
+    """
 
     def cut(by_name: dict[str, Array]) -> dict[str, Array]:
         return {name: values[part] for name, values in by_name.items()}
@@ -356,4 +393,5 @@ def _part(found: RigidInstants, part: slice) -> RigidInstants:
         depths=cut(found.depths),
         powers=cut(found.powers),
         energy=found.energy[part],
+        on_frame=found.on_frame[part],
     )

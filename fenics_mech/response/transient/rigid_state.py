@@ -17,6 +17,7 @@ from fenics_mech.kinematics.assembly import ASSEMBLY
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.mechanism.rigid_dynamics import Balance, RigidDynamics, RigidStates
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Scene
 
 States = tuple[Array, Array, Array]  # r, r' and r'', ``(times, freedoms)`` each
@@ -100,10 +101,19 @@ class RigidState:
         self.dynamics = RigidDynamics(self.scene, self.linkage.loops, self.linkage.start)
         self.rewind()
 
-    def rewind(self) -> None:
-        """Take the position at time 0 as the one that others are near to, with all contacts open."""
+    def rewind(self, start: StartState | None = None) -> None:
+        """Take the position at a start as the one that others are near to, with all contacts open.
+
+        Parameters
+        ----------
+        start
+            The start; None for time 0.
+        """
+        q, time = self.linkage.start, 0.0
+        if start is not None and start.links is not None:
+            q, time = start.links, start.time
         self.contacts = self.dynamics.all_open()
-        self._known, self._last = (0.0, self.linkage.start, np.zeros_like(self.linkage.start)), None
+        self._known, self._last = (time, q, np.zeros_like(q)), None
 
     def move_on(self, states: RigidStates) -> None:
         """Take a position as the one that others are near to.
@@ -160,13 +170,23 @@ class RigidState:
         """Pose of the links near to the last one that was asked for, or else to the position that is known."""
         last = self._last
         if last is None or last.given.shape != given.shape or np.abs(given - last.given).max() > DIFFERENCES.near:
-            then, q, velocity = self._known
-            near = self.linkage.pose(time, given, q + velocity * (time - then)[:, None])
-            last = self._inverted(time, given, near)
+            last = self._inverted(time, given, self._pose_far(time, given))
         elif not np.array_equal(given, last.given):
             last = self._from(time, given, last)
         self._last = last
         return last
+
+    def _pose_far(self, time: Array, given: Array) -> Array:
+        """Coordinates of the links from the position that is known, or in long steps from the last ones beside each."""
+        then, q, velocity = self._known
+        try:
+            return self.linkage.pose(time, given, q + velocity * (time - then)[:, None])
+        except AssemblyError:
+            if (last := self._last) is None:
+                raise
+        beside = np.abs(given[:, None] - last.given).max(axis=2, initial=0.0).argmin(axis=1)
+        ahead = self.linkage.loops.driven(given - last.given[beside])[..., None]
+        return self.linkage.pose(time, given, last.q[beside] + (last.inverse[beside] @ ahead)[..., 0])
 
     def _from(self, time: Array, given: Array, near: Pose) -> Pose:
         """Pose of the links by a near one, whose Jacobian serves to close the loops."""

@@ -12,7 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.studies.design.result_numbers import Quantity
-from fenics_mech.studies.design.sensitivity import has_sensitivity, sensitivity
+from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
 
 
@@ -198,7 +198,7 @@ class Problem:
     def _by_sensitivity(self, unit: Array) -> tuple[Array, Array] | None:
         """Derivatives from the linearised equation; None where it does not give them."""
         trial = self.run([unit])[0]
-        if trial.failed or not has_sensitivity(self.trials):
+        if trial.failed or not self.trials.linearised:
             return None
         try:
             found = sensitivity(self.trials, trial.values)
@@ -207,8 +207,8 @@ class Problem:
         if found is None:
             return None
         span = self._ranges[1]
-        aims = [sign / self.scales[name] * found.derivatives[name] * span for name, sign in self.aims]
-        excess = [b.slope(trial.numbers[b.of], self._scale(b)) * found.derivatives[b.of] * span for b in self.bounds]
+        aims = [sign / self.scales[name] * found[name] * span for name, sign in self.aims]
+        excess = [b.slope(trial.numbers[b.of], self._scale(b)) * found[b.of] * span for b in self.bounds]
         return np.array(aims), np.array(excess).reshape(-1, len(unit))
 
     def _by_differences(self, unit: Array) -> tuple[Array, Array]:

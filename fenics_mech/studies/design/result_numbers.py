@@ -106,6 +106,13 @@ class Quantity:
         """Whether the analysis must judge stability."""
         return self.name == "stability" or self.name.startswith(("multiplier", "growth_rate"))
 
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Variables of the result that the number is made from; those of a path stand for all that a result has."""
+        return {"mass": (), "damage": ("stress",), "tracer_error": ("point_position_bent",)}.get(
+            self.name, (self.name,)
+        )
+
     def in_si(self, value: float | str) -> float:
         """Read a limit on the number.
 

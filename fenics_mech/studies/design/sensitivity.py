@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.analysis import collected, solved
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import elastic_response
-from fenics_mech.recovery import Result
+from fenics_mech.recovery.dataset import collect_named
+from fenics_mech.recovery.fields import recover
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.cyclic import CYCLIC
@@ -29,73 +29,37 @@ from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 from fenics_mech.studies.design.trial import Trials
 
-STEP = 3e-5  # of differences of the assembled equation, as a share of a variable's range
+STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
+SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
 
 
-@dataclass(frozen=True)
-class Sensitivity:
-    """Numbers of a result and their derivatives.
-
-    Parameters
-    ----------
-    numbers
-        By name.
-    derivatives
-        By name, by each variable in SI, ``(variables,)``.
-    """
-
-    numbers: dict[str, float]
-    derivatives: dict[str, Array]
-
-
-def has_sensitivity(trials: Trials) -> bool:
-    """Whether `sensitivity` knows the problem: periodic, stated effects, numbers that need no multipliers, no choices.
+def sensitivity(trials: Trials, values: Sequence[float]) -> dict[str, Array] | None:
+    """Give the derivatives of all numbers of a trial by the variables.
 
     Parameters
     ----------
     trials
-        The trials.
-    """
-    scene = trials.design.scene
-    stated = scene.effects != "auto" and scene.tolerance is None and not scene.impulses
-    plain = not any(variable.choices for variable in trials.design.variables)
-    judged = any(quantity.needs_stability for quantity in trials.quantities)
-    return scene.analysis.method == "periodic" and stated and plain and not judged and bool(scene.members())
-
-
-def sensitivity(trials: Trials, values: Sequence[float]) -> Sensitivity | None:
-    """Give the numbers of a trial and their derivatives by the variables.
-
-    Parameters
-    ----------
-    trials
-        The trials.
+        The trials, for which `Trials.linearised` holds.
     values
         A value of each variable, in SI.
 
     Returns
     -------
-    Sensitivity or None
-        None where the motion is not one by collocation, or its axial forces settle apart from it.
+    dict or None
+        By name, by each variable in SI, ``(variables,)``. None where the motion is not one by collocation, or its axial
+        forces settle apart from it.
 
     Raises
     ------
     MechanismError
         When the analysis fails.
     """
-    scene = Scene.read(trials.data_at(values))
-    solution, result = solved(scene, common=trials.common)
+    solution = trials.solution(values)
     if type(solution) is not CollocationSolution or solution.cycle.settling:
         return None
     here = np.array(values, dtype=float)
-    numbers = _numbers(trials, result)
     columns = [_derivative(trials, solution, here, k) for k in range(len(here))]
-    return Sensitivity(numbers, {name: np.array([column[name] for column in columns]) for name in numbers})
-
-
-def _numbers(trials: Trials, result: Result) -> dict[str, float]:
-    targets = trials.design.study.targets
-    return {quantity.text: quantity.of(result, targets) for quantity in trials.quantities}
+    return {quantity.text: np.array([column[quantity.text] for column in columns]) for quantity in trials.quantities}
 
 
 @dataclass(frozen=True)
@@ -123,7 +87,8 @@ class _Beside:
 def _derivative(trials: Trials, solution: CollocationSolution, here: Array, k: int) -> dict[str, float]:
     """Give the derivatives of all numbers by one variable."""
     variable = trials.design.variables[k]
-    step = STEP * (variable.upper - variable.lower)
+    span = variable.upper - variable.lower
+    step = STEP * min(span, max(abs(here[k]), SMALL * span))
     ends = [here + sign * step * np.eye(len(here))[k] for sign in (1.0, -1.0)]
     beside = [_beside(trials, solution, end) for end in ends]
     ahead, behind = (side.residual(solution) for side in beside)
@@ -137,7 +102,7 @@ def _derivative(trials: Trials, solution: CollocationSolution, here: Array, k: i
         regular, orbit = side.cycle.steps.regular, solution.orbit
         q = (orbit.start + sign * step * change.start)[regular]
         rate = side.faster * (orbit.start_velocity + sign * step * change.start_velocity)[regular]
-        found.append(_numbers(trials, _result(trials, solution, side, (q, rate))))
+        found.append(_numbers(trials, solution, side, (q, rate)))
     return {name: (found[0][name] - found[1][name]) / (2 * step) for name in found[0]}
 
 
@@ -150,8 +115,10 @@ def _beside(trials: Trials, solution: CollocationSolution, values: Array) -> _Be
     return _Beside(Cycle(scene, system), scene.cycle_rate / solution.scene.cycle_rate)
 
 
-def _result(trials: Trials, solution: CollocationSolution, side: _Beside, state: tuple[Array, Array]) -> Result:
-    """Recover the result of a motion in the mechanism beside that of a solution."""
+def _numbers(
+    trials: Trials, solution: CollocationSolution, side: _Beside, state: tuple[Array, Array]
+) -> dict[str, float]:
+    """Recover the numbers of a motion in the mechanism beside that of a solution, and nothing else."""
     scene, cycle = side.cycle.scene, side.cycle
     wanted = any(quantity.name in ("frequency", "assurance") for quantity in trials.quantities)
     modes = solve_modes(cycle.system, scene.analysis.modes, scene.petsc) if wanted else solution.modes
@@ -165,4 +132,7 @@ def _result(trials: Trials, solution: CollocationSolution, side: _Beside, state:
         equation=cycle.start,
         points=None,
     )
-    return collected(other)
+    names = {name for quantity in trials.quantities for name in quantity.variables}
+    result = collect_named(other, recover(other), names)
+    targets = trials.design.study.targets
+    return {quantity.text: quantity.of(result, targets) for quantity in trials.quantities}

@@ -16,10 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from fenics_mech._files import write_whole
+from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
-from fenics_mech.analysis import analyse
+from fenics_mech.analysis import analyse, solved
 from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.recovery import Result
 from fenics_mech.response.setup import CommonParts
+from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
 from fenics_mech.studies.design.design_variables import Design
@@ -29,6 +32,7 @@ from fenics_mech.studies.worker_processes import over_processes
 
 LOST = "LostProcess"  # error of a trial whose process was ended from outside
 Record = dict[str, Any]
+Analysed = Callable[[Scene, tuple[float, ...]], Result]  # of a scene, and the values of its variables
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,7 @@ class Trials:
     folder: Path | None = None
     jobs: int = 1
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
+    _last: dict[tuple[float, ...], Solution] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
     def of(
@@ -138,11 +143,50 @@ class Trials:
             over_processes(self.jobs, missing, _run_here, _give_up)
         found = []
         for task in tasks:
-            record = _known(task) or _run(task, self.common)
+            record = _known(task) or _run(task, self._analysed)
             numbers = {name: math.nan if value is None else value for name, value in record["numbers"].items()}
             found.append(Trial(task.values, numbers, record["error"], record["message"], record["seconds"]))
             progress(found[-1])
         return found
+
+    @property
+    def linearised(self) -> bool:
+        """Whether the equation about a trial's motion gives derivatives: periodic, of stated effects, without choices.
+
+        Multipliers are no numbers of that motion alone.
+        """
+        scene = self.design.scene
+        stated = scene.effects != "auto" and scene.tolerance is None and not scene.impulses
+        plain = not any(variable.choices for variable in self.design.variables)
+        judged = any(quantity.needs_stability for quantity in self.quantities)
+        return scene.analysis.method == "periodic" and stated and plain and not judged and bool(scene.members())
+
+    def solution(self, values: Sequence[float]) -> Solution:
+        """Give the solution of a trial that `linearised` holds for; that of the last trial is known.
+
+        Parameters
+        ----------
+        values
+            A value of each variable, in SI.
+
+        Raises
+        ------
+        MechanismError
+            When the analysis fails.
+        """
+        point = tuple(float(value) for value in values)
+        if point not in self._last:
+            self._analysed(Scene.read(self.data_at(point)), point)
+        return self._last[point]
+
+    def _analysed(self, scene: Scene, point: tuple[float, ...]) -> Result:
+        """Analyse the scene of a trial, and keep its solution where derivatives may be asked for."""
+        if not self.linearised:
+            return analyse(scene, common=self.common)
+        self._last.clear()  # its memory is needed
+        with guarded():
+            self._last[point], result = solved(scene, common=self.common)
+        return result
 
     def _task(self, point: Sequence[float]) -> _Task:
         values = tuple(float(value) for value in point)
@@ -207,13 +251,13 @@ def _known(task: _Task) -> Record | None:
     return record if whole and not record["again"] else None
 
 
-def _run(task: _Task, common: CommonParts) -> Record:
+def _run(task: _Task, analysed: Analysed) -> Record:
     """Run one trial and keep it."""
     start = time.perf_counter()
     record: Record = {"numbers": dict.fromkeys(q.text for q in task.quantities), "error": "", "message": ""}
     record["again"] = False
     try:
-        record["numbers"] = numbers_of(task, common)
+        record["numbers"] = numbers_of(task, analysed)
     except SceneError as error:
         if error.place.startswith("study"):  # a name that no trial can give
             raise
@@ -227,15 +271,15 @@ def _run(task: _Task, common: CommonParts) -> Record:
     return record
 
 
-def numbers_of(task: _Task, common: CommonParts) -> dict[str, float]:
+def numbers_of(task: _Task, analysed: Analysed) -> dict[str, float]:
     """Analyse the scene of a trial, unless its mass is all that is asked for, and give its numbers by name.
 
     Parameters
     ----------
     task
         The trial.
-    common
-        Parts of the analysis that trials share.
+    analysed
+        Analyses a scene, whose variables have these values.
 
     Raises
     ------
@@ -245,7 +289,7 @@ def numbers_of(task: _Task, common: CommonParts) -> dict[str, float]:
     scene = Scene.read(placed(task.scene, task.changes))
     if all(quantity.name == "mass" for quantity in task.quantities):
         return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
-    result = analyse(scene, common=common)
+    result = analysed(scene, task.values)
     found = {quantity.text: quantity.of(result, task.targets) for quantity in task.quantities}
     if missing := [name for name, value in found.items() if not math.isfinite(value)]:
         raise MechanismError(f"{', '.join(missing)} has no value in this result")
@@ -264,7 +308,7 @@ _common_here = cache(CommonParts)
 
 def _run_here(task: _Task) -> None:
     """Run one of the trials of a worker process."""
-    _run(task, _common_here())
+    _run(task, lambda scene, _: analyse(scene, common=_common_here()))
 
 
 def _give_up(task: _Task) -> None:

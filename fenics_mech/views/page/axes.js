@@ -40,8 +40,8 @@ function axes(host, { x, y, xName, yName, xTicks, height = 190, left = 52, right
 function ring(plot, x, y, text) {
   draw("circle", { cx: plot.X(x), cy: plot.Y(y), r: 6, class: "ring" }, plot.svg);
   if (!text) return;
-  const before = plot.X(x) > plot.width * .66;
-  draw("text", { x: plot.X(x) + (before ? -11 : 11), y: plot.Y(y) + 4, class: "value", "text-anchor": before ? "end" : "start" }, plot.svg, text);
+  const before = plot.X(x) > plot.width * .66; // beyond the ring, where the curve is not
+  draw("text", { x: plot.X(x) + (before ? -8 : 8), y: plot.Y(y) + (y < 0 ? 17 : -8), class: "value", "text-anchor": before ? "end" : "start" }, plot.svg, text);
 }
 
 // Axes over the drive angle or time, on which the place is shown and dragged.
@@ -80,6 +80,6 @@ function curve(plot, values, { still = false, colour = 0, point = !still, tell }
 function range(curves, withZero = true) {
   let low = withZero ? 0 : Infinity, high = withZero ? 0 : -Infinity;
   for (const values of curves) for (const v of values) { if (v < low) low = v; if (v > high) high = v; }
-  const room = (high - low || 1) * .08;
-  return [low < 0 || !withZero ? low - room : low, high > 0 || !withZero ? high + room : high];
+  const room = (high - low || 1) * .15;
+  return [low < 0 || !withZero ? low - 1.35 * room : low, high > 0 || !withZero ? high + room : high];
 }

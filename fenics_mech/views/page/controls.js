@@ -14,9 +14,10 @@ function go(place) {
 }
 function plots() {
   views = [];
-  memberPlots();
+  if (BENDS) memberPlots();
   polar();
   effort();
+  freedoms();
   frequencies();
   spectrum();
   stability();
@@ -74,16 +75,20 @@ for (const slider of sliders) {
   slider.oninput = event => { stop(); go(+event.target.value); };
 }
 for (const button of plays) button.onclick = play;
-if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(D.peaks[shown.member][0]); };
+if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(BENDS ? D.peaks[shown.member][0] : MOST_FORCE); };
 if ($("csv")) $("csv").onclick = csv;
-$("magnify").max = steps.length - 1;
-$("magnify").value = steps.indexOf(D.magnify);
-$("magnify").oninput = event => { magnify(+event.target.value); fit(); show(); };
-magnify(steps.indexOf(D.magnify));
 $("arrows").onchange = show;
-$("member").value = shown.member;
-$("member").onchange = event => choose(+event.target.value);
-$("unit").onchange = event => { shown.unit = event.target.value; plots(); };
+if (BENDS) {
+  $("magnify").max = steps.length - 1;
+  $("magnify").value = steps.indexOf(D.magnify);
+  $("magnify").oninput = event => { magnify(+event.target.value); fit(); show(); };
+  magnify(steps.indexOf(D.magnify));
+  $("member").value = shown.member;
+  $("member").onchange = event => choose(+event.target.value);
+  $("unit").onchange = event => { shown.unit = event.target.value; plots(); };
+  $("least").textContent = `\u2212${number(LIMIT)} ${D.units.stress}`;
+  $("most").textContent = `+${number(LIMIT)} ${D.units.stress}`;
+} else shown.place = MOST_FORCE;
 document.querySelectorAll("tr[data-member]").forEach(row => { row.onclick = () => choose(+row.dataset.member); });
 canvas.onclick = event => {
   const box = canvas.getBoundingClientRect(), member = nearestMember(event.clientX - box.left, event.clientY - box.top);
@@ -105,10 +110,9 @@ for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) 
 let width = innerWidth;
 addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; paint(); } });
 
-$("least").textContent = `\u2212${number(LIMIT)} MPa`;
-$("most").textContent = `+${number(LIMIT)} MPa`;
 const slow = number(TURN_SECONDS / D.seconds, 2);
-$("hint").textContent = `${MOVES ? `Played ${slow} times slower than the machine. Drag in any plot to move it; click` : "Click"} a member to choose it.`;
+const hints = [MOVES && `Played ${slow} times slower than the machine. Drag in any plot to move it.`, BENDS && "Click a member to choose it."];
+$("hint").textContent = hints.filter(Boolean).join(" ");
 document.body.dataset.ready = "";
 if (MOVES) document.body.dataset.moves = "";
 paint();

@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._constants import MEGA, MICRO, MILLI, TINY, TURN
+from fenics_mech._constants import TINY, TURN
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
+from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.frames import default_magnification
 from fenics_mech.views.geometry import ends_of, motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.moving_points import moving_guides, places_of
+from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.words import DEGREE
 
 STEPS = 32767  # of a 16-bit number
 DRAWN = 2047  # of deflections, which are drawn and not told: a tenth of a pixel
@@ -23,7 +26,7 @@ MOST = 1200  # positions of a motion in time; more do not show on a screen
 MOST_HARMONICS = 60
 
 
-def payload(reading: Reading) -> dict[str, Any]:
+def payload(reading: ForceReading) -> dict[str, Any]:
     """Give what the script of the page draws.
 
     Parameters
@@ -32,21 +35,56 @@ def payload(reading: Reading) -> dict[str, Any]:
         The result.
     """
     shown = _shown(reading)
-    arrays = {**_strains(reading), **_places(reading)}
-    names = {"members": reading.members, "joints": reading.joints, "fibres": reading.fibres}
+    arrays = {**_curves(reading), **_places(reading)}
     return {
         "title": reading.scene.name,
+        "units": {kind: reading.units.label(kind) for kind in KINDS},
         **_axis(reading, shown),
-        **names,
-        "ends": [list(ends) for ends in reading.ends],
-        "s": reading.s.tolist(),
-        "lengths": (MILLI * reading.lengths).tolist(),
-        "peaks": [[int(np.flatnonzero(shown == peak.k)[0]), peak.j, peak.f] for peak in reading.peaks],
-        "magnify": default_magnification(reading.result),
+        "joints": reading.joints,
+        "names": list(reading.scene.joints),
+        "pin_of": _pins(reading),
+        **_members(reading, shown),
+        "traced": _traced(reading),
         "effort": list(reading.effort_name) if reading.effort is not None else None,
-        **_spectrum(reading),
+        "freedoms": _freedoms(reading),
+        **_fixed(reading),
         "arrays": {name: packed(values[shown], DRAWN if name == "bent" else STEPS) for name, values in arrays.items()},
     }
+
+
+def _members(reading: ForceReading, shown: Index) -> dict[str, Any]:
+    """What there is of each member: none where no link bends."""
+    if not isinstance(reading, Reading):
+        return {"members": [], "fibres": [], "ends": [], "s": [], "lengths": [], "peaks": [], "magnify": 1.0}
+    return {
+        "members": reading.members,
+        "fibres": reading.fibres,
+        "ends": [list(ends) for ends in reading.ends],
+        "s": reading.s.tolist(),
+        "lengths": (reading.lengths / reading.units.size("length")).tolist(),
+        "peaks": [[int(np.flatnonzero(shown == peak.k)[0]), peak.j, peak.f] for peak in reading.peaks],
+        "magnify": default_magnification(reading.result),
+    }
+
+
+def _pins(reading: ForceReading) -> list[int]:
+    """Number of the pin at which each joint's force acts: one through three links has two, "A:rod" and so; -1: none."""
+    pins = {name: n for n, name in enumerate(reading.scene.joints)}
+    return [pins.get(label, pins.get(label.partition(":")[0], -1)) for label in reading.joints]
+
+
+def _traced(reading: ForceReading) -> list[str]:
+    """Names of the points that the scene traces, of which the result knows the paths."""
+    known = [str(name) for name in reading.result.data["point"].to_numpy()] if "point" in reading.result.data else []
+    return [name for name in reading.scene.points if name in known]
+
+
+def _freedoms(reading: ForceReading) -> list[list[str]]:
+    """Name of each freedom, and the unit of its curve."""
+    if "freedom_place" not in reading.result.data:
+        return []
+    slides = [reading.scene.joints[name].kind in ("slot", "prismatic") for name in reading.scene.freedoms]
+    return [[name, reading.units.label("length") if s else DEGREE] for name, s in zip(reading.scene.freedoms, slides)]
 
 
 def packed(values: Array, steps: int = STEPS) -> dict[str, Any]:
@@ -73,19 +111,20 @@ def packed(values: Array, steps: int = STEPS) -> dict[str, Any]:
     return {"row": values.shape[1], "scale": scale, "data": text}
 
 
-def _shown(reading: Reading) -> Index:
+def _shown(reading: ForceReading) -> Index:
     """Numbers of the positions that are shown: of a turn all by their angle, of a long motion some and all peaks."""
     if not reading.in_time:
         angle = np.mod(np.round(reading.theta, 12), TURN)
         return np.argsort(angle, kind="stable")
     count = len(reading.theta)
     some = np.unique(np.linspace(0, count - 1, min(count, MOST)).round().astype(int))
-    peaks = [peak.k for peak in reading.peaks] + [int(k) for k in reading.force.argmax(axis=0)]
+    peaks = [peak.k for peak in reading.peaks] if isinstance(reading, Reading) else []
+    peaks += [int(k) for k in reading.force.argmax(axis=0)]
     peaks += [int(np.abs(reading.effort).argmax())] if reading.effort is not None else []
     return np.union1d(some, peaks)
 
 
-def _axis(reading: Reading, shown: Index) -> dict[str, Any]:
+def _axis(reading: ForceReading, shown: Index) -> dict[str, Any]:
     """What the positions are along: the drive angle (degrees), or time (s)."""
     if reading.in_time:
         time = reading.data["time"].to_numpy()[shown]
@@ -98,47 +137,56 @@ def _axis(reading: Reading, shown: Index) -> dict[str, Any]:
     return {"kind": kind, "axis": angle.round(4).tolist(), "seconds": seconds, "direction": -1 if back else 1}
 
 
-def _strains(reading: Reading) -> dict[str, Array]:
-    """Stresses (MPa), strains (micrometres per metre), forces (N) and what else is drawn as curves."""
+def _curves(reading: ForceReading) -> dict[str, Array]:
+    """Stresses, strains, forces, and what else is drawn as curves, in the units of the answer."""
     data = reading.result.data
-    found = {
-        "stress": reading.stress,
-        "strain": reading.strain,
-        "force": reading.of("joint_force", "joint", "component"),
-    }
+    found = {"force": reading.of("joint_force", "joint", "component") / reading.units.size("force")}
+    if reading.shaking is not None:
+        found["shaking"] = reading.shaking[0]
     if reading.effort is not None:
         found["effort"] = reading.effort
     if "frequency" in data:
         found["frequency"] = smoothed(reading.result, data["frequency"].transpose("theta", "mode").to_numpy())[1]
-    for name, unit in (("strain", MICRO), ("stress", MEGA)):
+    if freedoms := _freedoms(reading):
+        sizes = [np.radians(1.0) if unit == DEGREE else reading.units.size("length") for _, unit in freedoms]
+        found["freedom"] = reading.of("freedom_place", "freedom") / np.array(sizes)
+    if not isinstance(reading, Reading):
+        return found
+    found |= {"stress": reading.stress, "strain": reading.strain}
+    for name in ("strain", "stress"):
         if (still := f"{name}_quasi_static") in data:
-            curves = unit * data[still].transpose("theta", "member", "s", "fibre").to_numpy()
+            curves = data[still].transpose("theta", "member", "s", "fibre").to_numpy() / reading.units.size(name)
             at_peaks = np.stack([curves[:, peak.i, peak.j, peak.f] for peak in reading.peaks], axis=1)
             found[f"{name}_still"] = smoothed(reading.result, at_peaks)[1]
     return found
 
 
-def _places(reading: Reading) -> dict[str, Array]:
-    """Where members, pins and guides are in the rigid linkage, and how far they move by deflection (m)."""
+def _places(reading: ForceReading) -> dict[str, Array]:
+    """Where members, pins, guides and traced points are in the rigid linkage, and how far deflection moves them (m)."""
     result, scene = reading.result, reading.scene
     data, motion = result.data, motion_of(result)
-    ends = ends_of(result)
-    bent, s = data["deflection"].transpose("theta", "member", "s", "component").to_numpy(), reading.s[:, None]
-    straight = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1]
+    found, straight = {}, np.zeros((len(motion.theta), 0, 2, 2))
+    bent = straight
+    if isinstance(reading, Reading):
+        ends, s = ends_of(result), reading.s[:, None]
+        bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+        straight = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1]
+        found = {"ends": ends, "bent": bent}
     pins = pin_places(scene, motion, straight)
     moved = pin_places(scene, motion, straight + bent)
     bars, moved_bars = (rigid_bars(scene, motion, at) for at in (pins, moved))
+    traced, moved_traced = (places_of(result, _traced(reading), times) for times in (0.0, 1.0))
     _, angles = slider_angles(scene, motion)
-    found = {"ends": ends, "bent": bent, "pins": pins, "pins_bent": moved - pins}
-    found |= {
-        "bars": bars,
-        "bars_bent": moved_bars - bars,
-        "guides": np.stack([np.cos(angles), np.sin(angles)], axis=-1),
-    }
+    found |= {"pins": pins, "pins_bent": moved - pins, "bars": bars, "bars_bent": moved_bars - bars}
+    rails = moving_guides(result, motion, lambda points: places_of(result, points, 0.0))
+    moved_rails = moving_guides(result, motion, lambda points: places_of(result, points, 1.0))
+    found |= {"rails": rails, "rails_bent": moved_rails - rails}
+    found |= {"traced": traced, "traced_bent": moved_traced - traced}
+    found["guides"] = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     return {name: smoothed(result, values)[1] for name, values in found.items()}
 
 
-def _spectrum(reading: Reading) -> dict[str, Any]:
+def _fixed(reading: ForceReading) -> dict[str, Any]:
     """What does not depend on the position: ground, guides, harmonics of the strain, multipliers."""
     result, scene = reading.result, reading.scene
     data, motion = result.data, motion_of(result)
@@ -149,7 +197,7 @@ def _spectrum(reading: Reading) -> dict[str, Any]:
     }
     if "strain_amplitude" in data:
         amplitude = data["strain_amplitude"].sel(gauge=AT_PEAK).transpose("member", "harmonic").to_numpy()
-        found["harmonics"] = _rounded(MICRO * amplitude[:, : MOST_HARMONICS + 1])
+        found["harmonics"] = _rounded(amplitude[:, : MOST_HARMONICS + 1] / reading.units.size("strain"))
     if "multiplier" in data:
         found["multipliers"] = _rounded(data["multiplier"].transpose("disturbance", "part").to_numpy())
     return found

@@ -49,11 +49,11 @@ function number(value, digits = 3) {
   return (size >= 10 ** (digits - 1) ? value.toFixed(0) : value.toPrecision(digits)).replace("-", "\u2212");
 }
 const told = place => TURNS || !MOVES ? `${along(place).toFixed(0) % 360}°` : `${number(along(place))} s`;
-const stationOf = (m, j) => j === 0 || j === S - 1 ? `at ${D.ends[m][j ? 1 : 0]}` : `${number(D.s[j] * D.lengths[m])} mm from ${D.ends[m][0]}`;
+const stationOf = (m, j) => j === 0 || j === S - 1 ? `at ${D.ends[m][j ? 1 : 0]}` : `${number(D.s[j] * D.lengths[m])} ${D.units.length} from ${D.ends[m][0]}`;
 
 // What is shown now.
 const peakStress = D.peaks.map(([k, j, f], m) => Math.abs(at(A.stress, k, cell(m, j, f))));
-const LIMIT = Math.max(...peakStress) || 1, WORST = peakStress.indexOf(Math.max(...peakStress));
-const shown = { place: D.peaks[WORST][0], member: WORST, unit: "stress", magnify: D.magnify, playing: false };
-const unitName = () => shown.unit === "stress" ? "MPa" : "µm/m";
+const BENDS = D.members.length > 0, LIMIT = Math.max(...peakStress, 0) || 1, WORST = peakStress.indexOf(Math.max(...peakStress));
+const shown = { place: BENDS ? D.peaks[WORST][0] : 0, member: WORST, unit: "stress", magnify: D.magnify, playing: false };
+const unitName = () => D.units[shown.unit];
 const value = (place, m, j, f) => at(A[shown.unit], place, cell(m, j, f));

@@ -11,14 +11,15 @@ const channels = name => resolved(name).match(/[\d.]+/g).slice(0, 3).map(Number)
 
 // Blue for compression, red for tension, strong already at 40 % of the peak.
 function mixColours() {
-  inks = Object.fromEntries(["ink", "soft", "card", "line", "c2"].map(name => [name, resolved(`--${name}`)]));
+  inks = Object.fromEntries(["ink", "soft", "card", "line", "c1", "c2"].map(name => [name, resolved(`--${name}`)]));
   const middle = channels("--mid"), negative = ["--neg", "--neg-most"].map(channels), positive = ["--pos", "--pos-most"].map(channels);
   palette = Array.from({ length: 513 }, (_, i) => {
     const v = (i - 256) / 256, size = Math.abs(v), [half, most] = v < 0 ? negative : positive;
     const [from, to, share] = size < .4 ? [middle, half, size / .4] : [half, most, (size - .4) / .6];
     return `rgb(${from.map((c, n) => Math.round(c + (to[n] - c) * share)).join()})`;
   });
-  const bar = $("scale").getContext("2d");
+  const bar = $("scale")?.getContext("2d");
+  if (!bar) return;
   for (let i = 0; i < 512; i++) { bar.fillStyle = palette[i]; bar.fillRect(i, 0, 1, 1); }
 }
 const colourOf = stress => palette[Math.max(0, Math.min(512, Math.round(256 + 256 * stress / LIMIT)))];
@@ -30,7 +31,7 @@ function station(place, m, j, times = shown.magnify) {
 }
 const moved = (rigid, bent) => (place, n, times = shown.magnify) => [0, 1].map(c => at(rigid, place, 2 * n + c) + times * at(bent, place, 2 * n + c));
 const pin = moved(A.pins, A.pins_bent), corner = moved(A.bars, A.bars_bent);
-const BARS = A.bars.row / 4;
+const tracer = moved(A.traced, A.traced_bent), rail = moved(A.rails, A.rails_bent), RAILS = A.rails.row / 4, BARS = A.bars.row / 4;
 
 // The scale that holds the mechanism in all places.
 function fit() {
@@ -39,6 +40,9 @@ function fit() {
   for (let k = 0; k < N; k += Math.max(1, N >> 7)) {
     for (let m = 0; m < D.members.length; m++) for (const j of [0, S >> 1, S - 1]) see(station(k, m, j));
     for (let n = 0; n < 2 * BARS; n++) see(corner(k, n));
+    D.names.forEach((_, n) => see(pin(k, n)));
+    for (let n = 0; n < 2 * RAILS; n++) see(rail(k, n));
+    D.traced.forEach((_, n) => see(tracer(k, n)));
   }
   D.ground.forEach(see);
   D.tracks.flat().forEach(see);
@@ -50,7 +54,7 @@ function fit() {
   canvas.width = width * sharp;
   canvas.height = height * sharp;
   const x = v => width / 2 + (v - (left + right) / 2) * scale, y = v => height / 2 - (v - (low + high) / 2) * scale;
-  frame = { width, height, sharp, to: ([a, b]) => [x(a), y(b)], half: Math.max(3, Math.min(7, width / 80, 260 / D.members.length)) };
+  frame = { width, height, sharp, to: ([a, b]) => [x(a), y(b)], half: Math.max(3, Math.min(7, width / 80, 260 / (D.members.length + BARS))) };
 }
 function stroke(points, colour, width, dash = []) {
   pen.beginPath();
@@ -128,11 +132,22 @@ function ribbon(place, m) {
     }
   }
 }
+// Paths of the points that the scene traces, and where they are now.
+function traced(place) {
+  const path = n => Array.from({ length: 241 }, (_, i) => tracer(i * (N - (TURNS ? 0 : 1)) / 240, n));
+  D.traced.forEach((_, n) => { if (MOVES) stroke(path(n), inks.c1, 1.6); });
+  D.traced.forEach((name, n) => {
+    const [x, y] = frame.to(tracer(place, n));
+    disc([x, y], 4, inks.c1, inks.card);
+    label(name, x + 9, y - 9, "left");
+  });
+}
 function arrows(place) {
-  const most = Math.max(...largestForces.map(([size]) => size)) || 1;
-  D.joints.forEach((_, n) => {
-    const [fx, fy] = forceOf(place, n), length = Math.hypot(fx, fy) / most * 90, angle = Math.atan2(-fy, fx);
-    const [x, y] = frame.to(pin(place, n)), tip = [x + length * Math.cos(angle), y + length * Math.sin(angle)];
+  const most = Math.max(...jointForces.map(force => force.most)) || 1;
+  jointForces.forEach((force, n) => {
+    if (D.pin_of[n] < 0) return;
+    const [fx, fy] = force.of(place), length = Math.hypot(fx, fy) / most * 90, angle = Math.atan2(-fy, fx);
+    const [x, y] = frame.to(pin(place, D.pin_of[n])), tip = [x + length * Math.cos(angle), y + length * Math.sin(angle)];
     Object.assign(pen, { strokeStyle: inks.c2, fillStyle: inks.c2, lineWidth: 2.5 });
     pen.beginPath();
     pen.moveTo(x, y);
@@ -149,23 +164,26 @@ function mechanism(place) {
   pen.setTransform(frame.sharp, 0, 0, frame.sharp, 0, 0);
   pen.clearRect(0, 0, frame.width, frame.height);
   pen.lineJoin = pen.lineCap = "round";
-  if (MOVES) D.joints.forEach((_, n) => stroke(Array.from({ length: 121 }, (_, i) => pin(i * (N - (TURNS ? 0 : 1)) / 120, n, 0)), inks.line, 1.2));
+  if (MOVES) D.names.forEach((_, n) => stroke(Array.from({ length: 121 }, (_, i) => pin(i * (N - (TURNS ? 0 : 1)) / 120, n, 0)), inks.line, 1.2));
   D.tracks.forEach(track => stroke(track, inks.soft, 1.6));
   D.members.forEach((_, m) => stroke([station(place, m, 0, 0), station(place, m, S - 1, 0)], inks.soft, 1, [4, 4]));
+  for (let n = 0; n < RAILS; n++) stroke([rail(place, 2 * n), rail(place, 2 * n + 1)], inks.soft, 2.4);
   D.ground.forEach(support);
   for (let n = 0; n < BARS; n++) stroke([corner(place, 2 * n), corner(place, 2 * n + 1)], inks.soft, 2 * w);
   D.sliders.forEach((n, i) => block(place, n, i));
   [...D.members.keys()].sort((a, b) => (a === shown.member) - (b === shown.member)).forEach(m => ribbon(place, m));
-  D.joints.forEach((_, n) => disc(frame.to(pin(place, n)), w * .95, inks.card, inks.ink));
+  D.names.forEach((_, n) => disc(frame.to(pin(place, n)), w * .95, inks.card, inks.ink));
+  traced(place);
   if ($("arrows").checked) arrows(place);
-  D.joints.forEach((name, n) => {
-    if (name.includes(":") || D.joints.length > 12 && name.length > 2) return;
+  D.names.forEach((name, n) => {
+    if (D.names.length > 12 && name.length > 2) return;
     const [x, y] = frame.to(pin(place, n));
     label(name, x - 2.6 * w - 3, y - 2 * w - 3, "center");
   });
+  if (!BENDS) return;
   const [, j, f] = D.peaks[WORST], [x, y] = frame.to(station(place, WORST, j)), right = x < frame.width * .6;
   disc([x, y], 2.5 * w, null, inks.ink);
-  label(`${number(at(A.stress, place, cell(WORST, j, f)))} MPa`, x + (right ? 1 : -1) * (2.5 * w + 6), y + 2.6 * w, right ? "left" : "right");
+  label(`${number(at(A.stress, place, cell(WORST, j, f)))} ${D.units.stress}`, x + (right ? 1 : -1) * (2.5 * w + 6), y + 2.6 * w, right ? "left" : "right");
 }
 function nearestMember(x, y) {
   const far = D.members.map((_, m) => Math.min(...D.s.map((_, j) => { const [a, b] = frame.to(station(shown.place, m, j)); return Math.hypot(a - x, b - y); })));

@@ -1,20 +1,22 @@
 // Joint forces, torque, frequencies, spectrum and stability: what belongs to the whole machine.
-const forceOf = (place, n) => [at(A.force, place, 2 * n), at(A.force, place, 2 * n + 1)];
-const largestForces = D.joints.map((_, n) => {
-  const sizes = history(place => Math.hypot(...forceOf(place, n))), size = Math.max(...sizes);
-  return [size, sizes.indexOf(size)];
-});
+const vector = (array, n) => place => [at(array, place, 2 * n), at(array, place, 2 * n + 1)];
+function named(name, array, n) {
+  const of = vector(array, n), sizes = history(place => Math.hypot(...of(place))), most = Math.max(...sizes);
+  return { name, of, most, k: sizes.indexOf(most) };
+}
+const jointForces = D.joints.map((name, n) => named(name, A.force, n)), frameForce = A.shaking ? [named("on the frame", A.shaking, 0)] : [];
+const MOST_FORCE = jointForces.reduce((best, force) => force.most > best.most ? force : best, { most: -1, k: 0 }).k;
 
 // The path of a force's tip: its direction matters to a bearing.
 function polar() {
   const host = $("forces");
   if (!host) return;
   host.textContent = "";
-  D.joints.forEach((name, n) => {
+  [...frameForce, ...jointForces].forEach(({ name, of, most, k }) => {
     const figure = document.createElement("figure"), caption = document.createElement("figcaption"), R = 100;
     host.append(figure);
-    const svg = draw("svg", { viewBox: "-116 -116 232 232", role: "img" }, figure), [most, k] = largestForces[n];
-    const tip = place => { const [x, y] = forceOf(place, n); return [R * x / (most || 1), -R * y / (most || 1)]; };
+    const svg = draw("svg", { viewBox: "-116 -116 232 232", role: "img" }, figure);
+    const tip = place => { const [x, y] = of(place); return [R * x / (most || 1), -R * y / (most || 1)]; };
     for (const share of [1, .5]) draw("circle", { r: R * share, class: "grid" }, svg);
     for (const turn of [0, 90]) draw("line", { x1: -R, x2: R, transform: `rotate(${turn})`, class: "grid" }, svg);
     draw("path", { class: "curve s0", d: path(Array.from({ length: TURNS ? N + 1 : N }, (_, i) => tip(i % N))) }, svg);
@@ -23,13 +25,13 @@ function polar() {
     figure.append(caption);
     const now = document.createElement("span"), strong = document.createElement("b"), rest = document.createElement("b");
     strong.textContent = name;
-    rest.textContent = `${number(most)} N`;
+    rest.textContent = `${number(most)} ${D.units.force}`;
     caption.append(strong, now, document.createElement("br"), "largest ", rest, ` at ${told(k)}`);
     views.push(place => {
       const [x, y] = tip(place);
       for (const [key, v] of [["x2", x], ["y2", y]]) arrow.setAttribute(key, v);
       for (const [key, v] of [["cx", x], ["cy", y]]) dot.setAttribute(key, v);
-      now.textContent = ` ${number(Math.hypot(...forceOf(place, n)))} N now`;
+      now.textContent = ` ${number(Math.hypot(...of(place)))} ${D.units.force} now`;
     });
   });
 }
@@ -39,6 +41,15 @@ function effort() {
   const plot = overMotion($("effort"), { y: range([values]), yName: D.effort[1] });
   curve(plot, values, { tell: D.effort[1] });
   ring(plot, D.axis[k], values[k], `${number(values[k])} at ${told(k)}`);
+}
+function freedoms() {
+  if (!$("freedoms")) return;
+  $("freedoms").textContent = "";
+  D.freedoms.forEach(([name, unit], n) => {
+    const values = history(place => at(A.freedom, place, n)), host = document.createElement("div");
+    $("freedoms").append(host);
+    curve(overMotion(host, { y: range([values], false), yName: `${name} (${unit})`, height: 160 }), values, { tell: unit });
+  });
 }
 function frequencies() {
   if (!$("frequency")) return;
@@ -56,7 +67,7 @@ function spectrum() {
   while (last > 12 && heights[last] < .01 * big) last--;
   $("spectrum-where").textContent = `of the strain of ${D.members[shown.member]} where it is largest; drive ${number(drive)} Hz${A.frequency ? "; shaded: natural frequencies by mode" : ""}`;
   const whole = ticks(0, last, 8).filter(v => v && Number.isInteger(v));
-  const plot = axes($("spectrum"), { x: [.4, last + .6], y: [0, big * 1.18], yName: "µm/m", xName: "multiple of the drive’s frequency", xTicks: whole });
+  const plot = axes($("spectrum"), { x: [.4, last + .6], y: [0, big * 1.18], yName: D.units.strain, xName: "multiple of the drive’s frequency", xTicks: whole });
   const { box, svg, X, Y } = plot;
   for (let n = 0; A.frequency && n < A.frequency.row; n++) {
     const orders = history(place => at(A.frequency, place, n) / drive), from = Math.max(.4, Math.min(...orders)), to = Math.min(last + .6, Math.max(...orders));
@@ -67,7 +78,7 @@ function spectrum() {
   for (let n = 1; n <= last; n++) {
     const width = Math.max(2, .7 * (X(2) - X(1)));
     const bar = draw("rect", { x: X(n) - width / 2, width, y: Y(heights[n]), height: box.bottom - Y(heights[n]), class: "f0" }, svg);
-    draw("title", {}, bar, `${n} times the drive, ${number(n * drive)} Hz: ${number(heights[n])} µm/m`);
+    draw("title", {}, bar, `${n} times the drive, ${number(n * drive)} Hz: ${number(heights[n])} ${D.units.strain}`);
   }
 }
 function stability() {

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import percent
@@ -14,14 +15,15 @@ from fenics_mech.recovery import Result
 from fenics_mech.views.details import decisions, energy
 from fenics_mech.views.judgements import SOURCES
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy
 from fenics_mech.views.words import share, short
 
 DECADES = 4  # of the bars of effects, up to 100 %
 ROUNDING = 1e-9  # of a force, below which its other component is nothing
 LEAST_TOP = 0.05  # of the bars of errors
+ON_FRAME = "on the frame"
 SHOWN = ("drive", "effects")  # elsewhere on the page
-MICRONS = "\N{MICRO SIGN}m/m"
 
 
 def members(reading: Reading) -> Html:
@@ -32,16 +34,10 @@ def members(reading: Reading) -> Html:
     reading
         The result.
     """
-    head = [
-        "member",
-        "peak stress, MPa",
-        f"strain, {MICRONS}",
-        "where<",
-        "at",
-        "deflection, mm",
-        "where<",
-        "error of strain",
-    ]
+    stress, strain, length = (reading.units.label(kind) for kind in ("stress", "strain", "length"))
+    more = _more_of_stress(reading)
+    head = ["member", f"peak stress, {stress}", f"strain, {strain}", "where<", "at", *more]
+    head += [f"deflection, {length}", "where<", "error of strain"]
     left = [not i or text.endswith("<") for i, text in enumerate(head)]
     top, rows = max(float(np.abs(reading.stress).max()), TINY), []
     for i in reading.ranked:
@@ -53,12 +49,25 @@ def members(reading: Reading) -> Html:
             short(reading.strain[peak.k, i, peak.j, peak.f]),
             f"{reading.place(peak)}, {reading.side(peak)}",
             reading.at(peak.k),
+            *(cells[i] for cells in more.values()),
             short(reading.bent[bent.k, i, bent.j, 0]),
             reading.place(bent),
             _error_of(reading, i),
         ]
         rows.append(line(cells, left, data_member=i))
     return table(head, rows, id="members")
+
+
+def _more_of_stress(reading: Reading) -> dict[str, list[str]]:
+    """Give cells of the stress range and of the used strength of each member, by the head of their column."""
+    data, found = reading.result.data, {}
+    if "stress_range" in data:
+        largest = data["stress_range"].max(("s", "fibre")).to_numpy() / reading.units.size("stress")
+        found[f"stress range, {reading.units.label('stress')}"] = [short(float(value)) for value in largest]
+    if "utilisation" in data:
+        used = data["utilisation"].to_numpy()
+        found["of strength"] = [share(float(value)) if np.isfinite(value) else "\N{EN DASH}" for value in used]
+    return found
 
 
 def _bar(size: float, class_: str = "bar") -> Html:
@@ -75,8 +84,10 @@ def _error_of(reading: Reading, i: int) -> str:
     return share(float(member["strain_error"].sum()) / max(float(member["largest_strain"]), TINY))
 
 
-def joints(reading: Reading) -> Html:
-    """Tabulate the joints' largest forces, beside the frame of their paths; nothing where there are no joints.
+def joints(reading: ForceReading) -> Html:
+    """Tabulate the joints' largest forces and that on the frame, beside the frame of their paths.
+
+    Where there are no joints nothing is given.
 
     Parameters
     ----------
@@ -86,22 +97,32 @@ def joints(reading: Reading) -> Html:
     if not reading.joints:
         return EMPTY
     largest = [int(k) for k in reading.force.argmax(axis=0)]
-    head, rows = ["joint", "largest force, N", "at", "in x, N", "in y, N"], []
-    force = reading.of("joint_force", "joint", "component")
-    for n in np.argsort(-reading.force.max(axis=0), kind="stable"):
-        k = largest[n]
-        parts = np.where(np.abs(force[k, n]) > ROUNDING * reading.force[k, n], force[k, n], 0.0)
-        rows.append([reading.joints[n], short(reading.force[k, n]), reading.at(k), *map(short, parts)])
+    unit = reading.units.label("force")
+    head = ["joint", f"largest force, {unit}", "at", f"in x, {unit}", f"in y, {unit}"]
+    force = reading.of("joint_force", "joint", "component") / reading.units.size("force")
+    ranked = np.argsort(-reading.force.max(axis=0), kind="stable")
+    curves = [(reading.joints[n], largest[n], force[:, n]) for n in ranked]
+    if reading.shaking is not None:
+        shaking = reading.shaking[0]
+        curves.append((ON_FRAME, int(np.linalg.norm(shaking, axis=-1).argmax()), shaking))
+    rows = [[name, *_force_cells(reading, k, curve[k])] for name, k, curve in curves]
     lead = (
-        "The force of each joint's first body on its second, as the path of its arrow's tip: fixed frame, x to the "
-        "right, y up. Each has its own scale, and the ring is its largest."
+        "The force of each joint's first body on its second, and of the mechanism on the frame, as the path of its "
+        "arrow's tip: fixed frame, x to the right, y up. Each has its own scale, and the ring is its largest."
     )
     live = (tag("p", lead, class_="lead"), tag("div", id="forces", class_="polar"))
     shown = tag("div", *live, class_="live") if len(reading.theta) > 1 else EMPTY
     return tag("section", tag("h2", "Joint forces"), shown, table(head, rows), class_="card")
 
 
-def frequencies(reading: Reading) -> Html:
+def _force_cells(reading: ForceReading, k: int, force: Array) -> list[str]:
+    """Write a force's size, when it acts, and its components; a component that is rounding is 0."""
+    size = float(np.linalg.norm(force))
+    parts = np.where(np.abs(force) > ROUNDING * size, force, 0.0)
+    return [short(size), reading.at(k), *(short(float(part)) for part in parts)]
+
+
+def frequencies(reading: ForceReading) -> Html:
     """Tabulate the range of each natural frequency.
 
     Parameters
@@ -189,7 +210,7 @@ def errors(reading: Reading) -> Html:
     return join([tag("p", lead, class_="lead"), tag("ul", *key, class_="key"), table(["member", "<", "in all"], rows)])
 
 
-def method(reading: Reading) -> Html:
+def method(reading: ForceReading) -> Html:
     """Tabulate how the result was computed, and its balance of power.
 
     Parameters
@@ -197,11 +218,12 @@ def method(reading: Reading) -> Html:
     reading
         The result.
     """
-    result = reading.result
-    known = {key: text for key, text in decisions(result).items() if key not in SHOWN}
+    result, bends = reading.result, isinstance(reading, Reading)
+    decided = decisions(result, reading.units) if bends else rigid_decisions(result, reading.units)
+    known = {key: text for key, text in decided.items() if key not in SHOWN}
     rows = {**known, "version": f"fenics_mech {result.data.attrs['fenics_mech']}"}
     if "mean_power" in result.data:
-        rows["power"] = energy(result)
+        rows["power"] = energy(result) if bends else rigid_energy(result)
     if "frequency" in result.data and "assurance" in result.data:
         rows["modes followed"] = f"lowest MAC between positions {short(float(result.data['assurance'].min()))}"
     return table(["", ""], list(rows.items()), class_="plain")

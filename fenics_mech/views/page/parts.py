@@ -6,12 +6,12 @@ import numpy as np
 
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.page.html import EMPTY, Html, join, tag
-from fenics_mech.views.page.page_tables import frequencies
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.page.page_tables import frequencies, joints
+from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import sentence, short
 
 
-def heading(reading: Reading) -> Html:
+def heading(reading: ForceReading) -> Html:
     """Name the machine and how it is driven, beside the buttons of the page.
 
     Parameters
@@ -27,7 +27,7 @@ def heading(reading: Reading) -> Html:
     return tag("header", name, tag("div", *buttons, class_="tools live"), class_="top")
 
 
-def verdict_of(reading: Reading) -> Html:
+def verdict_of(reading: ForceReading) -> Html:
     """Tell the peak, whether the numbers can be used, and why; the worst reason first, then warnings.
 
     Parameters
@@ -50,7 +50,7 @@ def verdict_of(reading: Reading) -> Html:
     )
 
 
-def figures(reading: Reading) -> Html:
+def figures(reading: ForceReading) -> Html:
     """Show the numbers that a designer asks for first.
 
     Parameters
@@ -58,17 +58,14 @@ def figures(reading: Reading) -> Html:
     reading
         The result.
     """
-    found = []
-    peak = reading.peak(reading.bent, int(reading.bent.max(axis=(0, 2, 3)).argmax()))
-    where = f"{reading.members[peak.i]}, {reading.place(peak)}, {reading.at(peak.k)}"
-    found.append(_tile("largest deflection", float(reading.bent.max()), "mm", where))
+    found = [_deflection(reading)] if isinstance(reading, Reading) else []
     if reading.joints:
         k, n = map(int, np.unravel_index(reading.force.argmax(), reading.force.shape))
         found.append(
             _tile(
                 "largest joint force",
                 float(reading.force[k, n]),
-                "N",
+                reading.units.label("force"),
                 f"joint {reading.joints[n]}, {reading.at(k)}",
             )
         )
@@ -78,6 +75,12 @@ def figures(reading: Reading) -> Html:
             f"; from {short(reading.effort.min())} to {short(reading.effort.max())}" if len(reading.theta) > 1 else ""
         )
         found.append(_tile(f"largest {name}", float(reading.effort[k]), unit, f"{reading.at(k)}{span}"))
+    if reading.shaking is not None:
+        force, moment = np.linalg.norm(reading.shaking[0], axis=-1), reading.shaking[1]
+        k, m = int(force.argmax()), int(np.abs(moment).argmax())
+        turning = f"{short(float(moment[m]))} {reading.units.label('moment')} at {reading.at(m)}"
+        where = f"{reading.at(k)}; moment {turning}"
+        found.append(_tile("shaking force on the frame", float(force[k]), reading.units.label("force"), where))
     if "frequency" in reading.result.data:
         frequency = reading.result.data["frequency"].to_numpy()
         least = float(frequency[frequency > 0].min(initial=np.inf))
@@ -87,14 +90,21 @@ def figures(reading: Reading) -> Html:
     return tag("section", *found, class_="tiles")
 
 
+def _deflection(reading: Reading) -> Html:
+    """Tell the largest deflection."""
+    peak = reading.peak(reading.bent, int(reading.bent.max(axis=(0, 2, 3)).argmax()))
+    where = f"{reading.members[peak.i]}, {reading.place(peak)}, {reading.at(peak.k)}"
+    return _tile("largest deflection", float(reading.bent.max()), reading.units.label("length"), where)
+
+
 def _tile(name: str, value: float, unit: str, where: str) -> Html:
     return tag(
         "div", tag("span", name), tag("b", short(value), " ", tag("small", unit)), tag("i", where), class_="tile"
     )
 
 
-def moving(reading: Reading) -> Html:
-    """Give the frames of the drawing and of the curves at the peak's place, with what moves them.
+def moving(reading: ForceReading) -> Html:
+    """Give the frames of the drawing and of the curves at the peak's place, or of joint forces where no link bends.
 
     Parameters
     ----------
@@ -102,18 +112,34 @@ def moving(reading: Reading) -> Html:
         The result.
     """
     said = tag("p", "The pictures need JavaScript. All numbers are in the tables below.")
-    return join([tag("noscript", said), tag("div", _drawing(reading), _curves(reading), class_="stage live")])
+    if isinstance(reading, Reading):
+        return join([tag("noscript", said), tag("div", _drawing(reading), _curves(reading), class_="stage live")])
+    return join([tag("noscript", said), tag("div", _drawing(reading), joints(reading), class_="stage")])
 
 
-def _drawing(reading: Reading) -> Html:
+def _drawing(reading: ForceReading) -> Html:
     """Make the frame of the drawing, and its controls."""
     what = "time" if reading.in_time else "drive angle"
     play = tag("button", "\N{BLACK RIGHT-POINTING TRIANGLE}", id="play", type="button", aria_label="play or stop")
     position = tag("label", f"{what} ", tag("output", id="told"), _slider("position", "any"), class_="grow")
     to_peak = tag("button", "peak", id="to-peak", type="button")
-    size = tag("label", "deflection magnified ", tag("output", id="times"), _slider("magnify", "1"), class_="grow")
-    arrows = tag("label", tag("input", type="checkbox", id="arrows"), " joint forces", class_="check")
+    bends, arrows = isinstance(reading, Reading), tag("input", type="checkbox", id="arrows")
+    magnify = tag("label", "deflection magnified ", tag("output", id="times"), _slider("magnify", "1"), class_="grow")
+    sizes = (magnify if bends else EMPTY, tag("label", arrows, " joint forces", class_="check"))
     steps = tag("div", play, position, to_peak, class_="row") if len(reading.theta) > 1 else EMPTY
+    label = "The mechanism at the chosen position" + (", its members coloured by stress" if bends else "")
+    moves = (steps, tag("div", *sizes, class_="row"), tag("p", id="hint", class_="hint"))
+    return tag(
+        "section",
+        tag("canvas", id="mechanism", role="img", aria_label=label),
+        _colours() if bends else EMPTY,
+        tag("div", *moves, class_="controls"),
+        class_="card drawing live",
+    )
+
+
+def _colours() -> Html:
+    """Explain the colours of the drawing."""
     legend = (
         "Each side of a member shows the stress of that side: ",
         tag("b", "blue compression", class_="comp"),
@@ -121,18 +147,8 @@ def _drawing(reading: Reading) -> Html:
         tag("b", "red tension", class_="tens"),
         ". The ring is the place of the peak. Dashed: the rigid linkage.",
     )
-    label = "The mechanism at the chosen position, its members coloured by stress"
     scale = (tag("span", id="least"), tag("canvas", id="scale", width=512, height=1), tag("span", id="most"))
-    return tag(
-        "section",
-        tag("canvas", id="mechanism", role="img", aria_label=label),
-        tag("div", *scale, class_="scale"),
-        tag("p", *legend, class_="hint"),
-        tag(
-            "div", steps, tag("div", size, arrows, class_="row"), tag("p", id="hint", class_="hint"), class_="controls"
-        ),
-        class_="card drawing",
-    )
+    return join([tag("div", *scale, class_="scale"), tag("p", *legend, class_="hint")])
 
 
 def _slider(name: str, step: str) -> Html:
@@ -142,10 +158,7 @@ def _slider(name: str, step: str) -> Html:
 def _curves(reading: Reading) -> Html:
     """Make the frames of the curves, and the choice of member and unit."""
     members = [tag("option", name, value=i) for i, name in enumerate(reading.members)]
-    units = [
-        tag("option", text, value=value)
-        for value, text in (("stress", "stress, MPa"), ("strain", "strain, \N{MICRO SIGN}m/m"))
-    ]
+    units = [tag("option", f"{kind}, {reading.units.label(kind)}", value=kind) for kind in ("stress", "strain")]
     choice = (
         tag("label", "member ", tag("select", *members, id="member")),
         tag("label", "show ", tag("select", *units, id="unit")),
@@ -161,8 +174,8 @@ def _plot(name: str) -> tuple[Html, Html]:
     return tag("h3", *heads), tag("div", id=name, class_="plot")
 
 
-def dynamics(reading: Reading) -> Html:
-    """Give the frames of torque, frequencies, spectrum and stability: of those that the result has.
+def dynamics(reading: ForceReading) -> Html:
+    """Give the frames of torque, freedoms, frequencies, spectrum and stability: of those that the result has.
 
     Parameters
     ----------
@@ -172,6 +185,8 @@ def dynamics(reading: Reading) -> Html:
     data, cards = reading.result.data, []
     if reading.effort is not None and len(reading.theta) > 1:
         cards.append(_card(sentence(reading.effort_name[0]), "", "effort"))
+    if "freedom_place" in data:
+        cards.append(_card("Freedoms", "", "freedoms"))
     if "strain_amplitude" in data:
         cards.append(_card("Spectrum", "spectrum-where", "spectrum"))
     if "frequency" in data:

@@ -32,7 +32,7 @@ function map(m, f, k, j) {
     }
   }
   titled("map", "Where and when", `${D.members[m]}, ${D.fibres[f]} side; ${first} below, ${second} above; colours as in the drawing`);
-  const plot = overMotion($("map"), { y: [0, D.lengths[m]], yName: `mm from ${first}`, height: 170 }), { box } = plot;
+  const plot = overMotion($("map"), { y: [0, D.lengths[m]], yName: `${D.units.length} from ${first}`, height: 170 }), { box } = plot;
   const image = { x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top, preserveAspectRatio: "none", href: picture.toDataURL() };
   plot.svg.prepend(draw("image", image));
   ring(plot, D.axis[k], D.s[j] * D.lengths[m]);
@@ -46,7 +46,7 @@ function profile(m, f, k, j, what) {
     high[n] = Math.max(high[n], v);
   }
   titled("along", MOVES ? "Along the member now" : `${what} along the member`, `${D.members[m]}, ${D.fibres[f]} side${MOVES ? "; shaded: all that the motion reaches" : ""}`);
-  const plot = axes($("along"), { x: [0, D.lengths[m]], y: range([low, high]), xName: `mm from ${D.ends[m][0]} to ${D.ends[m][1]}`, yName: unitName(), height: 180 });
+  const plot = axes($("along"), { x: [0, D.lengths[m]], y: range([low, high]), xName: `${D.units.length} from ${D.ends[m][0]} to ${D.ends[m][1]}`, yName: unitName(), height: 180 });
   const around = [...high.map((v, n) => [plot.X(x[n]), plot.Y(v)]), ...low.map((v, n) => [plot.X(x[n]), plot.Y(v)]).reverse()];
   if (MOVES) draw("path", { class: "band", d: `${path(around)}Z` }, plot.svg);
   const line = draw("path", { class: "curve s0" }, plot.svg);

@@ -14,8 +14,8 @@ from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.curves import payload
-from fenics_mech.views.page.html import Html, json_in_page, tag
-from fenics_mech.views.reading import Reading, reading_of_a_file
+from fenics_mech.views.page.html import EMPTY, Html, join, json_in_page, tag
+from fenics_mech.views.reading import ForceReading, Reading, reading_of, reading_of_a_file
 
 SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
 ENDINGS = (".html", ".htm")
@@ -74,9 +74,8 @@ def page(result: Result) -> str:
     ResultError
         When the result lacks what is shown.
     """
-    reading = Reading(result)
+    reading = reading_of(result)
     script = "(async () => {\n'use strict';\n" + "".join(_source(name) for name in SCRIPTS) + "})();\n"
-    moving = parts.moving(reading)
     pieces = {
         "policy": _policy(script),
         "title": tag("title", f"{reading.scene.name}: report of fenics_mech"),
@@ -84,18 +83,34 @@ def page(result: Result) -> str:
         "heading": parts.heading(reading),
         "verdict": parts.verdict_of(reading),
         "figures": parts.figures(reading),
-        "moving": moving,
-        "members": page_tables.members(reading),
-        "joints": page_tables.joints(reading),
+        "moving": parts.moving(reading),
+        "tables": _tables(reading),
         "dynamics": parts.dynamics(reading),
-        "effects": page_tables.effects(result),
-        "errors": page_tables.errors(reading),
-        "method": page_tables.method(reading),
+        "computed": _computed(reading),
         "scene": tag("pre", json.dumps(json.loads(result.data.attrs["scene"]), indent=1, ensure_ascii=False)),
         "data": json_in_page(payload(reading)),
         "script": script,
     }
     return Template(_source("page.html")).substitute(pieces)
+
+
+def _tables(reading: ForceReading) -> Html:
+    """Tabulate members and joints; where no link bends the joints stand beside the drawing."""
+    if not isinstance(reading, Reading):
+        return EMPTY
+    members = tag("section", tag("h2", "Members"), page_tables.members(reading), class_="card")
+    return join([members, page_tables.joints(reading)])
+
+
+def _computed(reading: ForceReading) -> Html:
+    """Tell how the result was computed, and where links bend which effects were taken, and how exact it is."""
+    method = page_tables.method(reading)
+    if not isinstance(reading, Reading):
+        return tag("section", tag("h2", "How it was computed"), method, class_="card")
+    effects = (tag("h2", "What was taken into account"), page_tables.effects(reading.result))
+    first = tag("section", *effects, tag("h2", "How it was computed", class_="next"), method, class_="card")
+    second = tag("section", tag("h2", "How exact it is"), page_tables.errors(reading), class_="card")
+    return tag("div", first, second, class_="two last")
 
 
 def _source(name: str) -> str:

@@ -1,0 +1,63 @@
+"""`fenics-mech synthesise`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, out, tell, warn
+from fenics_mech.cli.common import Strict
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.synthesis.synthesise import Synthesised
+
+
+def synthesise(
+    task: Annotated[Path, typer.Argument(help="File with what the four-bar is to do (TOML).", show_default=False)],
+    file: Annotated[Path, typer.Option("-o", "--out", help="Scene file to write.")] = Path("linkage.toml"),
+    draw: Annotated[
+        Path | None, typer.Option(help="Also draw the four-bar in its positions: a PNG, PDF or SVG file.")
+    ] = None,
+    starts: Annotated[int, typer.Option(min=1, max=100_000, help="Searches for a path, from random starts.")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of their starts.")] = 0,
+    strict: Strict = False,
+) -> None:
+    """Find the dimensions of a four-bar for a function, three positions or a path, and write it as a scene."""
+    from fenics_mech.scene import load_task, write_scene  # noqa: PLC0415
+    from fenics_mech.studies.synthesis.synthesise import synthesise as synthesised  # noqa: PLC0415
+
+    found = synthesised(load_task(task), starts=starts, seed=seed)
+    warn(found.defects, strict)
+    make_folder(file.parent)
+    write_scene(found.scene, file, f"{found.scene.name}, by fenics-mech synthesise")
+    out.print(_table(found))
+    tell(f"Wrote {file}")
+    if draw is not None:
+        from fenics_mech.views.figures import save  # noqa: PLC0415
+        from fenics_mech.views.synthesis_plots import synthesis_figure  # noqa: PLC0415
+
+        make_folder(draw.parent)
+        tell(f"Wrote {save(synthesis_figure(found), draw)}")
+
+
+def _table(found: Synthesised) -> str:
+    """Write the dimensions and what the linkage is like."""
+    from math import degrees  # noqa: PLC0415
+
+    linkage, degree = found.linkage, "\N{DEGREE SIGN}"
+    names = ("crank", "coupler", "follower", "ground")
+    lengths = ", ".join(f"{name} {1e3 * length:.5g} mm" for name, length in zip(names, linkage.lengths))
+    passed = ", ".join(f"{degrees(found.course.start + one):.4g}" for one in found.course.turned[:8])
+    more = " and so on" if len(found.course.turned) > 8 else ""
+    error = 0.0 if found.error < 1e-9 * max(linkage.lengths) else 1e3 * found.error
+    return "\n".join(
+        [
+            f"{linkage.kind[:1].upper()}{linkage.kind[1:]}",
+            lengths,
+            f"The crank {'turns' if linkage.turns else 'swings'}, and passes {passed}{degree}{more}.",
+            f"Smallest transmission angle: {degrees(found.transmission):.4g}{degree}",
+            f"Largest distance from what is asked: {error:.3g} mm",
+        ]
+    )

@@ -1,0 +1,105 @@
+"""Quantities that follow from a result and are computed when they are asked for: they cost an analysis nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech.errors import ResultError
+from fenics_mech.kinematics.link_states import quarter
+from fenics_mech.scene import Scene
+
+PARALLEL = 1e-9  # share of the fastest link's rate below which two links turn at the same rate
+
+
+def derived(name: str, data: xr.Dataset, scene: Scene) -> xr.DataArray:
+    """Give a quantity that follows from those of a result.
+
+    Parameters
+    ----------
+    name
+        "deflection_in_link" (m) over theta, member, s and axis: the deflection along the x and y axis of the member's
+        link. "deflection_from_chord" (m) over theta, member and s: the distance of the member's axis from the straight
+        line between its bent ends, on the side of its normal. "relative_centre" (m) over theta, linked and component:
+        the point at which two links have the same velocity, of each pair of links.
+    data
+        The result.
+    scene
+        Its scene.
+
+    Raises
+    ------
+    ResultError
+        When there is no such quantity, or the result lacks what it follows from.
+    """
+    if name not in DERIVED:
+        raise ResultError(f"no quantity {name!r} can be derived; there are {', '.join(DERIVED)}")
+    needed, meaning, make = DERIVED[name]
+    if lacking := [variable for variable in needed if variable not in data]:
+        raise ResultError(f"{name} needs {' and '.join(lacking)}, which the result does not have")
+    found = make(data, scene)
+    return found.assign_attrs(units="m", long_name=meaning).rename(name)
+
+
+def _in_link(data: xr.Dataset, scene: Scene) -> xr.DataArray:
+    """Turn deflections into the axes of the members' links."""
+    bent = data["deflection"].transpose("theta", "member", "s", "component")
+    of_member = [scene.members()[str(member)][0] for member in data["member"].to_numpy()]
+    angle = data["link_angle"].sel(link=of_member).transpose("theta", "link").to_numpy()[..., None]
+    c, s, (x, y) = np.cos(angle), np.sin(angle), np.moveaxis(bent.to_numpy(), -1, 0)
+    turned = np.stack([c * x + s * y, c * y - s * x], axis=-1)
+    labels = {name: bent[name] for name in ("theta", "member", "s")}
+    return xr.DataArray(turned, labels | {"axis": ["x", "y"]}, ("theta", "member", "s", "axis"))
+
+
+def _from_chord(data: xr.Dataset, scene: Scene) -> xr.DataArray:
+    """Distance of bent axes from the line between their ends."""
+    ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()
+    bent, s = data["deflection"].transpose("theta", "member", "s", "component"), data["s"].to_numpy()[:, None]
+    path = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1] + bent.to_numpy()
+    chord = path[:, :, -1] - path[:, :, 0]
+    normal = quarter(chord / np.linalg.norm(chord, axis=-1, keepdims=True))
+    apart = np.einsum("tmsc,tmc->tms", path - path[:, :, :1], normal)
+    return xr.DataArray(apart, {name: bent[name] for name in ("theta", "member", "s")}, ("theta", "member", "s"))
+
+
+def _relative_centres(data: xr.Dataset, scene: Scene) -> xr.DataArray:
+    """Points at which two links have the same velocity; NaN where they turn at the same rate.
+
+    With u = v - w k x r of any point r of a link, both have the velocity u + w k x c at c. So
+    ``c = k x (u_2 - u_1)/(w_2 - w_1)``. The three centres of three links lie on a line (Aronhold and Kennedy).
+    """
+    links = [str(link) for link in data["link"].to_numpy()]
+    points = [f"{link}.{next(iter(scene.links[link].points))}" for link in links]
+    place, velocity = (
+        data[name].sel(point=points).transpose("theta", "point", "component").to_numpy()
+        for name in ("point_position", "point_velocity")
+    )
+    omega = data["link_omega"].sel(link=links).transpose("theta", "link").to_numpy()
+    at_origin = velocity - omega[..., None] * quarter(place)
+    first, second = np.array([*combinations(range(len(links)), 2)], dtype=int).reshape(-1, 2).T
+    turn = omega[:, second] - omega[:, first]
+    turns = np.abs(turn) > PARALLEL * np.abs(omega).max(initial=0.0)
+    centres = quarter(at_origin[:, second] - at_origin[:, first]) / np.where(turns, turn, np.nan)[..., None]
+    names = [f"{links[i]}, {links[j]}" for i, j in zip(first, second)]
+    labels = {"theta": data["theta"], "linked": names, "component": ["x", "y"]}
+    return xr.DataArray(centres, labels, ("theta", "linked", "component"))
+
+
+Make = Callable[[xr.Dataset, Scene], xr.DataArray]
+DERIVED: dict[str, tuple[tuple[str, ...], str, Make]] = {  # by name: what it needs, its meaning, what makes it
+    "deflection_in_link": (("deflection", "link_angle"), "elastic displacement, axes of the member's link", _in_link),
+    "deflection_from_chord": (
+        ("deflection", "position"),
+        "distance of the bent axis from the line between its ends, on the side of the normal",
+        _from_chord,
+    ),
+    "relative_centre": (
+        ("point_position", "point_velocity", "link_omega"),
+        "point at which both links have the same velocity; none where they turn at the same rate",
+        _relative_centres,
+    ),
+}

@@ -1,0 +1,130 @@
+"""Datasets that are saved with a seal, by which damage is found when they are loaded."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar, Self
+
+import h5py
+import xarray as xr
+
+from fenics_mech._files import read_bounded, reason_of, write_whole
+from fenics_mech._guard import memory
+from fenics_mech.errors import ResultError, shortened
+
+SEAL = b"fenics_mech sha256 "
+SEAL_LENGTH = len(SEAL) + 64
+CHECKED = "h5netcdf"  # the engine whose files are looked at before they are read
+
+
+@dataclass(frozen=True)
+class ResultLimits:
+    """Limits of the files of results, which may come from a stranger."""
+
+    largest_file: int = 2**40  # bytes
+    largest_ratio: int = 4  # of the data to the file, as results are not compressed
+
+
+RESULT = ResultLimits()
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A dataset that saves and loads.
+
+    Parameters
+    ----------
+    data
+        The dataset; its attributes have the names in `NEEDED`.
+    """
+
+    KIND: ClassVar[str]
+    ENGINE: ClassVar[str] = "scipy"  # NetCDF 3, which has no times in it
+    NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech",)
+    data: xr.Dataset
+
+    def save(self, path: str | Path) -> Path:
+        """Write as NetCDF, with a seal behind it by which damage is found; the file appears whole or not at all.
+
+        The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass over the
+        seal.
+
+        Parameters
+        ----------
+        path
+            File to write; its folder must exist.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        content = bytes(self.data.to_netcdf(engine=self.ENGINE))  # type: ignore[call-overload]
+        write_whole(Path(path), lambda temporary: temporary.write_bytes(content + seal_of(content)))
+        return Path(path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what was saved.
+
+        Parameters
+        ----------
+        path
+            A file that `save` wrote.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be read or holds something else.
+        """
+        try:
+            file = read_bounded(Path(path), min(RESULT.largest_file, memory() // 4))
+        except (OSError, ValueError) as error:
+            raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {reason_of(error)}") from error
+        content = file[:-SEAL_LENGTH]
+        if file != content + seal_of(content):  # HDF5 may end the process over a damaged file
+            raise ResultError(
+                f"{path}: this file is not a {cls.KIND} of fenics_mech, or was cut or changed after it was written"
+            )
+        try:
+            if cls.ENGINE == CHECKED:
+                _check_content(content)
+            with xr.open_dataset(io.BytesIO(content), engine=cls.ENGINE) as data:
+                loaded = data.load()
+        except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
+            raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {error}") from error
+        if not set(cls.NEEDED) <= set(loaded.attrs):
+            raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
+        return cls(loaded)
+
+
+def _check_content(content: bytes) -> None:
+    """Raise `ValueError` where an HDF5 file takes data from other files, or holds more than its size, compressed."""
+    with h5py.File(io.BytesIO(content), "r") as file:
+        total = 0
+        for name in file:
+            data = file[name] if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
+            if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
+                raise ValueError(f"{shortened(name)} is not in the file itself")
+            total += data.nbytes
+    if total > RESULT.largest_ratio * len(content):
+        raise ValueError(f"its data would take {total:.3g} bytes, and it has {len(content)}")
+
+
+def seal_of(content: bytes) -> bytes:
+    """Give what stands behind a file's content.
+
+    Parameters
+    ----------
+    content
+        The content, before the seal.
+    """
+    return SEAL + hashlib.sha256(content).hexdigest().encode()

@@ -1,0 +1,85 @@
+"""A motion that was found with another mesh and other steps, for Newton's method to begin from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
+from fenics_mech._sparse import Congruence
+from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.beams.other_mesh import elemental_on, nodal_on
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.periodic.newton import Beginning, Orbit
+
+
+@dataclass(frozen=True)
+class KnownMotion:
+    """A periodic motion of links with a nonlinear law, apart from the equation that it was found with.
+
+    Parameters
+    ----------
+    mesh
+        The mesh of the links.
+    turned
+        By how much the drive has turned at its positions (rad), rising from 0 to 2 pi, ``(positions,)``.
+    displacement, velocity
+        Of the nodal dofs in link axes (m, rad, m/s, rad/s), ``(positions, nodal dofs)``.
+    tension
+        Axial force of each element (N), ``(positions, elements)``.
+    """
+
+    mesh: BeamMesh
+    turned: Array
+    displacement: Array
+    velocity: Array
+    tension: Array
+
+    @classmethod
+    def of(cls, equation: Equation, orbit: Orbit) -> KnownMotion | None:
+        """Take a motion by collocation; None where strains are linear or links are reduced.
+
+        Parameters
+        ----------
+        equation
+            The equation of motion at the collocation points.
+        orbit
+            The motion there.
+        """
+        system, law = equation.system, equation.system.terms.law
+        if law is None or system.beams.reduction is not None:
+            return None
+        state = equation.in_links(orbit.displacement, orbit.velocity)
+        return cls(system.beams.mesh, np.abs(system.motion.theta), *state, law.tension(*state))
+
+    def at(self, equation: Equation) -> Beginning:
+        """Carry the motion to the points of another equation, whose mesh is of the same members.
+
+        In time it is a periodic spline, and inside elements what their shape functions make of it. The coordinates are
+        those whose displacements are nearest to it.
+
+        Parameters
+        ----------
+        equation
+            The equation of motion at collocation points.
+        """
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and few runs need it)
+
+        system, transformation = equation.system, equation.system.transformation
+        values = np.concatenate([self.displacement, self.velocity, self.tension], axis=1)
+        closed = np.append(self.turned, self.turned[0] + TURN), np.concatenate([values, values[:1]])
+        found = CubicSpline(*closed, bc_type="periodic")(np.abs(system.motion.theta))
+        many = self.displacement.shape[1]
+        nodes, elements = (of(system.beams.mesh, self.mesh) for of in (nodal_on, elemental_on))
+        v, rate = ((nodes @ part.T).T for part in (found[:, :many], found[:, many : 2 * many]))
+        p, first, _ = equation.jets
+        place = np.arange(transformation.shape[0])
+        pairs = Congruence.of(*transformation.shape, transformation.rows, transformation.columns, [(place, place)])
+        normal = pairs.products(p, (np.ones((1, len(place))), p))
+        q = normal.solve(transformation.backward(p, v))
+        if first is not None:
+            rate = rate - transformation.forward(first, q)
+        velocity = normal.solve(transformation.backward(p, rate))
+        return Beginning(q, velocity, (elements @ found[:, 2 * many :].T).T)

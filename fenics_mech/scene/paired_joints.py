@@ -1,0 +1,119 @@
+"""Laws that couple two joints: gear pairs, and cams with their followers."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from fenics_mech._arrays import Array
+from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.drives import Law
+from fenics_mech.scene.formulas.expression import Jet
+from fenics_mech.scene.units import TorsionalDamping, TorsionalRate
+
+
+class AtJoint(Part):
+    """What acts at a joint.
+
+    Parameters
+    ----------
+    joint
+        Name of the joint.
+    """
+
+    joint: Name
+
+
+class PairedJoints(AtJoint):
+    """What couples a pin to another joint.
+
+    Parameters
+    ----------
+    joint
+        The pin of two bodies whose angle it takes.
+    drives
+        The joint of two bodies that it moves.
+    """
+
+    drives: Name
+
+
+class GearPair(PairedJoints):
+    """A gear pair, belt or chain from one pin to another, with the stiffness of its teeth or strands.
+
+    It has no moment at the start. Backlash is not known, and the forces of the bearings have no share of the teeth's.
+
+    Parameters
+    ----------
+    joint
+        The pin of two bodies whose angle it takes.
+    drives
+        The pin of two bodies that it turns.
+    ratio
+        Turn of the driven pin over that of the other: negative of two external gears, positive of a belt.
+    stiffness
+        Moment at the driven pin over the angle by which that is behind (N m/rad).
+    damping
+        The same over its rate (N m s/rad).
+
+    Examples
+    --------
+    >>> fm.GearPair(joint="O", drives="C", ratio=-2.5, stiffness="1e5 N m/rad").damping
+    0.0
+    """
+
+    kind: Literal["gear-pair"] = "gear-pair"
+    ratio: float
+    stiffness: Annotated[TorsionalRate, Field(gt=0)]
+    damping: Annotated[TorsionalDamping, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _turns_something(self) -> Self:
+        if self.ratio == 0:
+            raise ValueError("the ratio must not be 0: the driven pin would not turn")
+        return self
+
+
+class Cam(PairedJoints):
+    """A cam that pushes a follower, which may lift off: ``F = K d (1 + b d')`` with the indentation d.
+
+    The cam pushes towards larger strokes or angles of the follower. It does not rub.
+    The force of its bearing has no share of the push, which the frame bears at the follower's joint.
+
+    Parameters
+    ----------
+    joint
+        The pin of two bodies about which the cam turns.
+    drives
+        The joint of the follower: its stroke or angle is at least the lift. Without a stated start it starts there.
+    lift
+        Stroke (m) or angle (rad) of the follower over the cam's angle, by the laws that drives have.
+    stiffness
+        K (N/m; of a follower that turns N m/rad).
+    damping
+        b (s/m or s/rad): 1/b is the rate of parting at which the contact has no force.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> lift = fm.Harmonics(mean="5 mm", cosine=("-5 mm",))
+    >>> fm.Cam(joint="O", drives="G", lift=lift, stiffness=1e7, damping=2.0).kind
+    'cam'
+    """
+
+    kind: Literal["cam"] = "cam"
+    lift: Law
+    stiffness: Annotated[float, Field(gt=0)]
+    damping: Annotated[float, Field(ge=0)] = 0.0
+
+    def lift_at(self, angle: Array) -> Jet:
+        """Lift (m or rad) and two derivatives by the cam's angle (rad), of the shape of the angle.
+
+        Parameters
+        ----------
+        angle
+            Angles of the cam, over any number of turns.
+        """
+        return self.lift.jet(np.mod(angle, 2 * np.pi))

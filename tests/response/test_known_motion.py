@@ -1,0 +1,110 @@
+"""A motion as the beginning of another: on its own mesh it is itself, on others Newton's method has little to do."""
+
+import numpy as np
+import pytest
+
+from fenics_mech.beams.other_mesh import elemental_on, nodal_on
+from fenics_mech.eigenmodes import solve_modes
+from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.periodic import collocation
+from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.response.periodic.steady_state import by_collocation
+from fenics_mech.response.setup import mechanism
+from fenics_mech.scene import Mesh
+from fenics_mech.scene.factories import seed_four_bar
+
+
+def scene_with(elements, steps):
+    return seed_four_bar(
+        effects=("coupling", "large-rotations"),
+        mesh=Mesh(elements=elements),
+        analysis={
+            "sub_intervals": steps,
+            "stages": 3,
+            "scheme": "radau",
+            "allow_coarse": True,
+            "stability": False,
+            "reduction": "none",
+        },
+    )
+
+
+def solved(scene, near=None):
+    system = mechanism(scene)
+    return by_collocation(scene, system, solve_modes(system, 3), near)
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """The seed by few elements and steps: its equation, its orbit, and its motion."""
+    solution = solved(scene_with(2, 40))
+    equation = solution.cycle.at_points(solution.cycle.tableau)
+    return equation, solution.orbit, KnownMotion.of(equation, solution.orbit)
+
+
+@pytest.fixture
+def iterations(monkeypatch):
+    """Positions of the equations that were linearised, one an iteration."""
+    found, linearised = [], Equation.linearised
+
+    def counted(self, *state):
+        found.append(len(state[0]))
+        return linearised(self, *state)
+
+    monkeypatch.setattr(Equation, "linearised", counted)
+    return found
+
+
+def test_on_its_own_mesh_a_motion_is_itself(coarse):
+    equation, orbit, motion = coarse
+    same = motion.at(equation)
+    for found, known in ((same.displacement, orbit.displacement), (same.velocity, orbit.velocity)):
+        assert np.abs(found - known).max() < 1e-9 * np.abs(known).max()  # rounding; P^T P is well conditioned
+    assert np.abs(same.tension - motion.tension).max() < 1e-9 * np.abs(motion.tension).max()
+
+
+@pytest.mark.parametrize("elements", [1, 2, 3, 7])
+def test_a_cubic_is_the_same_on_every_mesh(elements):
+    """A member that is stretched evenly and bent by a cubic, turned in its link's axes as the coupler may be."""
+    scenes = [scene_with(count, 40).changed(mesh__grading=1.3) for count in (2, elements)]
+    old, new = (mechanism(scene).beams.mesh for scene in scenes)
+
+    def nodal(mesh):
+        values = np.zeros((len(mesh.node_name), 3))
+        for member, nodes, start, length in zip(mesh.cell_member, mesh.cell_nodes, mesh.cell_start, mesh.cell_length):
+            x = (start + np.array([0.0, length])) / mesh.member_length[member]
+            along, across, turned = 0.2 * x, x**3 - 0.4 * x**2, (3 * x**2 - 0.8 * x) / mesh.member_length[member]
+            c, s = np.cos(mesh.member_angle[member]), np.sin(mesh.member_angle[member])
+            values[nodes] = np.stack([c * along - s * across, s * along + c * across, turned], axis=1)
+        return values.ravel()
+
+    assert nodal_on(new, old) @ nodal(old) == pytest.approx(nodal(new), abs=1e-12)
+    middles = [mesh.cell_start + mesh.cell_length / 2 for mesh in (old, new)]
+    assert elemental_on(new, old) @ middles[0] == pytest.approx(middles[1], abs=1e-12)  # of elements linear in place
+
+
+def test_newton_begins_beside_the_motion(coarse, iterations):
+    """From a motion with 7 % of error the change is squared twice; from nothing it takes two iterations more."""
+    scene = scene_with(5, 60)
+    cold = solved(scene)
+    from_nothing = len(iterations)
+    warm = solved(scene, coarse[2])
+    assert len(iterations) - from_nothing < from_nothing
+    difference = np.abs(warm.orbit.displacement - cold.orbit.displacement).max()
+    assert difference < 1e-8 * np.abs(cold.orbit.displacement).max()  # Newton's tolerance is 1e-9 of the whole
+
+
+def test_where_nothing_is_found_beside_it_newton_begins_from_nothing(coarse, monkeypatch):
+    def fails(*_):
+        raise SolverError("no motion found")
+
+    monkeypatch.setattr(collocation, "improved", fails)
+    scene = scene_with(3, 48)
+    assert (solved(scene, coarse[2]).orbit.displacement == solved(scene).orbit.displacement).all()
+
+
+def test_linear_strains_have_nothing_to_begin_from():
+    scene = scene_with(2, 40).changed(effects=("coupling",))
+    solution = solved(scene)
+    assert KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit) is None
