@@ -25,13 +25,20 @@ typedef struct {
     const int *target;    /* block that is changed by each update */
 } pattern;
 
-/* Forces F^T y at collocation points, of the rates y = G q' + H q of a few modes. */
+/* Forces Z^T F^T y at collocation points, of the rates y = G Z q' + H Z q of a few modes. */
 typedef struct {
     long count;               /* modes */
-    const double *outward;    /* F, G and H, (points, count, size) */
+    long seen;                /* rows of Z: what the modes see of the coordinates */
+    const double *outward;    /* F, G and H, (points, count, seen) */
     const double *by_rate;
     const double *by_place;
     double *inverse;          /* of the rates' own equations in each step, transposed, (steps, count S, count S) */
+    const int *begin;         /* Z by its rows: where each begins, and columns and values; none where Z is 1 */
+    const int *columns;
+    const double *shares;
+    const int *back;          /* Z by its columns */
+    const int *rows;
+    const double *back_shares;
 } modal;
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
@@ -187,22 +194,24 @@ void solve(const pattern *p, long positions, long many, const double *factors, d
 }
 
 /* Invert the equations of the modes' rates in every step, the transpose of 1 + V B^-1 U, with the factors of B. work is
-   ((S + 2) size LANES + S count (S count + 2 LANES),). Returns the first step where they are singular, or -1. */
+   ((S size + (S + 2) seen) LANES + S count (S count + 2 LANES),). Returns the first step where they are singular, or -1. */
 long factor_modal(const pattern *p, const modal *d, long steps, const double *duration, const double *inner,
                   const double *square, const double *factors, double *work)
 {
-    long n = p->size, m = d->count * S, singular = -1, row = m + LANES; /* the last columns may be no one's */
+    long n = p->size, seen = d->seen, m = d->count * S, singular = -1, row = m + LANES; /* the last columns may be no one's */
     lanes *x = (lanes *)work, *y = x + n * S, *more = y + m;
-    double *wide = (double *)(more + 2 * n);
+    double *wide = (double *)(more + (S + 2) * seen);
     for (long k = 0; k < steps; k++) {
         double *a = d->inverse + k * m * m;
         for (long column = 0; column < m; column += LANES) {
             memset(x, 0, sizeof(lanes) * n * S);
+            memset(more, 0, sizeof(lanes) * seen * S);
             for (long c = 0; c < LANES && column + c < m; c++) { /* a unit rate of a mode at a point */
                 long j = (column + c) % S;
-                const double *force = d->outward + ((k * S + j) * d->count + (column + c) / S) * n;
-                for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j][c] = force[i];
+                const double *force = d->outward + ((k * S + j) * d->count + (column + c) / S) * seen;
+                for (long i = 0; i < seen; i++) more[j * seen + i][c] = -force[i];
             }
+            spread_many(p, d, more, x);
             substitute_many(p, factors + k * p->blocks * S * S, x);
             rates_of_many(p, d, k, duration[k], inner, square, x, y, more);
             for (long i = 0; i < m; i++) *(lanes *)(wide + i * row + column) = y[i];

@@ -26,9 +26,13 @@ typedef struct {
     const int *target;
 } pattern;
 typedef struct {
-    long count;
+    long count, seen;
     const double *outward, *by_rate, *by_place;
     double *inverse;
+    const int *begin, *columns;
+    const double *shares;
+    const int *back, *rows;
+    const double *back_shares;
 } modal;
 long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
             const double *duration, const double *inner, const double *square, double *factors);

@@ -86,11 +86,35 @@ KIND void NAME(substitute)(const pattern *p, const double *b, NUMBER *x)
     }
 }
 
-/* The modes' rates y (count, S) at point j of a step, by q' and q. */
-KIND void NAME(rates_at)(const pattern *p, const modal *d, long step, int j, const NUMBER *rate, const NUMBER *place,
-                           NUMBER *y)
+/* What the modes see of coordinates x, z = Z x. */
+KIND void NAME(seen)(const pattern *p, const modal *d, const NUMBER *x, NUMBER *z)
 {
-    long n = p->size, at = (step * S + j) * d->count * n, a = 0;
+    if (!d->begin) memcpy(z, x, sizeof(NUMBER) * p->size);
+    for (long r = 0; d->begin && r < d->seen; r++) {
+        NUMBER sum = {0.0};
+        for (long e = d->begin[r]; e < d->begin[r + 1]; e++) sum += d->shares[e] * x[d->columns[e]];
+        z[r] = sum;
+    }
+}
+
+/* The same of x (size, S) by turns; z is (S, seen). */
+KIND void NAME(seen_of_all)(const pattern *p, const modal *d, const NUMBER *x, NUMBER *z)
+{
+    for (long r = 0; r < d->seen; r++) {
+        NUMBER sum[S];
+        for (int l = 0; l < S; l++) sum[l] = d->begin ? (NUMBER){0.0} : x[(long)p->turn[r] * S + l];
+        for (long e = d->begin ? d->begin[r] : 0; d->begin && e < d->begin[r + 1]; e++) {
+            const NUMBER *made = x + (long)p->turn[d->columns[e]] * S;
+            for (int l = 0; l < S; l++) sum[l] += d->shares[e] * made[l];
+        }
+        for (int l = 0; l < S; l++) z[l * d->seen + r] = sum[l];
+    }
+}
+
+/* The modes' rates y (count, S) at point j of a step, by what they see of q' and q. */
+KIND void NAME(rates_at)(const modal *d, long step, int j, const NUMBER *rate, const NUMBER *place, NUMBER *y)
+{
+    long n = d->seen, at = (step * S + j) * d->count * n, a = 0;
     NUMBER some[ROWS];
     for (; a + ROWS <= d->count; a += ROWS) {
         NAME(dots)(n, d->by_rate + at + a * n, rate, d->by_place + at + a * n, place, some);
@@ -99,40 +123,52 @@ KIND void NAME(rates_at)(const pattern *p, const modal *d, long step, int j, con
     for (; a < d->count; a++) NAME(dot)(n, d->by_rate + at + a * n, rate, d->by_place + at + a * n, place, y + a * S + j);
 }
 
-/* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is (2 size,). */
+/* The modes' rates y (count, S) by accelerations x of a step, (size, S) by turns. work is ((S + 2) seen,). */
 KIND void NAME(rates_of)(const pattern *p, const modal *d, long step, double h, const double *inner,
                            const double *square, const NUMBER *x, NUMBER *y, NUMBER *work)
 {
-    long n = p->size;
-    NUMBER *rate = work, *place = work + n;
+    long n = d->seen;
+    NUMBER *rate = work, *place = work + n, *made = place + n;
+    NAME(seen_of_all)(p, d, x, made);
     for (int j = 0; j < S; j++) {
         for (long i = 0; i < n; i++) {
-            const NUMBER *made = x + (long)p->turn[i] * S;
-            NUMBER first = inner[BLOCK(j, 0)] * made[0], second = square[BLOCK(j, 0)] * made[0];
+            NUMBER first = inner[BLOCK(j, 0)] * made[i], second = square[BLOCK(j, 0)] * made[i];
             for (int l = 1; l < S; l++) {
-                first += inner[BLOCK(j, l)] * made[l];
-                second += square[BLOCK(j, l)] * made[l];
+                first += inner[BLOCK(j, l)] * made[l * n + i];
+                second += square[BLOCK(j, l)] * made[l * n + i];
             }
             rate[i] = h * first;
             place[i] = h * h * second;
         }
-        NAME(rates_at)(p, d, step, j, rate, place, y);
+        NAME(rates_at)(d, step, j, rate, place, y);
     }
 }
 
-/* Take forces F^T y at point j of a step from x, (size, S) by turns; y is (count, S). work is (size,). */
-KIND void NAME(brake)(const pattern *p, const modal *d, long step, int j, const NUMBER *y, NUMBER *x, NUMBER *work)
+/* Take forces Z^T f from x, (size, S) by turns; f is (S, seen). */
+KIND void NAME(spread)(const pattern *p, const modal *d, const NUMBER *f, NUMBER *x)
 {
-    long n = p->size;
-    NAME(combine)(n, d->count, y + j, S, d->outward + (step * S + j) * d->count * n, work);
-    for (long i = 0; i < n; i++) x[(long)p->turn[i] * S + j] -= work[i];
+    for (long i = 0; i < p->size; i++) {
+        NUMBER *to = x + (long)p->turn[i] * S;
+        for (int l = 0; !d->begin && l < S; l++) to[l] -= f[l * d->seen + i];
+        for (long e = d->begin ? d->back[i] : 0; d->begin && e < d->back[i + 1]; e++)
+            for (int l = 0; l < S; l++) to[l] -= d->back_shares[e] * f[l * d->seen + d->rows[e]];
+    }
+}
+
+/* Take forces F^T y at all points of a step from x, (size, S) by turns; y is (count, S). work is (S seen,). */
+KIND void NAME(brake)(const pattern *p, const modal *d, long step, const NUMBER *y, NUMBER *x, NUMBER *work)
+{
+    long n = d->seen;
+    for (int j = 0; j < S; j++)
+        NAME(combine)(n, d->count, y + j, S, d->outward + (step * S + j) * d->count * n, work + j * n);
+    NAME(spread)(p, d, work, x);
 }
 
 /* Take states (q, pace q') through the steps first to last - 1: from each row of starts to that of ends. Where ends is
    starts one row later, each step starts from where the one before it ended, and from what is gained in it.
 
    load and accelerations are (points, size), gain has a row a step; each may be none, and so may modes. work is
-   ((2 S + 4) size + 2 S modes,). */
+   ((2 S + 2) size,), and for modes 2 S count + (S + 3) seen more. */
 KIND void NAME(marched)(const pattern *p, long first, long last, const double *damping, const double *stiffness,
                           const double *load, const double *gain, const double *duration, const double *inner,
                           const double *weights, const double *square, const double *points, const double *factors,
@@ -140,7 +176,7 @@ KIND void NAME(marched)(const pattern *p, long first, long last, const double *d
                           NUMBER *work)
 {
     long n = p->size, m = modes ? modes->count * S : 0;
-    NUMBER *x = work, *place = work + n * S, *more_x = place + 2 * n, *free = more_x + n * S, *y = free + 2 * n, *z = y + m;
+    NUMBER *x = work, *place = work + n * S, *more_x = place + 2 * n, *y = more_x + n * S, *z = y + m, *free = z + m;
     double of_place[S];
     for (int j = 0; j < S; j++) { /* b^T A, the weights of accelerations in the displacement at the end */
         of_place[j] = 0.0;
@@ -162,10 +198,18 @@ KIND void NAME(marched)(const pattern *p, long first, long last, const double *d
                     sum -= s[e] * place[p->columns[e]] + c[e] * rate[p->columns[e]];
                 x[(long)p->turn[i] * S + j] = sum;
             }
-            if (m) {
-                NAME(rates_at)(p, modes, k, j, rate, place, y);
-                NAME(brake)(p, modes, k, j, y, x, free);
+        }
+        if (m) { /* the modes' rates by the state at the start */
+            long few = modes->seen;
+            NUMBER *first_seen = free + few, *rate_seen = first_seen + few;
+            NAME(seen)(p, modes, from, first_seen);
+            NAME(seen)(p, modes, rate, rate_seen);
+            for (int j = 0; j < S; j++) {
+                double ahead = h * points[j];
+                for (long i = 0; i < few; i++) free[i] = first_seen[i] + ahead * rate_seen[i];
+                NAME(rates_at)(modes, k, j, rate_seen, free, y);
             }
+            NAME(brake)(p, modes, k, y, x, free);
         }
         NAME(substitute)(p, factors + k * p->blocks * S * S, x);
         if (m) { /* the modes' rates by the accelerations */
@@ -173,7 +217,7 @@ KIND void NAME(marched)(const pattern *p, long first, long last, const double *d
             for (long a = 0; a < m; a++) y[a] = -y[a];
             NAME(combine)(m, m, y, 1, modes->inverse + k * m * m, z);
             memset(more_x, 0, sizeof(NUMBER) * n * S);
-            for (int j = 0; j < S; j++) NAME(brake)(p, modes, k, j, z, more_x, free);
+            NAME(brake)(p, modes, k, z, more_x, free);
             NAME(substitute)(p, factors + k * p->blocks * S * S, more_x);
             for (long i = 0; i < n * S; i++) x[i] -= more_x[i];
         }

@@ -115,7 +115,7 @@ def too_fast(matrices: Matrices, motion: tuple[Array, Array], step: float, durat
         square, shapes = square[moves], shapes[:, moves]
         elastic, kinetic = ((shapes.T @ stiffness @ part[k]) ** 2 for part in motion)
         kinetic *= square
-        decay = np.einsum("im,im->m", shapes, matrices.damping_at(k) @ shapes) / (2 * square)
+        decay = np.einsum("im,im->m", shapes, matrices.damped_at(k, shapes)) / (2 * square)
         lasts = 1 / np.maximum(decay, 1 / max(duration, step))
         largest = max(largest, float(np.sum(elastic + kinetic)))
         found.append((1 / np.sqrt(square), kinetic, lasts))

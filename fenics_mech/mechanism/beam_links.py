@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +13,7 @@ from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.beams.span import REDUCTION
 from fenics_mech.effects import Effect, active, loads_at_nodes, shaped
-from fenics_mech.scene import Member, Prismatic, Scene, Slot
-from fenics_mech.scene.joints import Joint
+from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
 
@@ -32,7 +31,7 @@ def links(scene: Scene) -> Beams:
     fine = shaped(scene, assemble_beams(scene, mesh_scene(scene, at_nodes)))
     if scene.analysis.reduction == "none":
         return fine
-    members = _reducible(scene.members(), scene.joints, fine)
+    members = reducible(scene, fine)
     varies = fine.inertia.density.varies  # then strains are recovered on all elements
     coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(acting))
     seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse, at_nodes)))
@@ -75,9 +74,20 @@ def most_recovered(acting: Collection[Effect]) -> int:
     return REDUCTION.recovered_stiffened if given else REDUCTION.recovered
 
 
-def _reducible(members: Mapping[str, tuple[str, Member]], joints: Mapping[str, Joint], beams: Beams) -> list[int]:
-    """Members that have inner nodes, and no need of them: no pin travels along them, and they can stretch."""
-    sliding = [joint for joint in joints.values() if isinstance(joint, Slot | Prismatic) and joint.member is not None]
+def reducible(scene: Scene, beams: Beams) -> list[int]:
+    """Members that have inner nodes, and no need of them: no pin travels along them, and they can stretch.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    beams
+        Its links, with all nodes.
+    """
+    members = scene.members()
+    sliding = [
+        joint for joint in scene.joints.values() if isinstance(joint, Slot | Prismatic) and joint.member is not None
+    ]
     links = [(joint.connect[0].split(".")[0], joint.member) for joint in sliding]
     guides = {link if link in members else f"{link}.{member}" for link, member in links}
     owners = beams.mesh.cell_member

@@ -22,6 +22,7 @@ from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
+from fenics_mech.mechanism.reduced_damping import ReducedFactor
 from fenics_mech.mechanism.system import System
 
 
@@ -30,7 +31,8 @@ class MemoryNeed:
     """Numbers that a solver holds at each position."""
 
     nonzero: int = 14  # of a nonzero of the matrices, beside their factors
-    mode: int = 32  # of a coordinate, for each mode that is damped
+    mode: int = 32  # of what a mode sees of the coordinates, for each mode that is damped
+    factors: int = 3  # of the modes' own equations in each step
     coordinate: int = 300  # of a coordinate, with its factors: rough, for meshes that are not yet made
     damped: int = 1000  # the same with damping of modes
 
@@ -47,11 +49,11 @@ class Equation:
     system
         The mechanism at the angles.
     modal_damping
-        Factor F of the modes' damping ``F^T F`` over the coordinates q, ``(angles, modes, coordinates)``.
+        Factor F of the modes' damping ``F^T F`` over the coordinates q, ``(angles, modes, coordinates)``, or over few.
     """
 
     system: System
-    modal_damping: Array | None = None
+    modal_damping: Array | ReducedFactor | None = None
 
     @cached_property
     def jets(self) -> tuple[Array, Array | None, Array | None]:
@@ -132,6 +134,8 @@ class Equation:
         """
         if self.modal_damping is None:
             return None
+        if isinstance(self.modal_damping, ReducedFactor):
+            return self.modal_damping.links.forces(self._modes_strain, self.jets[0], self.turned)
         k = self._congruence.values_of_matrix(self.system.link_stiffness)
         turning = self._congruence.products(self.system.values, (k, self.turned))
         by_place = turning.transposed.times(self._modes_strain)
@@ -139,18 +143,24 @@ class Equation:
 
     @cached_property
     def _modes_strain(self) -> Array:
-        """Coordinates whose elastic forces are those of each mode, ``(angles, modes, coordinates)``."""
-        assert self.modal_damping is not None
-        return self.links_stiffness.solve(self.modal_damping)
+        """Coordinates whose elastic forces are those of each mode, ``(angles, modes, coordinates)``, or links' few."""
+        damping = self.modal_damping
+        assert damping is not None
+        if isinstance(damping, ReducedFactor):
+            return damping.links.links_by(damping.factor, self.system.motion)
+        return self.links_stiffness.solve(damping)
 
     @cached_property
     def modal(self) -> ModalForces | NonlinearModalForces | None:
         """Forces of modal damping, of the whole strain."""
-        law, linear, p = self.system.terms.law, self.linear.modal, self.jets[0]
+        law, linear, p, damping = self.system.terms.law, self.linear.modal, self.jets[0], self.modal_damping
         if law is None or linear is None:
             return linear
         transformation = self.system.transformation
-        axial = law.axial(transformation.forward(p[:, None], self._modes_strain))
+        if isinstance(damping, ReducedFactor):
+            axial = damping.links.axial(self._modes_strain, law)
+        else:
+            axial = law.axial(transformation.forward(p[:, None], self._modes_strain))
         return NonlinearModalForces(linear, axial, law, transformation, (p, self.turned))
 
     def linearised(self, q: Array, rate: Array, tension: Array, share: float = 1.0) -> Matrices:
@@ -354,7 +364,7 @@ def _places_of(dofs: Index) -> tuple[Index, Index]:
     return rows.ravel(), columns.ravel()
 
 
-def require_room(system: System, positions: int, stages: int, modes: int | None) -> None:
+def require_room(system: System, positions: int, stages: int, modes: tuple[int, int] | None) -> None:
     """Raise `TooLargeError` where the matrices of a cycle and their factors do not fit into memory.
 
     Parameters
@@ -366,16 +376,17 @@ def require_room(system: System, positions: int, stages: int, modes: int | None)
     stages
         Of them, those in a step.
     modes
-        Number of modes that modal damping is made for; None for all, which makes the matrices full.
+        Number of modes that modal damping is made for, and of what they see of the coordinates; None for all modes,
+        which make the matrices full.
     """
     if modes is None:
         numbers = DENSE * system.size**2
     else:
-        pattern = Equation(system)._congruence.pattern
+        pattern, (count, seen) = Equation(system)._congruence.pattern, modes
         numbers = (
             MEMORY_NEED.nonzero * len(pattern.rows)
-            + stages * pattern.elimination.blocks
-            + MEMORY_NEED.mode * modes * system.size
+            + stages * (pattern.elimination.blocks + MEMORY_NEED.factors * count**2)
+            + MEMORY_NEED.mode * count * seen
         )
     what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
     require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")

@@ -74,20 +74,20 @@ class Matrices:
             Several q' at each angle, ``(angles, vectors, coordinates)``.
         """
         found = self.damping.times(rates)
-        return (
-            found if self.modal is None else found + rates @ self.modal.by_rate.transpose(0, 2, 1) @ self.modal.outward
-        )
+        return found if self.modal is None else found + self.modal.damped(rates)
 
-    def damping_at(self, position: int) -> Array:
-        """Give C at one angle with the damping of modes, ``(coordinates, coordinates)``.
+    def damped_at(self, position: int, rates: Array) -> Array:
+        """Give the forces of damping, those of modes among them, at one angle, ``(coordinates, vectors)``.
 
         Parameters
         ----------
         position
             Number of the angle.
+        rates
+            Several q', ``(coordinates, vectors)``.
         """
-        found = self.damping.dense(position)
-        return found if self.modal is None else found + self.modal.damping_at(position)
+        found = np.asarray(self.damping.at(position) @ rates)
+        return found if self.modal is None else found + self.modal.damped_at(position, rates)
 
     @cached_property
     def whole_damping(self) -> Stack:
@@ -125,7 +125,7 @@ class Matrices:
             return 0.0
         count = size if size <= MATRICES.many else MATRICES.many // 3
         if modal is not None and modal.few:
-            count = min(count, modal.outward.shape[1])
+            count = min(count, modal.count)
         mass, stiffness = self.mass.symmetric.at(0), self.stiffness.symmetric.at(0)
         if count < size / 3:  # 1 over omega^2, and Phi^T K Phi = 1
             inverse = LinearOperator(mass.shape, splu(stiffness.tocsc()).solve, dtype=float)
@@ -135,7 +135,7 @@ class Matrices:
         moves = squares > np.finfo(float).eps * squares[-1]
         if modal is not None and modal.few:
             moves &= squares >= min(4 * squares[0], squares[-1])
-        work = np.einsum("im,im->m", shapes, self.damping_at(0) @ shapes)[moves]
+        work = np.einsum("im,im->m", shapes, self.damped_at(0, shapes))[moves]
         return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))
 
 
@@ -181,7 +181,7 @@ def refuse_rigid_damping(matrices: Matrices, step: float) -> None:
     """
     parts = matrices.mass, matrices.damping, matrices.stiffness
     mass, damping, stiffness = (np.abs(part.diagonal) for part in parts)
-    if matrices.modal is not None:
+    if matrices.modal is not None and matrices.modal.seen is None:  # else only slow modes are damped
         damping = damping + np.abs(matrices.modal.diagonal)
     ratio = float((step * damping / (mass + step**2 * stiffness)).max())
     if not ratio < MATRICES.rigid_damping:

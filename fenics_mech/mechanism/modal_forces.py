@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech._sparse import ProductPairs, Stack
@@ -29,17 +30,40 @@ MATRICES = MatrixLimits()
 
 @dataclass(frozen=True, eq=False)
 class ModalForces:
-    """Linear forces ``F^T y`` that go with the modes' rates ``y = G q' + H q``.
+    """Linear forces ``Z^T F^T y`` that go with the modes' rates ``y = G Z q' + H Z q``.
 
     Parameters
     ----------
     outward, by_rate, by_place
-        F, G and H, ``(angles, modes, coordinates)`` each. G is F where time is not scaled.
+        F, G and H, ``(angles, modes, seen)`` each. G is F where time is not scaled.
+    seen
+        Z, what the modes see of the coordinates, ``(seen, coordinates)``; without it all of them.
     """
 
     outward: Array
     by_rate: Array
     by_place: Array
+    seen: sp.csr_matrix | None = None
+
+    def _seen(self, vectors: Array) -> Array:
+        """``Z vectors``, ``(..., coordinates)`` to ``(..., seen)``."""
+        return vectors if self.seen is None else _times(self.seen, vectors)
+
+    def _spread(self, forces: Array) -> Array:
+        """``Z^T forces``, ``(..., seen)`` to ``(..., coordinates)``."""
+        return forces if self.seen is None else _times(self.seen.T, forces)
+
+    @cached_property
+    def spread(self) -> ModalForces:
+        """The same over all coordinates: for few of them, or few modes."""
+        if self.seen is None:
+            return self
+        return ModalForces(*map(self._spread, (self.outward, self.by_rate, self.by_place)))
+
+    @property
+    def count(self) -> int:
+        """Number of modes."""
+        return self.outward.shape[1]
 
     def rates(self, q: Array, rate: Array) -> Array:
         """Give y of q and q', ``(angles, modes)``.
@@ -49,7 +73,8 @@ class ModalForces:
         q, rate
             Coordinates and their time derivatives, ``(angles, coordinates)``.
         """
-        return np.einsum("tmn,tn->tm", self.by_rate, rate) + np.einsum("tmn,tn->tm", self.by_place, q)
+        by_rate = np.einsum("tmn,tn->tm", self.by_rate, self._seen(rate))
+        return by_rate + np.einsum("tmn,tn->tm", self.by_place, self._seen(q))
 
     def forces(self, rates: Array) -> Array:
         """Give the forces on the coordinates, ``(angles, coordinates)``, of y.
@@ -59,7 +84,7 @@ class ModalForces:
         rates
             The modes' rates y, ``(angles, modes)``.
         """
-        return np.einsum("tmn,tm->tn", self.outward, rates)
+        return self._spread(np.einsum("tmn,tm->tn", self.outward, rates))
 
     def of(self, q: Array, rate: Array) -> Array:
         """Give the forces on the coordinates, ``(angles, coordinates)``, of q and q'.
@@ -71,35 +96,49 @@ class ModalForces:
         """
         return self.forces(self.rates(q, rate))
 
+    def damped(self, rates: Array) -> Array:
+        """Give the forces of several q' at each angle, ``(angles, vectors, coordinates)``.
+
+        Parameters
+        ----------
+        rates
+            Several q' at each angle, ``(angles, vectors, coordinates)``.
+        """
+        return self._spread(self._seen(rates) @ self.by_rate.transpose(0, 2, 1) @ self.outward)
+
     @property
     def few(self) -> bool:
         """Whether the modes are so few that unknowns of their own are cheaper than full matrices."""
-        return self.outward.shape[1] < MATRICES.few_modes * self.outward.shape[2]
+        return self.seen is not None or self.count < MATRICES.few_modes * self.outward.shape[2]
 
-    def damping_at(self, position: int) -> Array:
-        """Give ``F^T G`` at one angle, ``(coordinates, coordinates)``.
+    def damped_at(self, position: int, rates: Array) -> Array:
+        """Give the forces at one angle of several q', ``(coordinates, vectors)`` both.
 
         Parameters
         ----------
         position
             Number of the angle.
+        rates
+            Several q', ``(coordinates, vectors)``.
         """
-        return self.outward[position].T @ self.by_rate[position]
+        seen = rates if self.seen is None else self.seen @ rates
+        forces = self.outward[position].T @ (self.by_rate[position] @ seen)
+        return forces if self.seen is None else np.asarray(self.seen.T @ forces)
 
     @property
     def diagonal(self) -> Array:
-        """Diagonals of ``F^T G``, ``(angles, coordinates)``."""
+        """Diagonals of ``F^T G``, ``(angles, coordinates)``, where the modes see all of them."""
         return np.sum(self.outward * self.by_rate, axis=1)
 
     @cached_property
     def damping(self) -> Stack:
         """Full matrices ``F^T G``."""
-        return Stack.of_full(self.outward.transpose(0, 2, 1) @ self.by_rate)
+        return Stack.of_full(self.spread.outward.transpose(0, 2, 1) @ self.spread.by_rate)
 
     @cached_property
     def stiffness(self) -> Stack:
         """Full matrices ``F^T H``."""
-        return Stack.of_full(self.outward.transpose(0, 2, 1) @ self.by_place)
+        return Stack.of_full(self.spread.outward.transpose(0, 2, 1) @ self.spread.by_place)
 
     def widened(self, more: int) -> ModalForces:
         """Give the same with further coordinates, which strain nothing.
@@ -109,6 +148,9 @@ class ModalForces:
         more
             Number of further coordinates.
         """
+        if self.seen is not None:
+            wider_still = sp.hstack([self.seen, sp.csr_matrix((self.seen.shape[0], more))], format="csr")
+            return replace(self, seen=wider_still)
         wider = (np.pad(part, ((0, 0), (0, 0), (0, more))) for part in (self.outward, self.by_rate, self.by_place))
         return ModalForces(*wider)
 
@@ -121,6 +163,11 @@ class ModalForces:
             The pace (1/s): q' is the pace times what is given.
         """
         return replace(self, by_rate=pace * self.by_rate)
+
+
+def _times(matrix: sp.spmatrix, vectors: Array) -> Array:
+    """A constant matrix times the last axis of vectors, ``(..., n)``."""
+    return np.ascontiguousarray((matrix @ vectors.reshape(-1, vectors.shape[-1]).T).T).reshape(*vectors.shape[:-1], -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +195,12 @@ class NonlinearModalForces:
     law: ArcLength
     transformation: Transformation
     jets: tuple[Array, Array]
+
+    @property
+    def _size(self) -> int:
+        """Number of coordinates."""
+        linear = self.linear
+        return int(linear.outward.shape[2] if linear.seen is None else linear.seen.shape[1])
 
     def _links(self, q: Array, rate: Array) -> tuple[Array, Array]:
         """Give v, and the rate at which the links strain, ``(angles, links' coordinates)`` each."""
@@ -215,15 +268,15 @@ class NonlinearModalForces:
         gradient = self.law.gradient(v)
         bending = self._bending(gradient, v_rate)
         tension = self.tension(self.linear.rates(q, rate) + bending)
-        outward = self.linear.outward + self._by_mode((p, gradient))
+        outward = self.linear.spread.outward + self._by_mode((p, gradient))
         by_place = self._by_mode((turned, gradient), (p, self.law.gradient(v_rate)))
-        forces = ModalForces(outward, outward, self.linear.by_place + by_place)
+        forces = ModalForces(outward, outward, self.linear.spread.by_place + by_place)
         return forces, tension, forces.forces(bending) + self._on_coordinates(tension[..., None] * gradient)
 
     @cached_property
     def _carrying(self) -> tuple[Index, Index, Index, ProductPairs]:
         """Forces on elements and nonzeros of P that meet, the place of their product, and the places that N meets."""
-        rows, columns, size = self.transformation.rows, self.transformation.columns, self.linear.outward.shape[2]
+        rows, columns, size = self.transformation.rows, self.transformation.columns, self._size
         force, nonzero = np.nonzero(self.law.dofs.ravel()[:, None] == rows)
         element = force // self.law.dofs.shape[1]
         places, place = np.unique(element * size + columns[nonzero], return_inverse=True)
@@ -240,7 +293,7 @@ class NonlinearModalForces:
         products = np.zeros((len(self.axial), len(force)))
         for jet, forces in parts:
             products += forces.reshape(len(forces), -1)[:, force] * jet[:, nonzero]
-        found = np.zeros(self.linear.outward.shape)
+        found = np.zeros((*self.axial.shape[:2], self._size))
         axial = self.axial.reshape(len(found), -1)
         pairs.add(axial, summed(products, place, int(place.max()) + 1), found.reshape(len(found), -1))
         return found
@@ -248,4 +301,4 @@ class NonlinearModalForces:
     def _on_coordinates(self, forces: Array) -> Array:
         """Carry forces on the elements, ``(angles, elements, n)``, to the coordinates."""
         found = self.transformation.backward_at(self.jets[0], self.law.dofs, forces)
-        return np.pad(found, ((0, 0), (0, self.linear.outward.shape[2] - found.shape[1])))  # a twist strains nothing
+        return np.pad(found, ((0, 0), (0, self._size - found.shape[1])))  # a twist strains nothing

@@ -11,8 +11,11 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.beam_links import reducible
+from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import not_positive
 from fenics_mech.mechanism.modal_forces import MATRICES
+from fenics_mech.mechanism.reduced_damping import ReducedFactor, ReducedLinks, elastic_stiffness
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.scene import Scene
 from fenics_mech.scene.springs_dampers import HingeSpring
@@ -33,6 +36,9 @@ class DampedModesLimits:
     more_shapes: int = 8  # beside those wanted
     most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
     most_iterations: int = 60  # of a subspace, before modes count as not found
+    many: int = 120  # coordinates, from which modes are looked for by fewer
+    reduced: float = 0.5  # of the coordinates, up to which fewer are worth their while
+    clamped: float = 2.0  # frequency of the members' clamped modes in them, over that of the fastest damped mode
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
     smooth: float = 1e-5  # of the damping of all modes: by how much four and six positions may differ
     few_smooth: float = 3e-5  # the same of few modes, which take longest to find; six positions err by a fifth of it
@@ -57,10 +63,26 @@ def damping_ratios(ratio: Ratio, omega: Array) -> Array:
 
 @dataclass(frozen=True)
 class DampedModes:
-    """Modes that are damped: at most so many, below an angular frequency (rad/s)."""
+    """Modes that are damped: at most so many, below an angular frequency (rad/s).
+
+    Parameters
+    ----------
+    count
+        Number of modes.
+    fastest
+        The frequency.
+    links
+        Links by few coordinates, in which the modes are found; None where those of the mechanism are few.
+    """
 
     count: int
     fastest: float
+    links: ReducedLinks | None = None
+
+    @property
+    def seen(self) -> int | None:
+        """Number of what they see of the coordinates, where these are not all."""
+        return None if self.links is None else int(self.links.seen.shape[0])
 
     def share(self, omega: Array) -> Array:
         """Share 0..1 of its damping that a mode has. It fades out, so that its root is smooth where modes cross.
@@ -98,21 +120,34 @@ def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -
         return None
     enough *= math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / DAMPED.weak))
     resolved = DAMPED.resolved * scene.analysis.sub_intervals / abs(scene.period)
-    mass, stiffness = system.once("held matrices", lambda: _held(system))
-    return system.once("damped modes", lambda: _up_to(mass, stiffness, enough, resolved), (enough, resolved))
+    return system.once("damped modes", lambda: _up_to(scene, system, enough, resolved), (enough, resolved))
 
 
-def _up_to(mass: Stack, stiffness: Stack, enough: float, resolved: float) -> DampedModes | None:
+def _up_to(scene: Scene, system: System, enough: float, resolved: float) -> DampedModes | None:
     """Modes up to so many times the lowest frequency, and to one that is resolved (rad/s); None if they are many."""
+    mass, stiffness = _held(system)
     some = np.random.default_rng(0).standard_normal((DAMPED.more_shapes, mass.size))
     lowest = float(1 / np.sqrt(_slowest(mass, stiffness, some, 1)[0].max()))
     fastest = lowest * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
+    links = _reduced(scene, system, fastest)
+    if links is not None:
+        mass, stiffness = _held(links.at(system))
     slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
     count = int(np.sum(slower, axis=1).max())
-    return DampedModes(count, fastest) if count < MATRICES.few_modes * mass.size else None
+    few = links is not None or count < MATRICES.few_modes * mass.size
+    return DampedModes(count, fastest, links) if few else None
 
 
-def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | None:
+def _reduced(scene: Scene, system: System, fastest: float) -> ReducedLinks | None:
+    """Links by few coordinates, for modes up to a frequency (rad/s); None where these are not few."""
+    reduced = system.beams.reduction is not None or system.transformation.base is not None
+    if reduced or system.terms.axial_stiffness or system.size < DAMPED.many:
+        return None
+    links = ReducedLinks.of(scene, system, reducible(scene, system.beams), DAMPED.clamped * fastest)
+    return links if links.transformation.shape[1] < DAMPED.reduced * system.size else None
+
+
+def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | ReducedFactor | None:
     """Give F of ``F^T F = M Phi 2 zeta omega Phi^T M`` at every angle; None if nothing is damped.
 
     The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid. With shapes
@@ -130,8 +165,8 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
 
     Returns
     -------
-    numpy.ndarray or None
-        ``(angles, modes, coordinates)``.
+    numpy.ndarray or ReducedFactor or None
+        ``(angles, modes, coordinates)``, or over fewer coordinates.
 
     Raises
     ------
@@ -140,11 +175,32 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
     """
     if not np.any(ratio):
         return None
-    mass, stiffness = system.once("held matrices", lambda: _held(system))
     key = str(ratio), modes
     if modes is None:
-        return system.once("modal damping", lambda: _of_all(ratio, mass, stiffness), key)
-    return system.once("modal damping", lambda: _of_slowest(ratio, mass, stiffness, modes), key)
+        return system.once("modal damping", lambda: _of_all(ratio, *_held(system)), key)
+    if modes.links is None:
+        return system.once("modal damping", lambda: _of_slowest(ratio, *_held(system), modes), key)
+    here = modes.links.at(system)
+    return ReducedFactor(here.once("modal damping", lambda: _of_slowest(ratio, *_held(here), modes), key), modes.links)
+
+
+def damping_between(damping: Array | ReducedFactor, start: Equation, places: Array) -> Array | ReducedFactor | None:
+    """Interpolate the factor of modes' damping as `interpolated_damping` does, over many coordinates or few.
+
+    Parameters
+    ----------
+    damping
+        The factor at the starts of equal steps of a closed cycle.
+    start
+        The equation there.
+    places
+        Where in every step, 0..1.
+    """
+    if not isinstance(damping, ReducedFactor):
+        return interpolated_damping(damping, np.sqrt(start.links_stiffness.diagonal.mean(axis=0)), places)
+    stiffness = elastic_stiffness(damping.links, start.system)
+    found = interpolated_damping(damping.factor, np.sqrt(stiffness.diagonal.mean(axis=0)), places)
+    return None if found is None else ReducedFactor(found, damping.links)
 
 
 def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | None:
@@ -212,6 +268,10 @@ def _through_six(alike: dict[int, Array], places: Array, smooth: float) -> Array
 
 def _held(system: System) -> tuple[Stack, Stack]:
     """Mass and positive stiffness at the angles."""
+    return system.once("held matrices", lambda: _positive(system))
+
+
+def _positive(system: System) -> tuple[Stack, Stack]:
     mass, stiffness = system.held_matrices()
     if len(indefinite := not_positive(stiffness)):
         least = [np.linalg.eigvalsh(stiffness.dense(k))[0] for k in indefinite]

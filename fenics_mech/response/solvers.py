@@ -94,8 +94,8 @@ def check_periodic(scene: Scene, system: System, solver: str) -> None:
     else:
         stages, damped = scene.analysis.stages, bool(np.any(scene.damping.ratio))
         modes = damped_modes(scene, system) if damped and solver != "harmonic-balance" else None
-        count = modes.count if modes else None
-        require_room(system, stages * len(Steps.of(scene).start), stages, count if damped else 0)
+        seen = (modes.count, modes.seen or system.size) if modes else None
+        require_room(system, stages * len(Steps.of(scene).start), stages, seen if damped else (0, 0))
 
 
 def by_statics(scene: Scene, system: System) -> StaticSolution:

@@ -18,12 +18,13 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
+from fenics_mech.mechanism.reduced_damping import ReducedFactor
 from fenics_mech.response.axial_forces import settles, with_axial_forces
 from fenics_mech.response.modal_damping import (
     DAMPED,
     DampedModes,
     damped_modes,
-    interpolated_damping,
+    damping_between,
     modal_damping,
 )
 from fenics_mech.response.periodic.collocation import between
@@ -120,14 +121,13 @@ class Cycle:
             self._equations[tableau] = self.damped_equation(there) if known is None else Equation(there, known)
         return self._equations[tableau]
 
-    def _between_starts(self, there: System, tableau: Tableau) -> Array | None:
+    def _between_starts(self, there: System, tableau: Tableau) -> Array | ReducedFactor | None:
         """Give the damping of modes at points by that at the starts of the steps; None where it is not smooth."""
         known = self.start.modal_damping
         if known is None or not self.steps.regular.all():
             return None
-        unit = np.sqrt(self.start.links_stiffness.diagonal.mean(axis=0))
         key = str(self.scene.damping.ratio), self.damped
-        return there.once("damping between", lambda: interpolated_damping(known, unit, tableau.points), key)
+        return there.once("damping between", lambda: damping_between(known, self.start, tableau.points), key)
 
     def flow(self, tableau: Tableau, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none).

@@ -274,7 +274,9 @@ class Flow:
         module, damping, stiffness, factors, modes = self._factorised
         stages, tableau = len(self.tableau.points), self.tableau
         several = starts.ndim == 3
-        numbers = (2 * stages + 4) * self.size + 2 * stages * (modes.count if modes else 0)
+        numbers = (2 * stages + 2) * self.size
+        if modes:
+            numbers += 2 * stages * modes.count + (stages + 3) * modes.seen
         work = np.empty(numbers * LANES if several else numbers)
         given = None if load is None else np.ascontiguousarray(load)
         more = None if gain is None else np.ascontiguousarray(gain)
@@ -309,7 +311,8 @@ class Flow:
         singular = module.lib.factor(layout, len(self.duration), *(pointer(module, part) for part in parts))
         modes = None
         if modal is not None and few and singular < 0:
-            modes = FewModes.of(module, modal.outward, modal.by_rate, modal.by_place, len(self.duration))
+            given = modal.outward, modal.by_rate, modal.by_place
+            modes = FewModes.of(module, given, len(self.duration), modal.seen)
             singular = modes.factorise(layout, self.duration, tableau.inner, tableau.square, factors)
         if singular >= 0:
             raise SolverError(f"the equations of step {singular + 1} of the cycle are singular")
