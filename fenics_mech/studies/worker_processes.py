@@ -19,6 +19,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.studies.worker_logs import Channel, heard, send_log
 
 MAX_FAILED_STARTS = 10
+STARTER = "fenics_mech.studies.process_starter"  # what the process that starts the others imports before MPI
 Task = TypeVar("Task")
 
 
@@ -50,7 +51,7 @@ def over_processes(
         If `MAX_FAILED_STARTS` processes in a row are lost before they work.
     """
     context = get_context("forkserver")
-    context.set_forkserver_preload([__name__, work.__module__])  # imported once for all processes
+    context.set_forkserver_preload([STARTER, __name__, work.__module__])  # imported once for all
     waiting, idle, failures = deque(tasks), list[ProcessPoolExecutor](), 0
     running: dict[Future[object], tuple[ProcessPoolExecutor, Task]] = {}
     with heard() as logs:

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import os
+import re
 import signal
 import subprocess
 import time
@@ -16,7 +17,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.studies.sweep import Sweep, run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.worker_processes import over_processes
-from tests.studies.processes import ENVIRONMENT, command
+from tests.studies.processes import ENVIRONMENT, command, finished
 from tests.studies.test_sweep import ARM, RANGE
 
 POINTS = 12
@@ -68,6 +69,31 @@ def test_what_processes_log_is_told_here(caplog):
     over_processes(2, range(6), log_or_die, lambda task: None)
     told = [record.getMessage() for record in caplog.records if record.name == "fenics_mech.somewhere"]
     assert sorted(told) == [f"task {n}" for n in range(6)]
+
+
+def tell_holders(file):
+    """Write which process starts others, and who holds the socket at which it is asked to."""
+    starter = os.getppid()
+    asked = re.findall(r"main\((\d+),", Path(f"/proc/{starter}/cmdline").read_text())[0]
+    socket = link_of(f"/proc/{starter}/fd/{asked}")
+    holders = {path.parts[2] for path in Path("/proc").glob("[0-9]*/fd/*") if link_of(path) == socket}
+    Path(file).write_text(f"{starter} {' '.join(holders)}")
+
+
+def link_of(path):
+    try:
+        return os.readlink(path)
+    except OSError:  # its process has ended, or is another user's
+        return ""
+
+
+def test_no_daemon_of_mpi_keeps_the_socket_at_which_processes_are_asked_for(tmp_path):
+    """Else who asks a process for another one that is lost in between waits for ever."""
+    work = "from tests.studies.test_worker_processes import over_processes, tell_holders"
+    ended = finished("-c", f"{work}; over_processes(1, [{str(tmp_path / 'holders')!r}], tell_holders, print)")
+    assert ended.returncode == 0, ended.stderr
+    starter, *holders = (tmp_path / "holders").read_text().split()
+    assert holders == [starter]
 
 
 def end_the_starter(task):
