@@ -27,6 +27,12 @@ def solved(matrices: Array, vectors: Array) -> Array:
     return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0], dtype=np.float64)
 
 
+def turned(vectors: Array, angle: Array) -> Array:
+    """Turn vectors ``(..., 2)`` counter-clockwise by angles ``(...,)``; both may lack axes of the other."""
+    c, s, x, y = np.cos(angle), np.sin(angle), vectors[..., 0], vectors[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
 def each(matrices: Array, vectors: Array) -> Array:
     """One matrix per element times its vector at each angle: ``(elements, i, j)`` by ``(angles, elements, j)``."""
     return np.einsum("eij,tej->tei", matrices, vectors)

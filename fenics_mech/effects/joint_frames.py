@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index, summed
+from fenics_mech._arrays import Array, Index, summed, turned
 from fenics_mech.beams.attachment import Attachment
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.rotation_forces import cosine, rotated
@@ -84,14 +84,14 @@ class JointFrames:
             Elastic displacement and its rate in link axes, ``(angles, nodal dofs)`` each.
         """
         angle, omega = motion.angle[:, self.links], motion.omega[:, self.links]
-        arms = _turned(angle, self.points + self._of_points(v))
+        arms = turned(self.points + self._of_points(v), angle)
         moved = motion.velocity[:, self.links] + omega[..., None] * quarter(arms)
         sine, speed = v[:, self.dofs[:, 2]], rate[:, self.dofs[:, 2]]
         turn = rotated(sine) if self.of_sines else sine
         pose, rates = np.zeros((2, len(v), len(self) + 1, 3))  # the ground is the last body
         pose[:, :-1, :2] = motion.position[:, self.links] + arms
         pose[:, :-1, 2] = angle + turn
-        rates[:, :-1, :2] = moved + _turned(angle, self._of_points(rate))
+        rates[:, :-1, :2] = moved + turned(self._of_points(rate), angle)
         rates[:, :-1, 2] = omega + speed / self._cosine(sine)
         return LinkStates(pose, rates)
 
@@ -107,7 +107,7 @@ class JointFrames:
         forces
             Force along X and Y (N) and moment (N m) on each frame, ``(angles, frames, 3)``.
         """
-        own = _turned(-motion.angle[:, self.links], forces[..., :2])
+        own = turned(forces[..., :2], -motion.angle[:, self.links])
         on_dofs = np.einsum("fij,tfi->tfj", self.shifts, own)
         on_dofs[..., 2] += forces[..., 2] / self._cosine(v[:, self.dofs[:, 2]])
         return summed(on_dofs.reshape(len(v), -1), self.dofs.ravel(), v.shape[1])
@@ -128,7 +128,7 @@ class JointFrames:
         along = np.einsum("fij,tcfj->tcfi", self.shifts, at)
         turn = at[..., 2] / self._cosine(v[:, self.dofs[:, 2]])[:, None]
         angle = np.broadcast_to(motion.angle[:, None, self.links], turn.shape)
-        found = np.concatenate([_turned(angle, along), turn[..., None]], axis=-1)
+        found = np.concatenate([turned(along, angle), turn[..., None]], axis=-1)
         return np.moveaxis(found.reshape(*found.shape[:2], -1), 1, 2)
 
     def _of_points(self, v: Array) -> Array:
@@ -180,10 +180,3 @@ class LawForces:
             As of `JointFrames.states`.
         """
         return np.asarray(np.sum(self.values * self.frames.states(motion, v, rate).rate, axis=(1, 2)))
-
-
-def _turned(angle: Array, vectors: Array) -> Array:
-    """Vectors ``(..., 2)`` turned by angles ``(...,)``."""
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = np.moveaxis(vectors, -1, 0)
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

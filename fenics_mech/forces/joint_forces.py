@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, turned
 from fenics_mech.effects.joint_frames import LawForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.kinematics.loops import GROUND
@@ -88,7 +88,7 @@ def reactions(system: System, forces: Array) -> Reactions:
             value = multipliers[:, start : start + equation.rows]
             start += equation.rows
             if equation.rows == 2 and equation.frame != GROUND:
-                value = _turned(value, system.motion.angle[:, equation.frame])
+                value = turned(value, system.motion.angle[:, equation.frame])
             found[equation.joint, equation.body, equation.rows] = value
     return found
 
@@ -179,8 +179,3 @@ def effort_units(moved: Sequence[str], joints: Mapping[str, Joint]) -> list[str]
         The joints, by name.
     """
     return ["N" if isinstance(joints[name], Slot | Prismatic) else "N m" for name in moved]
-
-
-def _turned(vectors: Array, angle: Array) -> Array:
-    c, s, (x, y) = np.cos(angle), np.sin(angle), vectors.T
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)

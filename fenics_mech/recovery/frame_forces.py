@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, turned
 from fenics_mech.beams.attachment import Attachment
 from fenics_mech.effects.separations import Separation
 from fenics_mech.forces.joint_forces import Reactions
@@ -152,9 +152,7 @@ def displacement_of(scene: Scene, system: System, point: str, v: Array) -> Array
         Displacement of the nodal dofs in link axes, ``(angles, nodal dofs)``.
     """
     at = Attachment.of(scene.links, scene.joints, system.beams.mesh, point)
-    angle, (x, y) = system.motion.angle[:, at.link], at.shift @ v[:, at.dofs].T
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    return turned((at.shift @ v[:, at.dofs].T).T, system.motion.angle[:, at.link])
 
 
 def _of_rotor(forces: Forces, name: str, bodies: list[str]) -> Array | float:
