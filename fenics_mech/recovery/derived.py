@@ -8,8 +8,10 @@ from itertools import combinations
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import turned
 from fenics_mech.errors import ResultError
 from fenics_mech.kinematics.link_states import quarter
+from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.scene import Scene
 
 PARALLEL = 1e-9  # share of the fastest link's rate below which two links turn at the same rate
@@ -49,17 +51,17 @@ def _in_link(data: xr.Dataset, scene: Scene) -> xr.DataArray:
     bent = data["deflection"].transpose("theta", "member", "s", "component")
     of_member = [scene.members()[str(member)][0] for member in data["member"].to_numpy()]
     angle = data["link_angle"].sel(link=of_member).transpose("theta", "link").to_numpy()[..., None]
-    c, s, (x, y) = np.cos(angle), np.sin(angle), np.moveaxis(bent.to_numpy(), -1, 0)
-    turned = np.stack([c * x + s * y, c * y - s * x], axis=-1)
     labels = {name: bent[name] for name in ("theta", "member", "s")}
-    return xr.DataArray(turned, labels | {"axis": ["x", "y"]}, ("theta", "member", "s", "axis"))
+    return xr.DataArray(
+        turned(bent.to_numpy(), -angle), labels | {"axis": ["x", "y"]}, ("theta", "member", "s", "axis")
+    )
 
 
 def _from_chord(data: xr.Dataset, scene: Scene) -> xr.DataArray:
     """Distance of bent axes from the line between their ends."""
     ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()
-    bent, s = data["deflection"].transpose("theta", "member", "s", "component"), data["s"].to_numpy()[:, None]
-    path = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1] + bent.to_numpy()
+    bent, s = data["deflection"].transpose("theta", "member", "s", "component"), data["s"].to_numpy()
+    path = between_ends(ends, s) + bent.to_numpy()
     chord = path[:, :, -1] - path[:, :, 0]
     normal = quarter(chord / np.linalg.norm(chord, axis=-1, keepdims=True))
     apart = np.einsum("tmsc,tmc->tms", path - path[:, :, :1], normal)

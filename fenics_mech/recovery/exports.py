@@ -11,6 +11,7 @@ import xarray as xr
 from fenics_mech._arrays import Array, Index
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ResultError
+from fenics_mech.recovery.rigid_places import between_ends
 
 MEMBER_FIELDS = ("axial_force", "shear_force", "moment", "strain_axial")
 FIBRE_FIELDS = ("strain", "stress")
@@ -69,9 +70,8 @@ def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
 
 def _places(data: xr.Dataset) -> Array:
     """Places of all stations in the rigid linkage (m), ``(angles, members x stations, 3)``."""
-    ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()[:, :, :, None]
-    s = data["s"].to_numpy()[:, None]
-    return _in_space((1 - s) * ends[:, :, 0] + s * ends[:, :, 1])
+    ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()
+    return _in_space(between_ends(ends, data["s"].to_numpy()))
 
 
 def _in_space(vectors: Array) -> Array:

@@ -164,9 +164,22 @@ def _traced(scene: Scene, beams: Beams) -> Iterator[tuple[str, TracedPlace]]:
         yield name, _traced_place(scene, beams, traced)
 
 
+def place_in_link(scene: Scene, point: TracedPoint) -> tuple[str, tuple[float, float]]:
+    """Give the link of a point that is followed, and the point's place in the link's frame (m).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    point
+        The point.
+    """
+    link, (x, y) = scene.place(point.at)
+    return link, (x + point.offset[0], y + point.offset[1])
+
+
 def _traced_place(scene: Scene, beams: Beams, point: TracedPoint) -> TracedPlace:
     """Find where a point is, and how it moves with the nodes."""
-    link, (x, y) = scene.place(point.at)
     if "@" in point.at:
         dofs, moves = _along_member(beams, point.at)
     else:
@@ -174,7 +187,7 @@ def _traced_place(scene: Scene, beams: Beams, point: TracedPoint) -> TracedPlace
         dofs, moves = at.dofs, np.vstack([at.shift, [0.0, 0.0, 1.0]])
     offset = np.array(point.offset)
     shift = moves[:2] + np.outer(quarter(offset), moves[2])
-    return TracedPlace(link, (x + point.offset[0], y + point.offset[1]), dofs, shift)
+    return TracedPlace(*place_in_link(scene, point), dofs, shift)
 
 
 def _along_member(beams: Beams, at: str) -> tuple[Index, Array]:

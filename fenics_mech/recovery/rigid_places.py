@@ -38,6 +38,20 @@ def rigid_places(scene: Scene, motion: Motion) -> xr.Dataset:
     )
 
 
+def between_ends(ends: Array, s: Array) -> Array:
+    """Give places along straight members (m), ``(angles, members, places, 2)``.
+
+    Parameters
+    ----------
+    ends
+        The members' ends (m), ``(angles, members, 2, 2)``.
+    s
+        Places 0 to 1 along every member, ``(places,)``.
+    """
+    s = s[:, None]
+    return np.asarray((1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1])
+
+
 def ends_in(scene: Scene, motion: Motion) -> Array:
     """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``.
 

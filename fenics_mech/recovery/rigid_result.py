@@ -19,7 +19,7 @@ from fenics_mech.kinematics.motion import as_motion
 from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.link_motion import motion_of_links
+from fenics_mech.recovery.link_motion import motion_of_links, place_in_link
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.variables import with_units
@@ -105,9 +105,7 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
 def _of_points(scene: Scene, whole: Motion) -> xr.Dataset:
     """Position, velocity and acceleration of all points of the links, and of those that the scene adds."""
     places = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
-    for name, point in scene.points.items():
-        link, (x, y) = scene.place(point.at)
-        places[name] = link, (x + point.offset[0], y + point.offset[1])
+    places |= {name: place_in_link(scene, point) for name, point in scene.points.items()}
     followed = zip(*(whole.of_point(*place) for place in places.values()))
     kinds = ("point_position", "point_velocity", "point_acceleration")
     along = ("theta", "point", "component")

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.rigid_places import ends_in
+from fenics_mech.recovery.rigid_places import between_ends, ends_in
 from fenics_mech.views.geometry import ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moments import Moments
@@ -115,11 +115,8 @@ def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array
     ends = ends_in(result.scene, shown.motion)
     if "deflection" not in data:
         return ends, np.zeros((len(ends), 0, 2, 2))
-    bent, s = (
-        data["deflection"].transpose("theta", "member", "s", "component").to_numpy(),
-        data["s"].to_numpy()[:, None],
-    )
-    return ends, (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1] + magnify * shown.of(bent)
+    bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+    return ends, between_ends(ends, data["s"].to_numpy()) + magnify * shown.of(bent)
 
 
 def _half_widths(result: Result) -> Array:

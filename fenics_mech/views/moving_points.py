@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, turned
 from fenics_mech.kinematics import Motion
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.link_motion import place_in_link
 from fenics_mech.scene import Load, Prismatic, Scene, Slot
 from fenics_mech.views.moments import Moments
 
@@ -36,11 +37,7 @@ def point_places(shown: Moments, points: list[str], magnify: float) -> Array:
 
 def _in_link(scene: Scene, point: str) -> tuple[str, tuple[float, float]]:
     """Link of a point, or of one that the scene traces, and its place in the link's frame (m)."""
-    if point not in scene.points:
-        return scene.point(point)
-    traced = scene.points[point]
-    link, (x, y) = scene.place(traced.at)
-    return link, (x + traced.offset[0], y + traced.offset[1])
+    return place_in_link(scene, scene.points[point]) if point in scene.points else scene.point(point)
 
 
 def places_of(result: Result, points: list[str], magnify: float) -> Array:
@@ -93,10 +90,9 @@ def load_arrows(shown: Moments, motion: Motion, magnify: float) -> Array:
     found, largest = np.zeros((len(shown.at), len(loads), 2, 2)), 1e-300
     for i, (load, point) in enumerate(zip(loads, points)):
         angle = motion.angle[:, motion.links.index(point.split(".")[0])] if load.follows else np.zeros(len(shown.at))
-        c, s, (x, y) = np.cos(angle), np.sin(angle), load.force
-        force = load.factor_at(motion.theta)[:, None] * np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        force = load.factor_at(motion.theta)[:, None] * turned(np.array(load.force), angle)
         found[:, i] = np.stack([places[:, i], force], axis=1)
-        largest = max(largest, max(map(abs, load.factor_range)) * float(np.hypot(x, y)))
+        largest = max(largest, max(map(abs, load.factor_range)) * float(np.hypot(*load.force)))
     found[:, :, 1] /= largest
     return found
 

@@ -11,6 +11,7 @@ import numpy as np
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.recovery.peaks import smoothed
+from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
 from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.frames import default_magnification
@@ -168,9 +169,9 @@ def _places(reading: ForceReading) -> dict[str, Array]:
     found, straight = {}, np.zeros((len(motion.theta), 0, 2, 2))
     bent = straight
     if isinstance(reading, Reading):
-        ends, s = ends_of(result), reading.s[:, None]
+        ends = ends_of(result)
         bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
-        straight = (1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1]
+        straight = between_ends(ends, reading.s)
         found = {"ends": ends, "bent": bent}
     pins = pin_places(scene, motion, straight)
     moved = pin_places(scene, motion, straight + bent)
